@@ -24,7 +24,8 @@ from gym_extensions.scoring.landscapes import (
     load,
     path_of,
 )
-from gym_extensions.verification.landscape_recorder import Worlds
+from gym_extensions.verification.episodes import Player
+from gym_extensions.verification.landscape_recorder import returns_of
 from gym_extensions.versions import blas_kernels
 
 from .entries import GROUP, change_document, copy, honest, network
@@ -124,8 +125,8 @@ class Listener:
 
 def test_an_agent_that_observes_the_task_is_told_the_nearest_one() -> None:
     gravity = GROUPS["hopper-gravity"]
-    worlds, policy = Worlds(gravity, axes(gravity)[0]), Listener()
-    worlds.returns(policy, 5, 0)  # type: ignore[arg-type]
+    policy = Listener()
+    returns_of(Player(gravity), policy, axes(gravity)[0], 5, 0)  # type: ignore[arg-type]
     assert list(dict.fromkeys(policy.told)) == [0, 1, 2, 3, 4]
 
 
@@ -159,9 +160,9 @@ def test_a_stage_of_a_committed_landscape_is_measured_again(path: Path) -> None:
     entry, group = path.parents[1], GROUPS[path.stem]
     found, (axis,) = landscapes_of(entry)[group.id], axes(group)
     arrays = read_arrays(entry, group, "sequential", 0)
-    worlds = Worlds(group, axis)
-    returns = np.array(worlds.returns(policies_of(arrays, group, "sequential")[0, None], 0, 0))
-    worlds.close()
+    player, policy = Player(group), policies_of(arrays, group, "sequential")[0, None]
+    returns = np.array(returns_of(player, policy, axis, 0, 0))
+    player.close()
     golden = np.array(found.axes[0].returns[0][0])
     if found.versions["blas"] == blas_kernels():
         assert returns.mean(axis=1).round(1).tolist() == golden.tolist()

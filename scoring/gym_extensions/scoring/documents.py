@@ -31,8 +31,7 @@ class JsonDocument:
     def to_json(self) -> str:
         """The document as JSON with sorted keys, floats by ``repr``, indentation and one newline at the end.
 
-        Raises:
-            ValueError: a number is not finite.
+        Raises ``ValueError`` for a number that is not finite.
         """
         values = msgspec.to_builtins(self)
         text = json.dumps(values, sort_keys=True, ensure_ascii=False, allow_nan=False)
@@ -40,9 +39,7 @@ class JsonDocument:
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:
-        """The document of a JSON text.
-
-        Keys that this version does not know are ignored.
+        """The document of a JSON text. Keys that this version does not know are ignored.
 
         Raises:
             msgspec.ValidationError: a value has another type or is missing; the message names its path.

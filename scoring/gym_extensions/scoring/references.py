@@ -27,8 +27,7 @@ class Reference:
         floor: the higher mean return of the two agents that ignore observations.
         expert: the mean return of the expert; None if the task is open.
         agents: the mean return of both agents of the floor, ``random`` and ``zero``; empty if not known.
-        standard_error: of the expert's mean return.
-        df: degrees of freedom of this standard error; 0 if it is not known.
+        standard_error, df: of the expert's mean return, and its degrees of freedom; 0 if not known.
         provisional: why the expert does not do what the task is for; empty if it does.
 
     Raises:
@@ -85,11 +84,7 @@ class References:
 
 
 def parse_references(data: bytes) -> References:
-    """The references of a JSON file (docs/metrics.md).
-
-    Raises:
-        ValueError: another format, or a task's numbers are not those of a reference; the text says which.
-    """
+    """The references of a JSON file (docs/metrics.md). Raises ``ValueError`` with what is wrong."""
     document = parse_file(data)
     tasks = {}
     for name, task in document.tasks.items():
@@ -115,11 +110,7 @@ def add_references(published: References, own: References) -> References:
 
 
 def read_references(path: Path) -> References:
-    """The references of a file that ``gym-extensions maintain references`` wrote.
-
-    Raises:
-        BenchError: the file cannot be read or does not hold references.
-    """
+    """The references of a file of ``maintain references``. Raises ``BenchError`` for another file."""
     try:
         return parse_references(path.read_bytes())
     except OSError as error:

@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 
 from gym_extensions.catalog.groups import TaskGroup, with_custom
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.envs.rollout import Outcome, run_episodes
@@ -140,26 +141,28 @@ class Player:
     def __init__(self, group: TaskGroup) -> None:
         require_published_engine()
         self.group = group
-        self._envs: dict[tuple[int, int], Any] = {}
-
-    def env(self, task: int, count: int) -> Any:
-        """The environments of a task by its index."""
-        if (task, count) not in self._envs:
-            self._envs[task, count] = make_vec(self.group.tasks[task], count)
-        return self._envs[task, count]
+        self._envs: dict[tuple[Task, int], Any] = {}
 
     def outcomes(
-        self, policy: AnyPolicy, cell: Cell, watch: Callable[[Any, Any], None] | None = None
+        self,
+        policy: AnyPolicy,
+        cell: Cell,
+        watch: Callable[[Any, Any], None] | None = None,
+        world: Task | None = None,
     ) -> list[Outcome]:
         """The outcomes of a cell, an episode per seed, with the policy of its stage.
 
-        ``watch`` is called with the environments and the actions, after the reset and after every step.
+        ``watch`` is called with the environments and the actions, after the reset and after every step. In
+        another ``world`` than its task, the policy is told the task.
 
         Raises:
             BenchError: the policy does not fit the task, samples without a seed of the noise, or gives an
                 action that is not finite.
         """
-        env, task = self.env(cell.task, len(cell.seeds)), cell.task
+        task, key = cell.task, (world or self.group.tasks[cell.task], len(cell.seeds))
+        if key not in self._envs:
+            self._envs[key] = make_vec(*key)
+        env = self._envs[key]
         shape = env.single_action_space.shape
         if policy.num_actions != int(np.prod(shape)):
             message = f"The policy has {policy.num_actions} actions; the task has {shape[0]}."

@@ -16,7 +16,6 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.groups import group as group_named
 from gym_extensions.catalog.protocol import evaluation_seed, stages
 from gym_extensions.catalog.worlds import Axis, axes
-from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import engine
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
@@ -45,43 +44,27 @@ DIGITS = 1
 """Digits after the point of stored returns."""
 
 
-class Worlds(Player):
-    """Runs policies in the worlds of one axis, one world after another."""
-
-    def __init__(self, group: TaskGroup, axis: Axis) -> None:
-        super().__init__(group)
-        self._axis = axis
-        self._point = 0
-
-    def env(self, task: int, count: int) -> Any:
-        """The environments of the present world, whatever task the policy is told."""
-        if (self._point, count) not in self._envs:
-            world = self._axis.world(self._axis.points[self._point])
-            self._envs[self._point, count] = make_vec(world, count)
-        return self._envs[self._point, count]
-
-    def returns(self, policy: AnyPolicy, stage: int, run: int) -> list[list[float]]:
-        """The returns [point][episode] of the policy of a stage."""
-        group, returns = self.group.id, []
-        seeds = tuple(evaluation_seed(group, "landscape", episode) for episode in range(EPISODES))
-        for point, value in enumerate(self._axis.points):
-            self._point = point
-            where = f"landscape/{self._axis.name}/{point}/run{run}/stage{stage}"
-            cell = Cell(stage, self._axis.nearest(value), seeds, evaluation_seed(group, where, 0))
-            returns.append([outcome.return_ for outcome in self.outcomes(policy, cell)])
-        return returns
+def returns_of(player: Player, policy: AnyPolicy, axis: Axis, stage: int, run: int) -> list[list[float]]:
+    """The returns [point][episode] of the policy of a stage in the worlds of an axis, one after another."""
+    group, returns = player.group.id, []
+    seeds = tuple(evaluation_seed(group, "landscape", episode) for episode in range(EPISODES))
+    for point, value in enumerate(axis.points):
+        where = f"landscape/{axis.name}/{point}/run{run}/stage{stage}"
+        cell = Cell(stage, axis.nearest(value), seeds, evaluation_seed(group, where, 0))
+        outcomes = player.outcomes(policy, cell, world=axis.world(value))
+        returns.append([outcome.return_ for outcome in outcomes])
+    return returns
 
 
 def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: returns [axis][stage][point][episode] of one run."""
     request = msgspec.convert(call["run"], RunRequest)
     group = GROUPS[request.group]
-    policies = stored_policies(request, group)
+    policies, player = stored_policies(request, group), Player(group)
     for axis in axes(group):
-        worlds = Worlds(group, axis)
         for stage in stages(PROTOCOL, len(group.tasks)):
-            yield worlds.returns(policies[stage, None], stage, request.run)
-        worlds.close()
+            yield returns_of(player, policies[stage, None], axis, stage, request.run)
+        player.close()
 
 
 def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1) -> Landscape | str:

@@ -36,15 +36,11 @@ class ManifestInFolder:
 
 
 KEY_RULES = {
-    "unknown-key": (
-        "Every section and key of submission.toml is one that docs/rollout-log.md lists; only "
-        "[hyperparameters] has free keys."
-    ),
+    "unknown-key": "Every section and key of submission.toml is one that docs/rollout-log.md lists; only "
+    "[hyperparameters] has free keys.",
     "missing-key": "submission.toml has every required section and key.",
-    "bad-value": (
-        "Every value of submission.toml is of its key's kind, within its length and among its choices; every "
-        "section is a table."
-    ),
+    "bad-value": "Every value of submission.toml is of its key's kind, within its length and among its "
+    "choices; every section is a table.",
 }
 
 
