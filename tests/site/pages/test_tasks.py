@@ -16,7 +16,7 @@ from gym_extensions.scoring.records import Record, RecordReview
 from gym_extensions.scoring.references import load_references
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST
-from gym_extensions.site.pages.tasks import TaskPolicies, TaskView, best_entries, origin
+from gym_extensions.site.pages.tasks import TaskView, best_entries, origin
 from gym_extensions.site.paths import task_path
 
 from ..browser import Reader, site_files
@@ -71,7 +71,7 @@ def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dic
     text = page(pages, "HopperGravityHalf").text
     for part in ("motor of thigh_joint", "velocity of rootx", "1000 steps.", "v0: first published version"):
         assert part in text
-    assert TaskView(task("HopperGravityHalf"), None, ()).fingerprint in text
+    assert TaskView(task("HopperGravityHalf"), None, (), ()).fingerprint in text
     assert "hopper-gravity-v0 (task 1 of 5)" in text
 
 
@@ -158,9 +158,9 @@ def test_a_page_without_records_says_so_and_maps_have_none(recorded: dict[str, s
 
 
 def test_poses_of_another_policy_are_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert TaskPolicies(task("Hopper")).watch is not None
+    assert TaskView(task("Hopper"), None, (), ()).watch is not None
     monkeypatch.setattr("gym_extensions.experts.DATA", Path("nowhere"))
-    assert TaskPolicies(task("Hopper")).watch is None
+    assert TaskView(task("Hopper"), None, (), ()).watch is None
 
 
 def test_an_origin_names_agents_and_steps() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache, cached_property, partial
 
 from markupsafe import Markup
@@ -39,12 +39,12 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     references, best = measured(site.references), best_entries(site.boards)
     for task in TASKS.values():
         path = paths.task_path(task.id)
-        view = TaskView(task, references.get(task.id), best.get(task.id, ()))
-        policies = TaskPolicies(task, site.records.get(task.id, ()))
-        values = {"task": view, "policies": policies, "play": play_link(task), "origin": origin}
-        yield path, Draft(view.inputs + policies.inputs, partial(render, "task.html", path, **values))
-        if policies.watch is not None:
-            yield policies.watch.path, policies.watch.script
+        records = site.records.get(task.id, ())
+        view = TaskView(task, references.get(task.id), best.get(task.id, ()), records)
+        values = {"task": view, "play": play_link(task), "origin": origin}
+        yield path, Draft(view.inputs, partial(render, "task.html", path, **values))
+        if view.watch is not None:
+            yield view.watch.path, view.watch.script
 
 
 def publish_references(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -86,6 +86,8 @@ def alone(task_id: str) -> tuple[float, ...]:
 
 BEST = 5
 """Entries that the page of a task lists."""
+Records = Mapping[str, tuple[Record, ...]]
+"""The verified records by task id, the best one first."""
 
 
 @dataclass(frozen=True)
@@ -104,17 +106,19 @@ class BestEntry:
 
 @dataclass(frozen=True)
 class TaskView:
-    """A task as its page shows it."""
+    """A task as its page shows it, with its best entries and its verified records, the best one first."""
 
     task: Task
     measured: Reference | None
     best: tuple[BestEntry, ...]
+    records: tuple[Record, ...]
 
     @property
     def inputs(self) -> bytes:
         """What its page depends on besides the code and the references."""
         best = [(row.board.id, row.row.card.name, row.row.card.title, row.returns) for row in self.best]
-        return repr((self.task, self.measured, self.alone, best)).encode()
+        records = [(record.card, record.review) for record in self.records]
+        return repr((self.task, self.measured, self.alone, best, self.shown, records)).encode()
 
     @property
     def alone(self) -> tuple[float, ...]:
@@ -174,6 +178,30 @@ class TaskView:
         )
         return tuple((name, inline(text)) for name, text in facts)
 
+    @cached_property
+    def shown(self) -> tuple[tuple[str, TaskPoses], ...]:
+        """The poses of the expert, if they are of its policy, and of the best record, with their titles."""
+        found = []
+        path = experts.DATA / POSES / f"{self.task.name}.json"
+        poses = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
+        if poses is not None and poses.policy == experts.card(self.task).policy:
+            found.append(("The expert", poses.poses))
+        for record in self.records[:1]:
+            if record.review is not None and record.review.poses is not None:
+                authors = short(", ".join(record.card.authors))
+                found.append((f"The record by {authors}", record.review.poses))
+        return tuple(found)
+
+    @cached_property
+    def watch(self) -> Watch | None:
+        """The panel; None without poses."""
+        found = [watched_task(poses, title) for title, poses in self.shown]
+        episodes = tuple(episode for task in found if task for episode in task.episodes)
+        if not episodes:
+            return None
+        path = paths.task_path(self.task.id).removesuffix(".html") + "-poses.js"
+        return Watch("watch-policies", path, 0, (WatchedTask(self.task.id, episodes),))
+
     @property
     def groups(self) -> tuple[tuple[str, int, int], ...]:
         """Id of each group that it belongs to, its position there, and the number of tasks."""
@@ -209,47 +237,6 @@ def by_base() -> dict[str, tuple[Task, ...]]:
     for row in TASKS.values():
         bases.setdefault(row.base, []).append(row)
     return {base: tuple(rows) for base, rows in bases.items()}
-
-
-Records = Mapping[str, tuple[Record, ...]]
-"""The verified records by task id, the best one first."""
-
-
-@dataclass(frozen=True)
-class TaskPolicies:
-    """The expert of a task and its verified records, the best one first."""
-
-    task: Task
-    records: tuple[Record, ...] = field(default=())
-
-    @cached_property
-    def shown(self) -> tuple[tuple[str, TaskPoses], ...]:
-        """The poses of the expert, if they are of its policy, and of the best record, with their titles."""
-        found = []
-        path = experts.DATA / POSES / f"{self.task.name}.json"
-        poses = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
-        if poses is not None and poses.policy == experts.card(self.task).policy:
-            found.append(("The expert", poses.poses))
-        for record in self.records[:1]:
-            if record.review is not None and record.review.poses is not None:
-                authors = short(", ".join(record.card.authors))
-                found.append((f"The record by {authors}", record.review.poses))
-        return tuple(found)
-
-    @cached_property
-    def watch(self) -> Watch | None:
-        """The panel; None without poses."""
-        found = [watched_task(poses, title) for title, poses in self.shown]
-        episodes = tuple(episode for task in found if task for episode in task.episodes)
-        if not episodes:
-            return None
-        path = paths.task_path(self.task.id).removesuffix(".html") + "-poses.js"
-        return Watch("watch-policies", path, 0, (WatchedTask(self.task.id, episodes),))
-
-    @property
-    def inputs(self) -> bytes:
-        """What the page depends on."""
-        return repr((self.shown, [(record.card, record.review) for record in self.records])).encode()
 
 
 def origin(history: tuple[Step, ...]) -> str:
