@@ -155,10 +155,8 @@ def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = (
         return Markup("")
     reach = [end for entry in shown for name in (FINAL, LEARNED) for end in _reach(value(entry, name))]
     reach += [each.value.mean or 0.0 for each in references]
-    low, high = min(0.0, *reach), max(*reach, 0.5)
-    high += 0.08 * (high - low)
-    x = Scale(low, high, LEFT, LEFT + SIDE)
-    y = Scale(low, high, TOP + SIDE, TOP)
+    x = scale_around(reach, LEFT, LEFT + SIDE, always=())
+    y = scale_around(reach, TOP + SIDE, TOP, always=())
     parts = [_axes(x, y), _diagonal(x, y)]
     for each in references:
         level = y.at(each.value.mean or 0.0)
