@@ -26,34 +26,13 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
-from gym_extensions.rollouts.layout import (
-    DOCUMENT,
-    LOG,
-    MANIFEST,
-    MAX_FILE_BYTES,
-    MAX_POLICY_BYTES,
-    NAME,
-    NETWORK,
-    POLICIES,
-    PROGRESS,
-    RUN_FILE,
-    WRITTEN,
-    run_file,
-)
+from gym_extensions.rollouts import layout
+from gym_extensions.rollouts import run as documents
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
 from gym_extensions.rollouts.log import write_log
 from gym_extensions.rollouts.manifest import RECORDED
 from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_files
 from gym_extensions.rollouts.policies.onnx import RUNTIME
-from gym_extensions.rollouts.run import (
-    Machine,
-    Memory,
-    PolicyFile,
-    RunDocument,
-    Versions,
-    file_sha256,
-    read_run,
-    write_run,
-)
 from gym_extensions.versions import version
 
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
@@ -77,7 +56,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
     names = {*GROUPS, *(group.name for group in groups)}
     with _reports_access(out):
         name = out.resolve().name
-        if not NAME.fullmatch(name):
+        if not layout.NAME.fullmatch(name):
             hint = (
                 "Use at most 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
             )
@@ -87,7 +66,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         if not out.is_dir():
             raise BenchError("bad-out", "A submission is a folder, and this is a file.", str(out), ANOTHER)
         folders = sorted(path.name for path in out.iterdir() if path.is_dir())
-        unexpected = [folder for folder in folders if folder not in (*names, PROGRESS, *WRITTEN)]
+        unexpected = [folder for folder in folders if folder not in (*names, PROGRESS, *layout.WRITTEN)]
         if unexpected:
             message = f"Unexpected folder {unexpected[0]!r}: a submission contains only group folders."
             hint = f"Use a folder for this submission alone, such as {out / 'mine'}."
@@ -99,7 +78,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
             raise BenchError("manifest-lost", message, str(out), hint)
         for path in runs:
             document = path.with_suffix(DOCUMENT)
-            if not document.exists() or read_run(document).log != file_sha256(path):
+            if not document.exists() or documents.read_run(document).log != documents.file_sha256(path):
                 message = "The run is damaged: its document is missing or states another log."
                 hint = f"Restore it, or delete {path.stem}.* to train the run again."
                 raise BenchError("damaged-run", message, str(path), hint)
@@ -148,7 +127,9 @@ def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterato
 
 def finished_runs(out: Path, group: TaskGroup, protocol: str) -> set[int]:
     """The runs that have a log."""
-    matches = (RUN_FILE.fullmatch(path.name) for path in (out / group.name / protocol).glob(f"run*{LOG}"))
+    matches = (
+        layout.RUN_FILE.fullmatch(path.name) for path in (out / group.name / protocol).glob(f"run*{LOG}")
+    )
     return {int(match[1]) for match in matches if match}
 
 
@@ -232,8 +213,8 @@ def write_run_files(
     require_same(out / MANIFEST, existing, tables)
     policies = _policies([JobFolder.of(out, job) for job in jobs])
     files = policy_files(policies) if policies else {}
-    suffixes = dict.fromkeys((POLICIES, *files, DOCUMENT, LOG))
-    names = {suffix: run_file(group.name, protocol, run, suffix) for suffix in suffixes}
+    suffixes = dict.fromkeys((layout.POLICIES, *files, DOCUMENT, LOG))
+    names = {suffix: layout.run_file(group.name, protocol, run, suffix) for suffix in suffixes}
     staged = out / PROGRESS / f"staged-{group.name}-{protocol}-{run}"
     shutil.rmtree(staged, ignore_errors=True)
     try:
@@ -243,9 +224,9 @@ def write_run_files(
             write_bytes(staged / names[suffix], data)
         size = sum(map(len, files.values()))
         packages = dict.fromkeys(package for record in records for package in record.card.packages)
-        if any(suffix.endswith(NETWORK) for suffix in files):
+        if any(suffix.endswith(layout.NETWORK) for suffix in files):
             packages |= {RUNTIME: None}
-        document = RunDocument(
+        document = documents.RunDocument(
             group=group.id,
             protocol=protocol,  # type: ignore[arg-type]
             run=run,
@@ -256,7 +237,7 @@ def write_run_files(
             versions=run_versions(record.usage.kernels for record in records),
             packages={package: version(package) for package in packages},
             steps=sum(record.usage.steps for record in records),
-            memory=Memory(
+            memory=documents.Memory(
                 stored_steps=max(record.card.stored_steps for record in records),
                 parameters_first=max(record.parameters[0] for record in records),
                 parameters_last=max(record.parameters[1] for record in records),
@@ -264,11 +245,11 @@ def write_run_files(
             fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
             curves=[curve for record in records for curve in record.curves],
             evaluations=[each for record in records for each in record.evaluations],
-            log=file_sha256(staged / names[LOG]),
-            policies=PolicyFile(sha256=content_sha256(policies), size=size) if policies else None,
+            log=documents.file_sha256(staged / names[LOG]),
+            policies=documents.PolicyFile(sha256=content_sha256(policies), size=size) if policies else None,
             **(_measured([record.usage for record in records]) if settings.steps == RECORDED else {}),
         )
-        write_run(staged / names[DOCUMENT], document)
+        documents.write_run(staged / names[DOCUMENT], document)
         if not existing:
             write_text(out / MANIFEST, tomli_w.dumps(tables))
         for name in names.values():
@@ -290,23 +271,23 @@ def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:
         if part is None:
             return {}
         arrays |= part
-    is_small = sum(array.nbytes for array in arrays.values()) <= MAX_POLICY_BYTES
-    return arrays if is_small and len(npz_bytes(arrays)) <= MAX_FILE_BYTES[POLICIES] else {}
+    is_small = sum(array.nbytes for array in arrays.values()) <= layout.MAX_POLICY_BYTES
+    return arrays if is_small and len(npz_bytes(arrays)) <= layout.MAX_FILE_BYTES[layout.POLICIES] else {}
 
 
 def _measured(usages: Sequence[Usage]) -> dict[str, Any]:
     """What a run's document says about the machine and what the training took."""
     processors, cores = joined(usage.processor for usage in usages), max(usage.cores for usage in usages)
     return {
-        "machine": Machine(processor=processors, cores=cores),
+        "machine": documents.Machine(processor=processors, cores=cores),
         "cpu_seconds": round(sum(usage.cpu_seconds for usage in usages), 3),
         "peak_memory_mb": max(usage.peak_memory_mb for usage in usages) or None,
     }
 
 
-def run_versions(kernels: Iterable[str]) -> Versions:
+def run_versions(kernels: Iterable[str]) -> documents.Versions:
     """The versions of the packages, of Python and of the platform, with the BLAS kernels of the stages."""
-    return Versions(
+    return documents.Versions(
         **job_versions(),
         python=platform.python_version(),
         platform=f"{platform.system()}-{platform.machine()}",

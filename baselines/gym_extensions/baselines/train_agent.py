@@ -139,39 +139,21 @@ def train(
 
 
 def retrain(
-    folder: Path,
-    group: TaskGroup,
-    protocol: str,
-    run: int,
-    out: Path,
-    *,
-    agent: str | Factory | None = None,
-    jobs: int = 0,
-    progress: bool = True,
+    folder: Path, group: TaskGroup, protocol: str, run: int, out: Path, *, progress: bool = True
 ) -> Path:
-    """Trains one run of an entry again, into another submission.
+    """Trains one run of an entry again with the reference agent that its manifest names.
 
-    Args:
-        folder: the entry, which stays as it is.
-        group: the group of the run.
-        protocol: its protocol.
-        run: its number.
-        out: the folder of the new submission, which may be an unfinished one of an earlier call.
-        agent: the agent of the entry. The default is the reference agent that the manifest names.
-        jobs: number of worker processes; 0 trains in this process.
-        progress: whether to show the progress of training.
-
-    Returns:
-        The path of the log. The document and the policies are beside it.
+    The entry in ``folder`` stays as it is; ``out`` is the folder of the new submission, which may be an
+    unfinished one of an earlier call. Returns the path of the log; document and policies are beside it.
 
     Raises:
         BenchError: the training of the entry was not recorded, no reference agent has its name, or the agent
             is another one or has other settings.
     """
     path, budget = folder / MANIFEST, str(_recorded_protocol(folder)["budget"])
-    options: dict[str, Any] = {"out": out, "jobs": jobs, "progress": progress}
+    options: dict[str, Any] = {"out": out, "progress": progress}
     options["num_envs"] = submission.read_manifest(path).get("hyperparameters", {}).get("num_envs")
-    agent = agent or reference_agent(folder)
+    agent = reference_agent(folder)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
     document = folder / run_file(group.name, protocol, run, DOCUMENT)

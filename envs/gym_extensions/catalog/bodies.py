@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from gym_extensions.errors import BenchError, did_you_mean
 
@@ -180,12 +180,8 @@ PLANAR = (
         ),
         rewards=RewardBounds(-25.0, 25.0),  # as Hopper
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
-        parts={
-            "Torso": ("torso_geom",),
-            "Thigh": ("thigh_geom", "thigh_left_geom"),
-            "Leg": ("leg_geom", "leg_left_geom"),
-            "Foot": ("foot_geom", "foot_left_geom"),
-        },
+        parts={"Torso": ("torso_geom",)}
+        | {name: (f"{name.lower()}_geom", f"{name.lower()}_left_geom") for name in ("Thigh", "Leg", "Foot")},
         beams="pitch",
         wall_width=0.8,
         velocity_limit=10.0,
@@ -221,12 +217,7 @@ PLANAR = (
 COSTS = "0.1·Σ ctrl² − min(5e-7·Σ cfrc_ext², 10)"
 WALL_WIDTH = 10.0
 """In m: a humanoid would walk around a narrower wall."""
-LYING_CAMERA = Camera(0.4, 0.2, 3.0, 110, -20)
-STANDING = Height(
-    1.0,
-    2.0,
-    "At the last step, the height of the torso is in (1, 2) m, where Humanoid counts as healthy.",
-)
+IS_STANDING = "At the last step, the height of the torso is in (1, 2) m, where Humanoid counts as healthy."
 FEET = Feet(("right_foot", "left_foot"), distance=0.18)
 PARTS = {
     "Torso": ("torso1", "uwaist", "lwaist"),
@@ -236,6 +227,12 @@ PARTS = {
     "Head": ("head",),
     "Arm": ("right_uarm1", "right_larm", "left_uarm1", "left_larm"),
     "Hand": ("right_hand", "left_hand"),
+}
+HUMANOID: dict[str, Any] = {"parts": PARTS, "feet": FEET, "wall_width": WALL_WIDTH}
+LYING: dict[str, Any] = HUMANOID | {
+    "camera": Camera(0.4, 0.2, 3.0, 110, -20),
+    "success": Height(1.0, 2.0, IS_STANDING),
+    "beams": "world",
 }
 
 HUMANOIDS = (
@@ -253,10 +250,8 @@ HUMANOIDS = (
         ),
         rewards=RewardBounds(-50.0, 50.0),  # 5 for health, 1.25 × speed in m/s, contact cost at most 10
         camera=Camera(0.0, 0.85, 3.0, 120, -8),
-        parts=PARTS,
-        feet=FEET,
         beams="torso",
-        wall_width=WALL_WIDTH,
+        **HUMANOID,
     ),
     Body(
         name="HumanoidStandup",
@@ -271,12 +266,7 @@ HUMANOIDS = (
             gymnasium_source("humanoidstandup_v5"),
         ),
         rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
-        camera=LYING_CAMERA,
-        success=STANDING,
-        parts=PARTS,
-        feet=FEET,
-        beams="world",
-        wall_width=WALL_WIDTH,
+        **LYING,
     ),
     Body(
         name="HumanoidStandupAndRun",
@@ -292,19 +282,15 @@ HUMANOIDS = (
             "The paper's task, on Gymnasium's `humanoidstandup.xml` with Humanoid-v5's observation.",
         ),
         rewards=RewardBounds(-200.0, 1600.0, terminates=False),  # the sum of the two above
-        camera=LYING_CAMERA,
-        success=STANDING,
-        parts=PARTS,
-        feet=FEET,
-        beams="world",
-        wall_width=WALL_WIDTH,
+        **LYING,
     ),
 )
 
 
 ARM_CAMERA = Camera(0.4, -0.35, 2.6, 100, -62, after_reset=True)
 """From above, so that arm, object and goal do not hide each other."""
-MAX_STEPS = 100
+ARM: dict[str, Any] = {"camera": ARM_CAMERA, "max_steps": 100, "has_gravity": False}
+IS_CLOSE = "At the last step, the centers of {} and goal are at most 0.05 m apart on the table."
 SUCCESS_DISTANCE = 0.05
 """In m: the ``distance_threshold`` of Gymnasium-Robotics' FetchPush, and the radius of object and ball."""
 
@@ -324,15 +310,9 @@ ARMS = (
             gymnasium_source("pusher_v5"),
         ),
         rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
-        camera=ARM_CAMERA,
-        max_steps=MAX_STEPS,
-        has_gravity=False,
         goal_area=Rectangle((-0.2, -0.1), (0.0, 0.3)),  # slide offsets (y, x)
-        success=Distance(
-            ("object", "goal"),
-            SUCCESS_DISTANCE,
-            "At the last step, the centers of object and goal are at most 0.05 m apart on the table.",
-        ),
+        success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("object")),
+        **ARM,
     ),
     Body(
         name="Striker",
@@ -351,15 +331,9 @@ ARMS = (
             "Gym's Striker-v0 (removed in 2022), rebuilt on Gymnasium's `pusher_v5.xml`.",
         ),
         rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
-        camera=ARM_CAMERA,
-        max_steps=MAX_STEPS,
-        has_gravity=False,
         goal_area=Rectangle((0.15, 0.1), (0.7, 1.0)),  # world (x, y)
-        success=Distance(
-            ("object", "goal"),
-            SUCCESS_DISTANCE,
-            "At the last step, the centers of ball and goal are at most 0.05 m apart on the table.",
-        ),
+        success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("ball")),
+        **ARM,
     ),
 )
 

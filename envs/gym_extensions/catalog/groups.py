@@ -161,11 +161,10 @@ def group(name: str) -> TaskGroup:
     Raises:
         BenchError: no group has that name; the hint names the closest.
     """
-    by_id = {each.id: each for each in GROUPS.values()}
-    found = GROUPS.get(name) or by_id.get(name)
-    if found is None:
-        raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
-    return found
+    for each in GROUPS.values():
+        if name in (each.name, each.id):
+            return each
+    raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
 
 
 _published = group
@@ -237,9 +236,8 @@ def load_group(path: str | Path) -> TaskGroup:
     check_keys(table, GROUP_KEYS, ("name", "tasks"), where)
     tables = table["tasks"]
     if not isinstance(tables, list) or not all(isinstance(each, dict) for each in tables):
-        raise BenchError(
-            "malformed-group", "tasks is not a list of tables.", where, "Write [[tasks]] per task."
-        )
+        hint = "Write [[tasks]] per task."
+        raise BenchError("malformed-group", "tasks is not a list of tables.", where, hint)
     tasks = tuple(_task(each, f"{where}, task {number}") for number, each in enumerate(tables, 1))
     try:
         return resolve_group(TaskGroup(table["name"], tasks, table.get("version", 0)))

@@ -67,10 +67,9 @@ class Task:
     @property
     def return_bounds(self) -> tuple[float, float]:
         """The lowest and the highest return of an episode of any length up to the time limit."""
-        rewards = self.body.rewards
-        lengths = (1, self.max_steps)
-        highest = max(rewards.high * steps for steps in lengths) + rewards.end
-        return min(rewards.low * steps for steps in lengths), highest
+        rewards, longest = self.body.rewards, self.max_steps
+        highest = max(rewards.high, rewards.high * longest) + rewards.end
+        return min(rewards.low, rewards.low * longest), highest
 
 
 PLANAR_BODIES = ("Hopper", "Walker2d", "HalfCheetah")
@@ -97,9 +96,7 @@ def _task(suffix: str, base: str, *variations: Variation) -> Task:
 
 def mujoco_tasks() -> list[Task]:
     """Every MuJoCo task. A body that no table names has one task, without variations."""
-    walls: dict[str, tuple[Variation, ...]] = {
-        body.name: (RangeSensor(), Wall(body.wall_width)) for body in BODIES.values() if body.wall_width
-    }
+    walls = {body.name: Wall(body.wall_width) for body in BODIES.values() if body.wall_width}
     tasks = [_task("", body) for body in RUNNING_BODIES]
     tasks += [_task(name, body, Gravity(g)) for body in RUNNING_BODIES for name, g in GRAVITIES.items()]
     tasks += [
@@ -109,16 +106,16 @@ def mujoco_tasks() -> list[Task]:
         for size, factor in SIZES.items()
     ]
     tasks += [_task("", body) for body in STANDING_UP_BODIES]
-    for body, variations in walls.items():
-        parked = Wall(BODIES[body].wall_width or 0.0, parked=True)
-        tasks.append(_task("WithSensor", body, RangeSensor(), parked))
+    for body, wall in walls.items():
+        tasks.append(_task("WithSensor", body, RangeSensor(), replace(wall, parked=True)))
         if body not in WITHOUT_WALL:
-            tasks.append(_task("Wall", body, *variations))
+            tasks.append(_task("Wall", body, RangeSensor(), wall))
     tasks += [_task("", "Striker"), _task("MovingStart", "Striker", MovingStart())]
     tasks += [_task("", "Pusher"), _task("MovingGoal", "Pusher", MovingGoal())]
     # The paper announced motor noise, noisy sensors and moving goals for future releases.
     tasks += [_task("MotorNoise", body, MotorNoise()) for body in RUNNING_BODIES]
-    tasks += [_task("NoisyWall", body, *walls[body], SensorNoise()) for body in RUNNING_BODIES]
+    noisy = SensorNoise()
+    tasks += [_task("NoisyWall", body, RangeSensor(), walls[body], noisy) for body in RUNNING_BODIES]
     tasks.append(_task("TrackingGoal", "Pusher", MovingGoal(), TrackingGoal()))
     tasks.append(_task("TrackingGoal", "Striker", TrackingGoal()))
     bases = {task.base for task in tasks}
@@ -249,7 +246,7 @@ def foreign_task(env_id: str, max_steps: int | None = None) -> Task:
     except (gymnasium.error.Error, ImportError) as error:
         hint = "Install its package; name the module that registers it as in my_module:Name-v0."
         raise BenchError("unknown-task", f"There is no task {env_id!r}: {error}", hint=hint) from error
-    limit = _limit(max_steps) or registered
+    limit = registered if max_steps is None else whole_number("max_steps", max_steps, "bad-limit")
     if limit is None:
         raise BenchError("no-limit", f"{env_id} has no time limit.", hint="Give max_steps.")
     return Task(name if limit == registered else f"{name}.steps-{limit}", env_id, max_steps=limit)
@@ -272,7 +269,7 @@ def customize(
     Raises:
         BenchError: the task is unknown, the time limit is below 1, or a value is not a variation.
     """
-    limit = _limit(max_steps)
+    limit = None if max_steps is None else whole_number("max_steps", max_steps, "bad-limit")
     added = _checked(variations)
     if isinstance(task, Task):
         base = task
@@ -302,10 +299,6 @@ def label(variation: Variation) -> str:
     values: tuple[object, ...] = astuple(variation) if is_dataclass(variation) else ()
     words = (str(value).replace("-", "m") if isinstance(value, float) else str(value) for value in values)
     return re.sub(r"[^\w.]+", "-", "-".join([type(variation).__name__, *words])).strip("-")
-
-
-def _limit(max_steps: Any) -> int | None:
-    return None if max_steps is None else whole_number("max_steps", max_steps, "bad-limit")
 
 
 def whole_number(name: str, value: Any, code: str, where: str = "") -> int:

@@ -7,16 +7,8 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines.agent import (
-    Array,
-    Card,
-    VectorEnv,
-    acting_and_learning,
-    load_arrays,
-    restore_generator,
-    save_arrays,
-    saved_generator,
-)
+from gym_extensions.baselines import agent as interface
+from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.rollouts.policies.mlp import Policy
 
 
@@ -25,7 +17,7 @@ class Random:
 
     def __init__(self, observation_space: gym.spaces.Box, action_space: gym.spaces.Box, seed: int) -> None:
         self._low, self._high = action_space.low, action_space.high
-        self._acting, _ = acting_and_learning(seed)
+        self._acting, _ = interface.acting_and_learning(seed)
 
     def act(self, observations: Array) -> Array:
         """One random action per environment."""
@@ -43,11 +35,11 @@ class Random:
         return Card("random", title="Random actions", description="Uniformly random actions; learns nothing.")
 
     def save(self, path: Path) -> None:
-        save_arrays(path, acting=saved_generator(self._acting))
+        interface.save_arrays(path, acting=interface.saved_generator(self._acting))
 
     def load(self, path: Path) -> None:
         """Restores the state of the random generator."""
-        restore_generator(self._acting, load_arrays(path)["acting"])
+        interface.restore_generator(self._acting, interface.load_arrays(path)["acting"])
 
 
 class Zero:
@@ -72,7 +64,7 @@ class Zero:
         return Card("zero", title="Zero action", description=text, evaluation="deterministic")
 
     def save(self, path: Path) -> None:
-        save_arrays(path)
+        interface.save_arrays(path)
 
     def load(self, path: Path) -> None:
         """Does nothing: the agent has no state."""

@@ -10,30 +10,10 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines.agent import (
-    Array,
-    Card,
-    Observes,
-    Setting,
-    VectorEnv,
-    acting_and_learning,
-    load_arrays,
-    restore_generator,
-    save_arrays,
-    saved_generator,
-)
-from gym_extensions.baselines.trust_region.policy import (
-    Architecture,
-    Batch,
-    Moments,
-    exported,
-    initial_policy,
-    mean_and_log_sigma,
-    merge,
-    network_inputs,
-    no_moments,
-    sampled,
-)
+from gym_extensions.baselines import agent as interface
+from gym_extensions.baselines.agent import Array, Card, Observes, Setting, VectorEnv
+from gym_extensions.baselines.trust_region import policy as policies
+from gym_extensions.baselines.trust_region.policy import Architecture, Batch, Moments
 from gym_extensions.baselines.trust_region.update import Penalty, TrustRegion, updated
 from gym_extensions.baselines.trust_region.values import (
     Collector,
@@ -151,7 +131,7 @@ class Trpo:
         settings: TrpoSettings = REFERENCE,
     ) -> None:
         self._settings = settings
-        self._acting, self._learning = acting_and_learning(seed)
+        self._acting, self._learning = interface.acting_and_learning(seed)
         low, high = action_space.low.astype(np.float32), action_space.high.astype(np.float32)
         self._middle, self._half = (high + low) / 2, (high - low) / 2
         inputs, outputs = int(np.prod(observation_space.shape)), int(np.prod(action_space.shape))
@@ -164,12 +144,12 @@ class Trpo:
         """Fresh networks and no moments."""
         inputs = self._architecture.sizes[0]
         self._theta = self._initial_policy()
-        self._moments = no_moments(inputs)
+        self._moments = policies.no_moments(inputs)
         self._value = ValueFunction(inputs, self._learning, self._settings.value)
 
     def _initial_policy(self) -> Array:
         start = (self._settings.last_layer_scale, self._settings.initial_log_sigma)
-        return initial_policy(self._architecture, self._learning, *start)
+        return policies.initial_policy(self._architecture, self._learning, *start)
 
     def act(self, observations: Array) -> Array:
         """Mean or sampled actions (num_envs, a), depending on the settings. The moments do not change."""
@@ -180,7 +160,7 @@ class Trpo:
         mean, log_sigma = self._mean_and_log_sigma(observations, theta, moments)
         if self._settings.deterministic_evaluation:
             return self._to_env(mean)
-        return self._to_env(sampled(mean, log_sigma, self._acting))
+        return self._to_env(policies.sampled(mean, log_sigma, self._acting))
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """One update per batch until ``steps`` transitions are taken; episodes continue across batches."""
@@ -201,7 +181,7 @@ class Trpo:
 
     def _explore(self, observations: Array) -> Array:
         policy = self._mean_and_log_sigma(observations, self._theta, self._moments)
-        return sampled(*policy, self._learning)
+        return policies.sampled(*policy, self._learning)
 
     def _update(self, transitions: Transitions) -> None:
         settings, valid = self._settings, transitions.valid
@@ -229,7 +209,7 @@ class Trpo:
         )
         # After the update, so that the actions and the update of a batch use the same moments.
         if settings.normalize_observations:
-            self._moments = merge(self._moments, observations)
+            self._moments = policies.merge(self._moments, observations)
         self._value.fit(observations, targets, self._learning)
 
     def _penalty(self) -> Penalty | None:
@@ -247,20 +227,19 @@ class Trpo:
 
     def _policy_inputs(self, observations: Array) -> Array:
         """The inputs of the policy network (n, o); raw observations until the first batch is complete."""
-        return network_inputs(self._moments, observations)
+        return policies.network_inputs(self._moments, observations)
 
     def _mean_and_log_sigma(self, observations: Array, theta: Array, moments: Moments) -> tuple[Array, Array]:
-        inputs = network_inputs(moments, observations.reshape(len(observations), -1))
-        return mean_and_log_sigma(self._architecture, theta, inputs)
+        inputs = policies.network_inputs(moments, observations.reshape(len(observations), -1))
+        return policies.mean_and_log_sigma(self._architecture, theta, inputs)
 
     def _to_env(self, actions: Array) -> Array:
         scaled: Array = self._middle + self._half * actions
         return scaled
 
     def policy(self) -> Policy:
-        is_deterministic = self._settings.deterministic_evaluation
-        box = (self._middle, self._half)
-        return exported(self._architecture, self._theta, self._moments, box, deterministic=is_deterministic)
+        network, box = (self._architecture, self._theta, self._moments), (self._middle, self._half)
+        return policies.exported(*network, box, deterministic=self._settings.deterministic_evaluation)
 
     def card(self) -> Card:
         return Card(
@@ -277,10 +256,10 @@ class Trpo:
         )
 
     def save(self, path: Path) -> None:
-        save_arrays(path, **self._state())
+        interface.save_arrays(path, **self._state())
 
     def load(self, path: Path) -> None:
-        self._restore(load_arrays(path))
+        self._restore(interface.load_arrays(path))
 
     def _state(self) -> dict[str, Array]:
         moments = self._moments
@@ -290,8 +269,8 @@ class Trpo:
             "mean": moments.mean,
             "squares": moments.squares,
             "batch_steps": np.array(self._batch_steps),
-            "acting": saved_generator(self._acting),
-            "learning": saved_generator(self._learning),
+            "acting": interface.saved_generator(self._acting),
+            "learning": interface.saved_generator(self._learning),
             **{f"value_{name}": values for name, values in self._value.state.items()},
         }
 
@@ -299,8 +278,8 @@ class Trpo:
         self._theta, self._batch_steps = arrays["policy"], int(arrays["batch_steps"])
         self._moments = Moments(float(arrays["count"]), arrays["mean"], arrays["squares"])
         self._value.state = {name: arrays[f"value_{name}"] for name in self._value.state}
-        restore_generator(self._acting, arrays["acting"])
-        restore_generator(self._learning, arrays["learning"])
+        interface.restore_generator(self._acting, arrays["acting"])
+        interface.restore_generator(self._learning, arrays["learning"])
 
 
 class Trpo2017(Trpo):

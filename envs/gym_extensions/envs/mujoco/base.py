@@ -12,12 +12,7 @@ from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indi
 
 
 class Rules:
-    """The rules of the environments of one shard. Most keep nothing between steps.
-
-    Args:
-        physics: the fields of the simulations.
-        templates: the template of each environment.
-    """
+    """The rules of the environments of one shard. Most keep nothing between steps."""
 
     needs_contact_forces: ClassVar[bool] = False
     """Whether they read the results of mj_rnePostConstraint."""
@@ -64,6 +59,18 @@ class Rules:
     def observe(self) -> Array:
         """Returns a new array of observations."""
         raise NotImplementedError
+
+
+def kept(parts: Sequence[Any]) -> list[dict[str, Any]]:
+    """What rules and effects keep between steps, in their order."""
+    return [{name: getattr(part, name) for name in part.kept} for part in parts]
+
+
+def restore(parts: Sequence[Any], values: Sequence[dict[str, Any]]) -> None:
+    """Sets what :func:`kept` returned."""
+    for part, of_part in zip(parts, values, strict=True):
+        for name, value in of_part.items():
+            setattr(part, name, value)
 
 
 def uniform_rows(generators: Generators, noise: float, size: int) -> Array:

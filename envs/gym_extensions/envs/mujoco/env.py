@@ -22,19 +22,12 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs.effects.base import Effect
+from gym_extensions.envs import protocols
 from gym_extensions.envs.effects.registry import check_variations, effects_of
 from gym_extensions.envs.mujoco import arms, humanoid, planar
-from gym_extensions.envs.mujoco.base import Rules
+from gym_extensions.envs.mujoco.base import Rules, kept, restore
 from gym_extensions.envs.mujoco.model import asset, compile_model
-from gym_extensions.envs.protocols import (
-    Array,
-    IndependentCopies,
-    Template,
-    check_actions,
-    require_reset,
-    success_test,
-)
+from gym_extensions.envs.protocols import Array, IndependentCopies, Template, check_actions, require_reset
 
 
 class Implementation(NamedTuple):
@@ -69,14 +62,8 @@ class TaskEnv(IndependentCopies, MujocoEnv):
     """The environment of a MuJoCo task: Gymnasium's simulation and rendering with the rules of its body.
 
     Tasks without variations equal Gymnasium's v5 environments bit for bit. Copies and pickles continue
-    exactly where the original is, with their own generator.
-
-    Args:
-        task: the task.
-        rendering: ``render_mode``, and Gymnasium's sizes and camera arguments.
-
-    Raises:
-        BenchError: a variation does not fit the body.
+    exactly where the original is, with their own generator. ``rendering`` is ``render_mode``, and Gymnasium's
+    sizes and camera arguments. Raises ``BenchError`` if a variation does not fit the body.
     """
 
     metadata = {"render_modes": ["human", "rgb_array", "depth_array", "rgbd_tuple"]}  # noqa: RUF012
@@ -90,10 +77,10 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         camera = {"default_camera_config": body.camera}
         super().__init__(str(asset(task.body)), body.frame_skip, None, **(camera | rendering))
         self.metadata = self.metadata | {"render_fps": round(1 / self.dt)}
-        self._success = success_test(task.body.success, self.model)
+        self._success = protocols.success_test(task.body.success, self.model)
         self.observation_space = Box(-np.inf, np.inf, (0,))  # until the size is known
         self._rules = body.rules(self, [self.template()])
-        self._effects: list[Effect] = effects_of(self, [self.template()])
+        self._effects = effects_of(self, [self.template()])
         size = self._rules.observe().shape[1]
         low, high = np.full(self._get_obs().size, -np.inf), np.full(self._get_obs().size, np.inf)
         low[size:], high[size:] = 0.0, 1.0
@@ -108,9 +95,8 @@ class TaskEnv(IndependentCopies, MujocoEnv):
     def __getstate__(self) -> dict[str, Any]:
         """Returns a copy of the whole simulation and the other attributes."""
         others = {name: value for name, value in self.__dict__.items() if name not in SKIPPED}
-        parts: list[Rules | Effect] = [self._rules, *self._effects]
-        kept = [{name: getattr(part, name) for name in part.kept} for part in parts]
-        return {"attributes": others, "data": copy.copy(self.data), "kept": kept}
+        parts = kept((self._rules, *self._effects))
+        return {"attributes": others, "data": copy.copy(self.data), "kept": parts}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Makes the environment again and continues where the copied one was."""
@@ -118,9 +104,7 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         new = type(self)(attributes["task"], **attributes["_rendering"])
         self.__dict__.update(new.__dict__ | attributes)
         mujoco.mj_copyData(self.data, self.model, state["data"])
-        for part, kept in zip((self._rules, *self._effects), state["kept"], strict=True):
-            for name, value in kept.items():
-                setattr(part, name, value)
+        restore((self._rules, *self._effects), state["kept"])
 
     def template(self) -> Template:
         """Returns what copies of the task share."""

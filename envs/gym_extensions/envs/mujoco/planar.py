@@ -61,22 +61,16 @@ class PlanarRules(Rules):
             return speed - cost, np.zeros(len(speed), np.bool_)
         healthy = self._is_healthy(self.health)
         self._terms["reward_survive"] = healthy.astype(np.float64)
-        reward = speed + healthy
-        reward -= cost
-        return reward, ~healthy
+        return speed + healthy - cost, ~healthy
 
     def step_infos(self) -> dict[str, NDArray[Any]]:
         """Position, speed and the terms of the reward."""
-        infos = self.reset_infos()
-        infos.update(self._terms)
-        return infos
+        return self.reset_infos() | self._terms
 
     def reset_infos(self) -> dict[str, NDArray[Any]]:
         """x of the root, and the height above the rest pose if episodes end by it, m."""
-        infos: dict[str, NDArray[Any]] = {"x_position": self._x.copy()}
-        if self.health is not None:
-            infos["z_distance_from_origin"] = self._z - self._rest_z
-        return infos
+        height = {} if self.health is None else {"z_distance_from_origin": self._z - self._rest_z}
+        return {"x_position": self._x.copy()} | height
 
     def _is_healthy(self, health: Health) -> Flags:
         height, angle = self._z, self._qpos[:, 2]

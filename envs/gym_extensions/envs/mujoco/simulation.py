@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.envs.protocols import MOCAP, Array, Indices, Starts
 
-_THREADED: weakref.WeakSet[BatchPhysics | PooledPhysics] = weakref.WeakSet()
+_THREADED: weakref.WeakSet[Physics] = weakref.WeakSet()
 """All simulations with threads of their own."""
 
 
@@ -40,10 +40,19 @@ def _state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
     return ("qpos", "qvel", "time", *(MOCAP if model.nmocap else ()))
 
 
-class BatchPhysics:
-    """Simulations in mujoco.batch. Derived fields are bit for bit those that mj_step leaves."""
+class Physics:
+    """Simulations of one model layout."""
 
     lost_threads = False  # whether the process was forked, so that copies can be made and nothing else
+    _fields: dict[str, Array]
+
+    def field(self, name: str) -> Array:
+        """Returns a live field, ``(num_envs, …)``."""
+        return self._fields[name]
+
+
+class BatchPhysics(Physics):
+    """Simulations in mujoco.batch. Derived fields are bit for bit those that mj_step leaves."""
 
     def __init__(
         self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
@@ -55,17 +64,13 @@ class BatchPhysics:
             _THREADED.add(self)
         self._frame_skip = frame_skip
         self._state_fields = _state_fields(models[0])
-        self._fields: dict[str, Array] = {name: self.batch.bind(name) for name in self._state_fields}
+        self._fields = {name: self.batch.bind(name) for name in self._state_fields}
         # The engine's outputs are read-only. A copy of them can be written when a copy of all this is made.
         self._outputs = [(self.batch.bind(name), np.zeros_like(self.batch.bind(name))) for name in fields]
         self._fields |= {name: copy for name, (_, copy) in zip(fields, self._outputs, strict=True)}
         self._ctrl = self.batch.bind("ctrl")
         self.batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         self._defaults = self.batch.state.copy()
-
-    def field(self, name: str) -> Array:
-        """Returns a live field, ``(num_envs, …)``."""
-        return self._fields[name]
 
     def reset(self, indices: Indices, starts: Starts) -> None:
         """Writes defaults, then the given rows, then runs mj_forward if derived fields are read."""
@@ -112,16 +117,12 @@ STATE = mujoco.mjtState.mjSTATE_INTEGRATION.value
 """The parts of MjData that determine its later steps."""
 
 
-class PooledPhysics:
-    """One MjData per environment.
-
-    mj_step and mj_rnePostConstraint release the interpreter's lock.
+class PooledPhysics(Physics):
+    """One MjData per environment; mj_step and mj_rnePostConstraint release the interpreter's lock.
 
     mujoco.batch runs mj_rnePostConstraint only for sensors, which Humanoid's Runge–Kutta integrator
     evaluates at a different stage than Gymnasium does (ADR 25).
     """
-
-    lost_threads = False  # as in ``BatchPhysics``
 
     def __init__(
         self, models: Sequence[mujoco.MjModel], frame_skip: int, num_threads: int, fields: Sequence[str]
@@ -135,17 +136,12 @@ class PooledPhysics:
             _THREADED.add(self)
         self._state_fields = _state_fields(models[0])
         gathered = dict.fromkeys(("qpos", "qvel", *(MOCAP if models[0].nmocap else ()), *fields))
-        self._fields: dict[str, Array] = {
-            name: np.zeros((len(models), *np.shape(getattr(self._data[0], name)))) for name in gathered
-        }
+        shapes = {name: np.shape(getattr(self._data[0], name)) for name in gathered}
+        self._fields = {name: np.zeros((len(models), *shape)) for name, shape in shapes.items()}
         self._copies = [
             [(rows[index], getattr(data, name)) for name, rows in self._fields.items()]
             for index, data in enumerate(self._data)
         ]
-
-    def field(self, name: str) -> Array:
-        """Returns a gathered field, ``(num_envs, …)``."""
-        return self._fields[name]
 
     def reset(self, indices: Indices, starts: Starts) -> None:
         """Writes defaults, then the given rows, and runs mj_forward."""

@@ -11,9 +11,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
-from gym_extensions.envs.effects.base import Effect
 from gym_extensions.envs.effects.registry import effects_of, shard_keys
-from gym_extensions.envs.mujoco.base import Rules
+from gym_extensions.envs.mujoco.base import kept, restore
 from gym_extensions.envs.mujoco.env import IMPLEMENTATIONS
 from gym_extensions.envs.mujoco.simulation import BatchPhysics, PooledPhysics
 from gym_extensions.envs.protocols import Array, Flags, Generators, Indices, Template, success_test
@@ -53,17 +52,13 @@ class Shard:
 
     def __getstate__(self) -> dict[str, Any]:
         """Returns the arguments, and copies of everything that changes from step to step."""
-        parts: list[Rules | Effect] = [self._rules, *self._effects]
-        kept = [{name: getattr(part, name) for name in part.kept} for part in parts]
-        physics = self.physics.dump()
-        return {"arguments": self._arguments, "steps": self._steps, "physics": physics, "kept": kept}
+        parts, physics = kept((self._rules, *self._effects)), self.physics.dump()
+        return {"arguments": self._arguments, "steps": self._steps, "physics": physics, "kept": parts}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Makes the shard again and continues where the copied one was."""
         Shard.__init__(self, *state["arguments"])
-        for part, kept in zip((self._rules, *self._effects), state["kept"], strict=True):
-            for name, value in kept.items():
-                setattr(part, name, value)
+        restore((self._rules, *self._effects), state["kept"])
         self.physics.undump(state["physics"])
         self._steps[:] = state["steps"]
 
