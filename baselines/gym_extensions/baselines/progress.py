@@ -8,12 +8,13 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn, TimeRemainingColumn
 
 from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.checkpoints import CONTINUES
@@ -96,18 +97,16 @@ def _work(plan: events.JobPlan, before: int | None = None) -> int:
     return sum(stage.steps + EPISODE_WORK * stage.episodes for stage in stages)
 
 
+@dataclass
 class Lines:
     """Prints lines: the end of every stage, and training at growing intervals."""
 
-    def __init__(
-        self,
-        write: Callable[[str], object],
-        time_left: Callable[[], str],
-        clock: Callable[[], float] = time.monotonic,
-        longest: float = LONGEST_INTERVAL,
-    ) -> None:
-        self._write, self._time_left, self._clock, self._longest = write, time_left, clock, longest
-        self._interval, self._next = FIRST_INTERVAL, 0.0
+    write: Callable[[str], object]
+    time_left: Callable[[], str]
+    clock: Callable[[], float] = time.monotonic
+    longest: float = LONGEST_INTERVAL
+    _interval: float = FIRST_INTERVAL
+    _next: float = 0.0
 
     def show(self, event: events.Event) -> None:
         """Prints a line, unless the event is about training and the last such line is too recent."""
@@ -115,29 +114,20 @@ class Lines:
             return
         is_evaluation = isinstance(event, events.TaskEvaluated) and event.in_training
         if is_evaluation or isinstance(event, events.BatchTrained):
-            now = self._clock()
+            now = self.clock()
             if now < self._next:
                 return
             self._next = now + self._interval
-            self._interval = min(2 * self._interval, self._longest)
-        self._write(line(event, self._time_left()))
+            self._interval = min(2 * self._interval, self.longest)
+        self.write(line(event, self.time_left()))
 
 
-class NotebookDisplay:
-    """Shows the last line in one display of a notebook, which is updated in place."""
+def notebook_display() -> Callable[[str], object]:
+    """A function that shows a text in one display of a notebook, in place of the one before."""
+    from IPython.display import display  # a notebook has it
 
-    def __init__(self) -> None:
-        self._handle: Any = None
-
-    def __call__(self, text: str) -> None:
-        """Replaces the line."""
-        from IPython.display import display  # a notebook has it
-
-        content = {"text/plain": text}
-        if self._handle is None:
-            self._handle = display(content, raw=True, display_id=True)
-        else:
-            self._handle.update(content, raw=True)
+    handle: Any = display({"text/plain": ""}, raw=True, display_id=True)
+    return lambda text: handle.update({"text/plain": text}, raw=True)
 
 
 def line(event: events.Event, time_left: str) -> str:
@@ -282,18 +272,14 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, events.Listener]
     In a notebook, each line takes the place of the one before.
     """
     console = Console()
-    description, text = TextColumn("{task.description}"), TextColumn("{task.fields[text]}")
-    percentage = TextColumn("{task.percentage:>3.0f}%")
-    columns = (
-        *(description, BarColumn(bar_width=10), percentage, text),
-        *(TimeElapsedColumn(), TimeRemainingColumn()),
-    )
+    texts = ("{task.percentage:>3.0f}%", "{task.fields[text]}")
+    columns = ("{task.description}", BarColumn(10), *texts, TimeElapsedColumn(), TimeRemainingColumn())
     is_live = is_shown and console.is_terminal and not console.is_jupyter
     progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
     with progress if is_live else nullcontext():
         bars = Bars(progress)
         if console.is_jupyter:
-            lines = Lines(NotebookDisplay(), bars.time_left, longest=FIRST_INTERVAL)
+            lines = Lines(notebook_display(), bars.time_left, longest=FIRST_INTERVAL)
         else:
             lines = Lines(print, bars.time_left)
 

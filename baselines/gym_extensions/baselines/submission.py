@@ -28,7 +28,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts import run as documents
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, MAX_POLICY_BYTES, PROGRESS
 from gym_extensions.rollouts.log import write_log
 from gym_extensions.rollouts.manifest import RECORDED
 from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_files
@@ -271,7 +271,7 @@ def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:
         if part is None:
             return {}
         arrays |= part
-    is_small = sum(array.nbytes for array in arrays.values()) <= layout.MAX_POLICY_BYTES
+    is_small = sum(array.nbytes for array in arrays.values()) <= MAX_POLICY_BYTES
     return arrays if is_small and len(npz_bytes(arrays)) <= layout.MAX_FILE_BYTES[layout.POLICIES] else {}
 
 

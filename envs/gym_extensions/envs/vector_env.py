@@ -13,16 +13,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs.protocols import (
-    Array,
-    Flags,
-    IndependentCopies,
-    Indices,
-    ResetNeededError,
-    check_actions,
-    require_open,
-    require_reset,
-)
+from gym_extensions.envs import protocols
+from gym_extensions.envs.protocols import Array, Flags, IndependentCopies, Indices
 from gym_extensions.errors import BenchError
 
 WHERE = "make_vec"
@@ -146,7 +138,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
 
     def __getstate__(self) -> dict[str, Any]:
         """Returns the attributes. Raises ``ClosedError`` after ``close``."""
-        require_open(self.closed, WHERE)
+        protocols.require_open(self.closed, WHERE)
         return self.__dict__.copy()
 
     def reset(
@@ -164,9 +156,9 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
             BenchError: seeds, mask or start are invalid. Nothing has changed then.
             ResetNeededError: the first reset leaves out environments.
         """
-        require_open(self.closed, WHERE)
+        protocols.require_open(self.closed, WHERE)
         mask = reset_mask(options, self.num_envs)
-        require_reset(self._is_set or bool(mask.all()), WHERE)
+        protocols.require_reset(self._is_set or bool(mask.all()), WHERE)
         seeds, indices = seed_of_each(seed, self.num_envs), np.flatnonzero(mask)
         self._check_options(options or {}, indices)
         for index in indices.tolist():
@@ -194,12 +186,12 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
                 environment was not reset.
         """
         self._require_state()
-        checked = np.ascontiguousarray(check_actions(actions, self._actions_shape, WHERE))
+        checked = np.ascontiguousarray(protocols.check_actions(actions, self._actions_shape, WHERE))
         starting = self._ended if self._ended.any() else None
         if starting is not None and self.autoreset_mode is AutoresetMode.DISABLED:
             message = f"The episode of environment {np.flatnonzero(starting)[0]} has ended."
             hint = 'Call reset(options={"reset_mask": ...}) first.'
-            raise ResetNeededError("reset-needed", message, WHERE, hint)
+            raise protocols.ResetNeededError("reset-needed", message, WHERE, hint)
         rewards, terminations = self._advance(checked, starting)
         parts = self._step_infos()
         self._elapsed += 1
@@ -232,8 +224,8 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         return infos | last_step
 
     def _require_state(self) -> None:
-        require_open(self.closed, WHERE)
-        require_reset(self._is_set, WHERE)
+        protocols.require_open(self.closed, WHERE)
+        protocols.require_reset(self._is_set, WHERE)
 
     def _check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
         """Raises ``BenchError`` for reset options with which these environments cannot start."""
@@ -291,7 +283,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         if name not in ("task", "np_random", "np_random_seed") or args or kwargs:
             hint = "Call one of task, np_random, np_random_seed, without arguments."
             raise BenchError("unknown-call", f"The environments have no {name!r}.", WHERE, hint)
-        require_open(self.closed, WHERE)
+        protocols.require_open(self.closed, WHERE)
         if name == "np_random":
             return tuple(map(self._generator, range(self.num_envs)))
         return self.tasks if name == "task" else tuple(self._seeds)

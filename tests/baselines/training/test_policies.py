@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import train
+from gym_extensions.baselines import submission, train
 from gym_extensions.baselines.training.evaluation import policy_of
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.policies.files import policy_keys, read_policies
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.reader import read
@@ -70,7 +69,7 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
 
 
 def test_policies_above_the_limit_are_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(layout, "MAX_POLICY_BYTES", 1000)
+    monkeypatch.setattr(submission, "MAX_POLICY_BYTES", 1000)
     train(Wide, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path)
     assert not list(tmp_path.rglob("run0.npz"))
     assert read(tmp_path, GROUPS).problems == ()

@@ -10,14 +10,8 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
 from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo, TrpoSettings
-from gym_extensions.baselines.trust_region.policy import (
-    Architecture,
-    Moments,
-    exported,
-    layers,
-    parameter_count,
-    scale,
-)
+from gym_extensions.baselines.trust_region import policy as policies
+from gym_extensions.baselines.trust_region.policy import Moments
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies.mlp import Policy
 
@@ -73,47 +67,6 @@ def from_arrays(arrays: Mapping[str, Array]) -> Heads:
     return heads
 
 
-def head_rows(heads: Heads, present: int) -> list[Head]:
-    """The head of every task up to the last learned one; the present task's for those not learned yet.
-
-    A policy uses its last row for all later tasks, so the present task's head is added if it is not the last.
-    """
-    rows = [heads.get(task, heads[present]) for task in range(max(heads) + 1)]
-    return rows if rows[-1] is heads[present] else [*rows, heads[present]]
-
-
-def exported_heads(
-    architecture: Architecture,
-    hidden: Array,
-    rows: Sequence[Head],
-    box: tuple[Array, Array],
-    *,
-    deterministic: bool,
-    masks: Sequence[Array] | None = None,
-) -> Policy:
-    """The policy with a row per head; its actions equal the agent's.
-
-    All rows share the parameters ``hidden`` (h,) of the hidden layers; ``masks`` (h,) are True for those that
-    a row uses, by default all. ``box`` is middle and half width of the action space, (a,) each.
-    """
-    whole = [np.concatenate([hidden, row.parameters]) for row in rows]
-    policy = exported(architecture, whole[0], rows[0].moments, box, deterministic=deterministic)
-    outputs = [layers(architecture.sizes, theta)[-1] for theta in whole]
-    policy = replace(
-        policy,
-        weights=(*policy.weights[:-1], np.stack([weights for weights, _ in outputs])),
-        biases=(*policy.biases[:-1], np.stack([bias for _, bias in outputs])),
-        log_sigma=np.stack([theta[-architecture.sizes[-1] :] for theta in whole]),
-    )
-    if policy.observation_mean is not None:
-        means, scales = [row.moments.mean for row in rows], [scale(row.moments) for row in rows]
-        policy = replace(policy, observation_mean=np.stack(means), observation_scale=np.stack(scales))
-    if masks is None:
-        return policy
-    views = [[weights for weights, _ in layers(architecture.sizes[:-1], mask)] for mask in masks]
-    return replace(policy, masks=(*(np.stack(layer) for layer in zip(*views, strict=True)), None))
-
-
 class MultiHead(Trpo):
     """The agent ``multi-head``.
 
@@ -135,7 +88,8 @@ class MultiHead(Trpo):
         settings: TrpoSettings = REFERENCE,
     ) -> None:
         super().__init__(observation_space, action_space, seed, settings)
-        self._hidden = parameter_count(self._architecture.sizes[:-1])  # they come first in the flat vector
+        # The parameters of the hidden layers come first in the flat vector.
+        self._hidden = policies.parameter_count(self._architecture.sizes[:-1])
         self._heads: Heads = {}
         self._task = self._number = 0
 
@@ -169,21 +123,41 @@ class MultiHead(Trpo):
         return np.concatenate([self._theta[: self._hidden], head.parameters])
 
     def policy(self) -> Policy:
-        """The policy as plain arrays, with a row per task."""
+        """The policy as plain arrays, with a row per task; its actions equal the agent's."""
         if not self._heads:
             return super().policy()
-        rows = head_rows(self._heads, self._task)
-        return exported_heads(
-            self._architecture,
-            self._theta[: self._hidden],
-            rows,
-            (self._middle, self._half),
-            deterministic=self._settings.deterministic_evaluation,
-            masks=self._masks(rows),
+        sizes, rows, box = self._architecture.sizes, self._rows(), (self._middle, self._half)
+        whole = [np.concatenate([self._theta[: self._hidden], row.parameters]) for row in rows]
+        is_deterministic = self._settings.deterministic_evaluation
+        policy = policies.exported(
+            self._architecture, whole[0], rows[0].moments, box, deterministic=is_deterministic
         )
+        outputs = [policies.layers(sizes, theta)[-1] for theta in whole]
+        policy = replace(
+            policy,
+            weights=(*policy.weights[:-1], np.stack([weights for weights, _ in outputs])),
+            biases=(*policy.biases[:-1], np.stack([bias for _, bias in outputs])),
+            log_sigma=np.stack([theta[-sizes[-1] :] for theta in whole]),
+        )
+        if policy.observation_mean is not None:
+            means, scales = [row.moments.mean for row in rows], [policies.scale(row.moments) for row in rows]
+            policy = replace(policy, observation_mean=np.stack(means), observation_scale=np.stack(scales))
+        if (masks := self._masks(rows)) is None:
+            return policy
+        views = [[weights for weights, _ in policies.layers(sizes[:-1], mask)] for mask in masks]
+        return replace(policy, masks=(*(np.stack(layer) for layer in zip(*views, strict=True)), None))
+
+    def _rows(self) -> list[Head]:
+        """The head of every task up to the last learned one; the present task's for those not learned yet.
+
+        A policy uses its last row for all later tasks, so the present task's head is added if it is not last.
+        """
+        present = self._heads[self._task]
+        rows = [self._heads.get(task, present) for task in range(max(self._heads) + 1)]
+        return rows if rows[-1] is present else [*rows, present]
 
     def _masks(self, rows: Sequence[Head]) -> list[Array] | None:
-        """True for the hidden parameters that each row uses; None if it uses all."""
+        """True for the hidden parameters that each row uses (h,); None if it uses all."""
         return None
 
     def card(self) -> Card:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Iterable
+from collections.abc import Iterator
 from pathlib import Path
 
 from gym_extensions import experts
 from gym_extensions.baselines.experts import checking, measuring, training
 from gym_extensions.baselines.experts.measuring import QUICK, Workplace, mujoco_tasks
 from gym_extensions.baselines.experts.recipes import FAMILIES, recipe
-from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import reports_mistakes
 
 PAGE, MARKER = Path("docs/experts.md"), "<!-- tables -->"
@@ -23,34 +22,42 @@ PROGRAM = "python -m gym_extensions.baselines.experts"
 def main(argv: list[str] | None = None) -> int:
     """Runs a command."""
     args = _parser().parse_args(argv)
+    if args.command == "tables":
+        prose = PAGE.read_text(encoding="utf-8").split(MARKER)[0]
+        PAGE.write_text(f"{prose}{MARKER}\n" + "\n".join(measuring.tables()) + "\n", encoding="utf-8")
+        return 0
+    differs = False
+    for line in _lines(args):
+        print(line, flush=True)
+        differs |= line.endswith(checking.DIFFERS)
+    return int(differs)
+
+
+def _lines(args: argparse.Namespace) -> Iterator[str]:
+    """Runs a command; yields its output as it arises."""
     work = Workplace(args.work, args.submissions)
     patterns = getattr(args, "tasks", None) or [".*"]
     tasks = [task for task in mujoco_tasks().values() if re.fullmatch("|".join(patterns), task.name)]
     if args.command == "harvest":
         for family in args.families or sorted(set(FAMILIES.values())):
-            _print(measuring.harvest(work, args.submissions, family))
+            yield from measuring.harvest(work, args.submissions, family)
     elif args.command == "train":
         for name in args.recipes:
             row = recipe(name)
             parent = work.resolved(args.parent or row.parent)
             origin = f" --from {parent}" if parent else ""
             command = f"{PROGRAM} train {name} --seed {args.seed}{origin}"
-            _print(training.train(work, row, args.seed, parent, command))
+            yield from training.train(work, row, args.seed, parent, command)
     elif args.command == "select":
-        _print(measuring.select(work, tasks, args.episodes))
+        yield from measuring.select(work, tasks, args.episodes)
     elif args.command == "publish":
-        _print(measuring.publish(work, task, args.episodes, experts.DATA) for task in tasks)
+        yield from (measuring.publish(work, task, args.episodes, experts.DATA) for task in tasks)
     elif args.command == "check":
-        return _check([task for task in tasks if task.name in experts.names()], args.episodes)
-    elif args.command == "challenge":
-        cells = measuring.stored_candidates(args.submissions)
-        _print(
-            checking.challenge(work, {task.name: cells.get(task.name, []) for task in tasks}, args.episodes)
-        )
-    elif args.command == "tables":
-        prose = PAGE.read_text(encoding="utf-8").split(MARKER)[0]
-        PAGE.write_text(f"{prose}{MARKER}\n" + "\n".join(measuring.tables()) + "\n", encoding="utf-8")
-    return 0
+        yield from checking.check([task for task in tasks if task.name in experts.names()], args.episodes)
+    else:
+        ranked = measuring.stored_candidates(args.submissions)
+        cells = {task.name: ranked.get(task.name, []) for task in tasks}
+        yield from checking.challenge(work, cells, args.episodes)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -75,24 +82,6 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument("--episodes", type=int, default=episodes)
     commands.add_parser("tables", help=f"write the tables of {PAGE}")
     return parser
-
-
-def _print(lines: Iterable[str]) -> None:
-    for line in lines:
-        print(line, flush=True)
-
-
-def _check(tasks: Iterable[Task], count: int) -> int:
-    """Measures experts again; 1 if one differs from its card by more than three standard errors."""
-    different = 0
-    for task in tasks:
-        mean, stated, differs = checking.measured_again(task, count)
-        different += differs
-        print(
-            f"{task.name}: {mean:.2f}, the card says {stated:.2f}{' (differs)' if differs else ''}",
-            flush=True,
-        )
-    return int(different > 0)
 
 
 if __name__ == "__main__":

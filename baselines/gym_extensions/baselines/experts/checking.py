@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from gym_extensions.experts import seed
 from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
 from gym_extensions.rollouts.policies.mlp import Policy
 
+DIFFERS = " (differs)"
 THRESHOLD = 1.05
 """Normalized return of a cell's log from which it is evaluated."""
 CLEAR_ERRORS = 3.0
@@ -44,6 +45,13 @@ def measured_again(task: Task, count: int) -> tuple[float, float, bool]:
     mean = float(np.mean(episodes(experts.load(task), task, seeds)[0]))
     stated = card.first_hundred if count == QUICK else card.measurement.mean
     return mean, stated, abs(mean - stated) > 3 * card.measurement.deviation / count**0.5
+
+
+def check(tasks: Iterable[Task], count: int) -> Iterator[str]:
+    """Measures experts again; a line ends with ``DIFFERS`` if it differs from its card as above."""
+    for task in tasks:
+        mean, stated, differs = measured_again(task, count)
+        yield f"{task.name}: {mean:.2f}, the card says {stated:.2f}{DIFFERS if differs else ''}"
 
 
 def challenge(

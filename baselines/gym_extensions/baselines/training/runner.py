@@ -11,19 +11,11 @@ from pathlib import Path
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
 from gym_extensions.baselines.agent_checks import card_of, observes_of
-from gym_extensions.baselines.training import events, usage
+from gym_extensions.baselines.training import events, jobs, usage
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import Batch, TrainingEnv
 from gym_extensions.baselines.training.evaluation import Evaluator, isolated, policy_of
-from gym_extensions.baselines.training.jobs import (
-    Interim,
-    Settings,
-    Stage,
-    TrainingJob,
-    seeded_copy,
-    seeded_global_generators,
-    training_seed,
-)
+from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
@@ -78,13 +70,13 @@ class PendingJob:
         return done
 
     def _seed(self, *purpose: str) -> int:
-        return training_seed(self.job.run, self.job.group.id, *purpose)
+        return jobs.training_seed(self.job.run, self.job.group.id, *purpose)
 
     def _create(self, env: VectorEnv) -> Agent:
         make, settings = algorithms.factory(self.agent), self.settings
-        observations = seeded_copy(env.single_observation_space, self._seed("observation space"))
-        actions = seeded_copy(env.single_action_space, self._seed("action space"))
-        with seeded_global_generators(self._seed("creation")):
+        observations = jobs.seeded_copy(env.single_observation_space, self._seed("observation space"))
+        actions = jobs.seeded_copy(env.single_action_space, self._seed("action space"))
+        with jobs.seeded_global_generators(self._seed("creation")):
             agent = make(observations, actions, self._seed("agent"))
         observes = observes_of(agent, settings.agent)
         if observes != settings.observes:
@@ -110,7 +102,7 @@ class PendingJob:
         policy, episodes = policy_of(agent), []
         for task in stage.evaluated:
             start = time.perf_counter()
-            with seeded_global_generators(self._seed(f"evaluation {stage.number}", task.id)):
+            with jobs.seeded_global_generators(self._seed(f"evaluation {stage.number}", task.id)):
                 new = evaluator.evaluate(agent, stage.number, task, policy)
             mean_return = sum(episode.return_ for episode in new) / len(new)
             monitor.evaluated(stage.steps, (task.id, len(new), mean_return, time.perf_counter() - start))
@@ -141,7 +133,7 @@ class PendingJob:
             group_ids=self.job.group.task_ids,
             stage=stage.number,
         )
-        with seeded_global_generators(self._seed(*ids, "global generators")):
+        with jobs.seeded_global_generators(self._seed(*ids, "global generators")):
             agent.learn(env, stage.steps)
         env.flush()
         env.close()

@@ -21,16 +21,8 @@ from typing import Protocol
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trust_region.policy import (
-    Architecture,
-    Batch,
-    divergence,
-    fisher_product,
-    gain,
-    log_density,
-    mean_and_log_sigma,
-    surrogate_gradient,
-)
+from gym_extensions.baselines.trust_region import policy as policies
+from gym_extensions.baselines.trust_region.policy import Architecture, Batch
 
 
 def dot(left: Array, right: Array) -> float:
@@ -168,10 +160,10 @@ def updated(
     The penalty is subtracted from the surrogate. ``trainable`` (p,) is 1 for parameters that may change, 0
     for others; by default all may change.
     """
-    slope = surrogate_gradient(architecture, theta, batch)
+    slope = policies.surrogate_gradient(architecture, theta, batch)
     stride = max(1, len(batch.observations) // region.curvature_states)
     states = np.ascontiguousarray(batch.observations[::stride])
-    product = fisher_product(architecture, theta, states, region.damping)
+    product = policies.fisher_product(architecture, theta, states, region.damping)
     if penalty:
         slope = slope - penalty.gradient(theta)
     if trainable is not None:
@@ -185,9 +177,9 @@ def updated(
     if full_step is None:
         return theta
 
-    old_mean, old_log_sigma = mean_and_log_sigma(architecture, theta, batch.observations)
-    old = log_density(old_mean, old_log_sigma, batch.actions)
-    before = gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
+    old_mean, old_log_sigma = policies.mean_and_log_sigma(architecture, theta, batch.observations)
+    old = policies.log_density(old_mean, old_log_sigma, batch.actions)
+    before = policies.gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
 
     def bounded(parameters: Array) -> Array:
         within = parameters.copy()
@@ -196,9 +188,9 @@ def updated(
 
     def accepts(step: Array) -> bool:
         candidate = bounded(step)
-        mean, log_sigma = mean_and_log_sigma(architecture, candidate, batch.observations)
-        kl = divergence(old_mean, old_log_sigma, mean, log_sigma)
-        after = gain(mean, log_sigma, batch, old) - (penalty.value(candidate) if penalty else 0.0)
+        mean, log_sigma = policies.mean_and_log_sigma(architecture, candidate, batch.observations)
+        kl = policies.divergence(old_mean, old_log_sigma, mean, log_sigma)
+        after = policies.gain(mean, log_sigma, batch, old) - (penalty.value(candidate) if penalty else 0.0)
         return bool(np.isfinite(after) and after > before and kl <= region.max_kl)
 
     return bounded(line_search(accepts, theta, full_step)[0])

@@ -8,20 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.baselines.trust_region.policy import (
-    ACTIVATIONS,
-    Layers,
-    Moments,
-    Sizes,
-    forward,
-    gradient,
-    initial,
-    layers,
-    merge,
-    no_moments,
-    slopes,
-    standardize,
-)
+from gym_extensions.baselines.trust_region import policy as policies
+from gym_extensions.baselines.trust_region.policy import ACTIVATIONS, Layers, Moments, Sizes
 
 
 @dataclass(frozen=True)
@@ -112,7 +100,7 @@ class ValueFunction:
     def __init__(self, observations: int, rng: np.random.Generator, fit: ValueFit) -> None:
         self._fit, self._activation = fit, ACTIVATIONS[fit.activation]
         self._sizes: Sizes = (observations, *fit.hidden, 1)
-        theta = initial(self._sizes, rng)
+        theta = policies.initial(self._sizes, rng)
         self.state: dict[str, Array] = {
             "theta": theta,
             "first": np.zeros_like(theta),
@@ -120,7 +108,7 @@ class ValueFunction:
             "updates": np.zeros(1),
             "level": np.array([0.0, 1.0]),
         }
-        self._store(no_moments(observations))
+        self._store(policies.no_moments(observations))
 
     @property
     def parameters(self) -> int:
@@ -133,22 +121,23 @@ class ValueFunction:
         Before the first ``fit`` no moments are known, so that all inputs are at the bounds of the clip and
         the advantages of the first batch are noisy. Zeros would be better, but give other runs.
         """
-        inputs = standardize(self._moments(), observations, least=0.0)
+        inputs = policies.standardize(self._moments(), observations, least=0.0)
         mean, deviation = self.state["level"]
-        output = forward(layers(self._sizes, self.state["theta"]), inputs, self._activation)[-1][:, 0]
+        views = policies.layers(self._sizes, self.state["theta"])
+        output = policies.forward(views, inputs, self._activation)[-1][:, 0]
         values: Array = output.astype(np.float64) * deviation + mean
         return values
 
     def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
         """Moves the predictions towards the targets (n,) by a few epochs of Adam on the squared error."""
-        self._store(merge(self._moments(), observations))
+        self._store(policies.merge(self._moments(), observations))
         self._rescale(targets)
         mean, deviation = self.state["level"]
-        inputs = standardize(self._moments(), observations, least=0.0)
+        inputs = policies.standardize(self._moments(), observations, least=0.0)
         scaled = ((targets - mean) / deviation).astype(np.float32)
         fit, count = self._fit, len(inputs)
         size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
-        views = layers(self._sizes, self.state["theta"])
+        views = policies.layers(self._sizes, self.state["theta"])
         for _ in range(max(2, min(fit.epochs, fit.samples // count))):
             order = rng.permutation(count)
             shuffled, goals = inputs[order], scaled[order, None]
@@ -158,9 +147,9 @@ class ValueFunction:
     def _descend(self, views: Layers, inputs: Array, targets: Array) -> None:
         """One step of Adam on the parameters, whose views are ``views``; all arrays are changed in place."""
         state = self.state
-        values = forward(views, inputs, self._activation)
+        values = policies.forward(views, inputs, self._activation)
         upstream = (values[-1] - targets) * np.float32(2 / len(inputs))
-        slope = gradient(views, values, slopes(values, self._activation), upstream)
+        slope = policies.gradient(views, values, policies.slopes(values, self._activation), upstream)
         state["updates"] += 1
         count = float(state["updates"][0])
         state["first"] += np.float32(1 - FIRST_DECAY) * (slope - state["first"])
@@ -182,7 +171,7 @@ class ValueFunction:
         """
         mean, deviation = self.state["level"]
         new_mean, new_deviation = float(targets.mean()), max(float(targets.std()), 1e-6)
-        weights, bias = layers(self._sizes, self.state["theta"])[-1]
+        weights, bias = policies.layers(self._sizes, self.state["theta"])[-1]
         weights *= np.float32(deviation / new_deviation)
         bias[:] = (bias * deviation + mean - new_mean) / new_deviation
         self.state["level"] = np.array([new_mean, new_deviation])
