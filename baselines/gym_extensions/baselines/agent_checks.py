@@ -78,7 +78,7 @@ def check_context(agent: Agent, name: str) -> None:
     context, message = _context_parameter(agent), ""
     for parameter in list(inspect.signature(agent.act).parameters.values())[1:]:
         is_optional = parameter.default is not parameter.empty or parameter.kind in VARIADIC
-        if not is_optional and (context is None or parameter.name != context.name):
+        if not is_optional and parameter != context:
             message = f"act() requires the argument {parameter.name!r}."
     if observes_of(agent, name).task_in_evaluation and context is None:
         message = "The agent asks for task_in_evaluation, but act() does not receive the context."

@@ -29,51 +29,28 @@ def parser() -> argparse.ArgumentParser:
         "after their last finished stage if the agent can be saved. A job that fails does not stop the "
         "others; the exit status is then 1.",
     )
-    command.add_argument("agent", help=f"{', '.join(algorithms.names())}, or module:factory")
-    command.add_argument(
-        "--groups",
-        required=True,
-        help="comma-separated: names of groups, core (the seven groups of the core suite), or TOML files of "
-        "custom groups",
+    add = command.add_argument
+    protocols, budgets = ", ".join(PROTOCOLS), ", ".join(BUDGETS)
+    groups = "comma-separated: names of groups, core (its seven groups), or TOML files of custom groups"
+    add("agent", help=f"{', '.join(algorithms.names())}, or module:factory")
+    add("--groups", required=True, help=groups)
+    add("--protocol", default="sequential", help=f"comma-separated: {protocols} (default: %(default)s)")
+    add(
+        "--budget", default=STANDARD_BUDGET, help=f"training steps per task: {budgets} (default: %(default)s)"
     )
-    command.add_argument(
-        "--protocol",
-        default="sequential",
-        help=f"comma-separated: {', '.join(PROTOCOLS)} (default: sequential)",
-    )
-    command.add_argument(
-        "--budget",
-        default=STANDARD_BUDGET,
-        help=f"training steps per task: {', '.join(BUDGETS)} (default: {STANDARD_BUDGET})",
-    )
-    command.add_argument("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
-    command.add_argument("--out", required=True, type=Path, help="the submission's folder")
-    command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
-    command.add_argument(
-        "--num-envs", type=int, help="parallel training environments (default: those of the budget)"
-    )
-    command.add_argument(
-        "--num-threads",
-        type=int,
-        default=1,
-        help="threads that step the training environments of one job (default: 1)",
-    )
-    command.add_argument(
-        "--evaluate-every",
-        type=int,
-        metavar="STEPS",
-        help="also evaluate during training, after each number of steps (default: after each stage only)",
-    )
-    command.add_argument(
+    add("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
+    add("--out", required=True, type=Path, help="the submission's folder")
+    add("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    add("--num-envs", type=int, help="parallel training environments (default: those of the budget)")
+    add("--num-threads", type=int, default=1, help="threads per job that step environments (default: 1)")
+    every = "also evaluate during training, after each number of steps (default: after each stage only)"
+    add("--evaluate-every", type=int, metavar="STEPS", help=every)
+    add(
         "--evaluate-episodes", type=int, default=5, help="episodes per task of these evaluations (default: 5)"
     )
-    command.add_argument(
-        "--log", help=f"comma-separated: {', '.join(LOGS)}; files in .progress of the submission's folder"
-    )
-    command.add_argument(
-        "--by", default="", metavar="NAME", help="who donates these runs to an entry of others"
-    )
-    command.add_argument("--quiet", action="store_true", help="do not show the progress")
+    add("--log", help=f"comma-separated: {', '.join(LOGS)}; files in .progress of the submission's folder")
+    add("--by", default="", metavar="NAME", help="who donates these runs to an entry of others")
+    add("--quiet", action="store_true", help="do not show the progress")
     return command
 
 

@@ -61,9 +61,8 @@ def claimed_curves(stage: Stage, curves: ClaimedCurves) -> list[Curve]:
     by_task = {task_named(name, stage.trained): points for name, points in curves.items()}
     found = []
     for task in stage.trained:
-        points = by_task.get(task, ())
+        points, message = by_task.get(task, ()), ""
         steps, returns = [int(step) for step, _ in points], [float(value) for _, value in points]
-        message = ""
         if any(later <= earlier for earlier, later in pairwise([0, *steps])):
             message = "The training steps do not increase from above 0."
         elif steps and steps[-1] > stage.steps * (1 + EXCESS):
@@ -94,15 +93,13 @@ def parse_stage(
     if protocol != "sequential" and stage is None:
         return job, 1
     stages = range(len(group.tasks) + 1) if protocol == "sequential" else range(1, 2)
-    if stage is None or stage not in stages or isinstance(stage, bool):
-        message = (
-            "The protocol sequential needs a stage." if stage is None else f"Stage {stage!r} is out of range."
-        )
-        hint = f"Use the number of tasks that the policy was trained on, {stages[0]} to {stages[-1]}."
-        if protocol != "sequential":
-            hint = "Leave stage out."
-        raise BenchError("bad-stage", message, "stage", hint)
-    return job, stage
+    if stage is not None and stage in stages and not isinstance(stage, bool):
+        return job, stage
+    missing = "The protocol sequential needs a stage."
+    message = missing if stage is None else f"Stage {stage!r} is out of range."
+    hint = f"Use the number of tasks that the policy was trained on, {stages[0]} to {stages[-1]}."
+    hint = hint if protocol == "sequential" else "Leave stage out."
+    raise BenchError("bad-stage", message, "stage", hint)
 
 
 POLICY_ERRORS = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)

@@ -133,18 +133,9 @@ class Body:
     success: Success | None = None  # None if its tasks define no success
 
 
-def gymnasium_source(file: str) -> str:
-    """The sentence that names the Gymnasium class a body comes from."""
-    return f"Gymnasium 1.4, `gymnasium/envs/mujoco/{file}.py`, default arguments."
-
-
-def uniform_start(model: str, noise: str) -> str:
-    """The sentence for a start at the rest pose with uniform noise."""
-    return f"{model}'s rest pose. Noise from U(−{noise}, {noise}) is added to every position and velocity."
-
-
+SOURCE = "Gymnasium 1.4, `gymnasium/envs/mujoco/{}.py`, default arguments."
+START = "{0}'s rest pose. Noise from U(−{1}, {1}) is added to every position and velocity."
 TIME_LIMIT_ONLY = "Only at the time limit."
-
 
 PLANAR = (
     Body(
@@ -155,9 +146,9 @@ PLANAR = (
         prose=Prose(
             "A one-legged body in the x–z plane that hops forward.",
             "Δx/dt + 1 while healthy − 0.001·Σ a², with dt = 0.008 s.",
-            uniform_start("Hopper", "0.005"),
+            START.format("Hopper", "0.005"),
             "Unhealthy: height ≤ 0.7 m, or |pitch| ≥ 0.2 rad, or another coordinate or velocity beyond ±100.",
-            gymnasium_source("hopper_v5"),
+            SOURCE.format("hopper_v5"),
         ),
         rewards=RewardBounds(-20.0, 20.0),  # 1 for health, plus the forward speed in m/s
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
@@ -174,9 +165,9 @@ PLANAR = (
         prose=Prose(
             "A two-legged body in the x–z plane that walks forward.",
             "Δx/dt + 1 while healthy − 0.001·Σ a², with dt = 0.008 s.",
-            uniform_start("Walker2d", "0.005"),
+            START.format("Walker2d", "0.005"),
             "Unhealthy: height outside (0.8, 2) m or |pitch| ≥ 1 rad.",
-            gymnasium_source("walker2d_v5"),
+            SOURCE.format("walker2d_v5"),
         ),
         rewards=RewardBounds(-25.0, 25.0),  # as Hopper
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
@@ -197,7 +188,7 @@ PLANAR = (
             "HalfCheetah's rest pose. Noise from U(−0.1, 0.1) is added to positions, from N(0, 0.1²) to "
             "velocities.",
             TIME_LIMIT_ONLY,
-            gymnasium_source("half_cheetah_v5"),
+            SOURCE.format("half_cheetah_v5"),
         ),
         rewards=RewardBounds(-50.0, 50.0, terminates=False),  # the forward speed in m/s
         camera=Camera(0.0, 0.45, 2.8, 90, -8),
@@ -244,9 +235,9 @@ HUMANOIDS = (
         prose=Prose(
             "A three-dimensional two-legged body with arms that walks forward.",
             f"1.25·Δx/dt + 5 while healthy − {COSTS}. Δx is that of the center of mass, dt = 0.015 s.",
-            uniform_start("Humanoid", "0.01"),
+            START.format("Humanoid", "0.01"),
             "Unhealthy: height of the torso outside (1, 2) m.",
-            gymnasium_source("humanoid_v5"),
+            SOURCE.format("humanoid_v5"),
         ),
         rewards=RewardBounds(-50.0, 50.0),  # 5 for health, 1.25 × speed in m/s, contact cost at most 10
         camera=Camera(0.0, 0.85, 3.0, 120, -8),
@@ -261,9 +252,9 @@ HUMANOIDS = (
         prose=Prose(
             "A humanoid lying on its back that stands up.",
             f"z/0.003 + 1 − {COSTS}. z is the height of the torso.",
-            uniform_start("HumanoidStandup", "0.01"),
+            START.format("HumanoidStandup", "0.01"),
             TIME_LIMIT_ONLY,
-            gymnasium_source("humanoidstandup_v5"),
+            SOURCE.format("humanoidstandup_v5"),
         ),
         rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
         **LYING,
@@ -277,7 +268,7 @@ HUMANOIDS = (
             "A humanoid lying on its back that stands up and runs.",
             f"1.25·Δx/dt + z/0.003 + (5 if 1 < z < 2, else 1) − {COSTS}. Δx is that of the center of mass, "
             "z the height of the torso, dt = 0.015 s.",
-            uniform_start("HumanoidStandup", "0.01"),
+            START.format("HumanoidStandup", "0.01"),
             TIME_LIMIT_ONLY,
             "The paper's task, on Gymnasium's `humanoidstandup.xml` with Humanoid-v5's observation.",
         ),
@@ -307,7 +298,7 @@ ARMS = (
             "object's offsets from the goal are y ~ U(−0.3, 0) and x ~ U(−0.2, 0.2), drawn until their "
             "distance exceeds 0.17 m.",
             TIME_LIMIT_ONLY,
-            gymnasium_source("pusher_v5"),
+            SOURCE.format("pusher_v5"),
         ),
         rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
         goal_area=Rectangle((-0.2, -0.1), (0.0, 0.3)),  # slide offsets (y, x)

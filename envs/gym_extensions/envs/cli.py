@@ -26,16 +26,10 @@ def _parser() -> argparse.ArgumentParser:
     checking.add_argument("task", nargs="*", help="task ids or bare names (default: all tasks)")
     writing = commands.add_parser("fingerprint", help="publish the fingerprints of new tasks")
     writing.add_argument("--replace", action="store_true", help="also replace fingerprints that have changed")
-    documenting = commands.add_parser("docs", help="write the documentation pages of the environments")
-    documenting.add_argument(
-        "--out", type=Path, default=Path("docs/environments"), help="output folder (default: %(default)s)"
-    )
-    documenting.add_argument(
-        "--sheets", type=Path, default=sheets.PATH, help="file of the sheets (default: in the package)"
-    )
-    documenting.add_argument(
-        "--pictures", action="store_true", help="also render the pictures (needs OpenGL)"
-    )
+    add = commands.add_parser("docs", help="write the documentation pages of the environments").add_argument
+    add("--out", type=Path, default=Path("docs/environments"), help="output folder (default: %(default)s)")
+    add("--sheets", type=Path, default=sheets.PATH, help="file of the sheets (default: in the package)")
+    add("--pictures", action="store_true", help="also render the pictures (needs OpenGL)")
     return parser
 
 
@@ -62,9 +56,8 @@ def _check(names: list[str]) -> int:
     count = len(chosen or TASKS)
     if differences:
         tasks = len({difference.task for difference in differences})
-        print(
-            f"{tasks} of {_tasks(count)} differ. A changed task needs a new version number.", file=sys.stderr
-        )
+        message = f"{tasks} of {_tasks(count)} differ. A changed task needs a new version number."
+        print(message, file=sys.stderr)
         return 1
     verb = "matches its published fingerprint" if count == 1 else "match their published fingerprints"
     print(f"{_tasks(count)} {verb}.")
@@ -93,9 +86,8 @@ def _docs(args: argparse.Namespace) -> int:
 
     described = sheets_text()
     write_text(args.sheets, described)
-    texts, images = pages(sheets.read_sheets(described)), {}
-    if args.pictures:
-        images = task_pictures() | map_pictures()
+    texts = pages(sheets.read_sheets(described))
+    images = task_pictures() | map_pictures() if args.pictures else {}
     for name, text in texts.items():
         write_text(args.out / name, text)
     for name, image in images.items():

@@ -156,11 +156,10 @@ class Trpo:
         return self._act(observations, self._theta, self._moments)
 
     def _act(self, observations: Array, theta: Array, moments: Moments) -> Array:
-        observations = np.asarray(observations, np.float32)
-        mean, log_sigma = self._mean_and_log_sigma(observations, theta, moments)
-        if self._settings.deterministic_evaluation:
-            return self._to_env(mean)
-        return self._to_env(policies.sampled(mean, log_sigma, self._acting))
+        seen = np.asarray(observations, np.float32)
+        mean, log_sigma = self._mean_and_log_sigma(seen, theta, moments)
+        is_best = self._settings.deterministic_evaluation
+        return self._to_env(mean if is_best else policies.sampled(mean, log_sigma, self._acting))
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """One update per batch until ``steps`` transitions are taken; episodes continue across batches."""
@@ -187,14 +186,9 @@ class Trpo:
         settings, valid = self._settings, transitions.valid
         flat = transitions.observations.reshape(-1, self._architecture.sizes[0])
         values = self._value.predict(flat).reshape(transitions.observations.shape[:2])
-        estimates = advantages(
-            transitions.rewards,
-            values,
-            transitions.terminated,
-            transitions.truncated,
-            discount=settings.discount,
-            gae_lambda=settings.gae_lambda,
-        )
+        rewards, ends = transitions.rewards, (transitions.terminated, transitions.truncated)
+        discount, gae_lambda = settings.discount, settings.gae_lambda
+        estimates = advantages(rewards, values, *ends, discount=discount, gae_lambda=gae_lambda)
         targets, chosen = (estimates + values[:-1])[valid], estimates[valid]
         scaled = ((chosen - chosen.mean()) / (chosen.std() + 1e-8)).astype(np.float32)
         observations = self._observations_of(transitions)

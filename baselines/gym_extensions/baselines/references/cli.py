@@ -34,45 +34,28 @@ def parser() -> argparse.ArgumentParser:
         description="Write the published references from floors and experts, measure those of custom groups, "
         "or measure references again.",
     )
-    command.add_argument(
-        "--groups",
-        help="comma-separated: TOML files of custom groups to measure (with --out), or groups to check; "
-        "all published tasks by default",
+    add = command.add_argument
+    groups = (
+        "comma-separated: TOML files of custom groups to measure (with --out), or groups to check; "
+        "all published tasks by default"
     )
-    command.add_argument(
-        "--budget",
-        default=STANDARD_BUDGET,
-        choices=list(BUDGETS),
-        help=f"of custom groups, training steps per task (default: {STANDARD_BUDGET})",
+    file = (
+        "the file; its stem is the version's name; floors, and tasks of custom groups, stay as they are in "
+        "an existing file (default: the installed references)"
     )
-    command.add_argument(
-        "--runs",
-        default="1000-1004",
-        help="of custom groups, training seeds, at least 1000 (default: 1000-1004)",
-    )
-    command.add_argument(
-        "--agent",
-        default=TRAINED_AGENT,
-        choices=algorithms.names(),
-        help=f"of custom groups, the agent that is trained on each task (default: {TRAINED_AGENT})",
-    )
+    again = "measure the floors and experts in this file again and compare (default: the installed one)"
+    steps = "of custom groups, training steps per task (default: %(default)s)"
+    trained = "of custom groups, the agent that is trained on each task (default: %(default)s)"
+    seeds = "of custom groups, training seeds, at least 1000 (default: %(default)s)"
+    add("--groups", help=groups)
+    add("--budget", default=STANDARD_BUDGET, choices=list(BUDGETS), help=steps)
+    add("--runs", default="1000-1004", help=seeds)
+    add("--agent", default=TRAINED_AGENT, choices=algorithms.names(), help=trained)
     target = command.add_mutually_exclusive_group()
-    target.add_argument(
-        "--out",
-        type=Path,
-        help="the file; its stem is the version's name; floors, and tasks of custom groups, stay as they are "
-        "in an existing file (default: the installed references)",
-    )
-    target.add_argument(
-        "--check",
-        type=Path,
-        metavar="FILE",
-        nargs="?",
-        const=CURRENT_FILE,
-        help="measure the floors and experts in this file again and compare (default: the installed one)",
-    )
-    command.add_argument("--quick", action="store_true", help=f"check on the first {QUICK} episodes")
-    command.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    target.add_argument("--out", type=Path, help=file)
+    target.add_argument("--check", type=Path, metavar="FILE", nargs="?", const=CURRENT_FILE, help=again)
+    add("--quick", action="store_true", help=f"check on the first {QUICK} episodes")
+    add("--jobs", type=int, default=1, help="worker processes (default: 1)")
     return command
 
 

@@ -31,27 +31,24 @@ STRIKER_BALL_FIXED = (0.5, -0.175)
 """World (x, y) of Striker's ball."""
 
 
-def draw_point(area: Rectangle, generator: np.random.Generator) -> Array:
-    """Draws a point, (2,), uniformly from a rectangle, one coordinate after the other."""
-    return np.array([generator.uniform(area.low[axis], area.high[axis]) for axis in (0, 1)])
-
-
 PUSHER_ARM_SPEED, STRIKER_ARM_SPEED = 0.005, 0.1
 """Largest speed of an arm joint at reset, rad/s (Gymnasium's pusher_v5, Gym's Striker-v0)."""
 STRIKE = 0.1
 """The tip strikes the ball when their distance is below this, m."""
 DISTANCE_WEIGHT, CTRL_WEIGHT, NEAR_WEIGHT = 3.0, 0.1, 0.5
+ARM = 7
+"""Joints of the arm, before those of the object."""
+
+
+def draw_point(area: Rectangle, generator: np.random.Generator) -> Array:
+    """Draws a point, (2,), uniformly from a rectangle, one coordinate after the other."""
+    return np.array([generator.uniform(area.low[axis], area.high[axis]) for axis in (0, 1)])
 
 
 def facing(ball: Array, goal: Array) -> Array:
     """The quaternion of a goal at (x, y) whose open side, −y at rest, faces a ball at (x, y)."""
     turn = math.atan2(ball[0] - goal[0], goal[1] - ball[1])
     return np.array([math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)])
-
-
-ARM = 7
-"""Joints of the arm, before those of the object."""
-PUSH_NEAR, PUSH_CTRL = 0.5, 0.1
 
 
 def distance(difference: Array) -> Array:
@@ -77,6 +74,13 @@ class ArmRules(Rules):
             positions[:, model.body(name).id] for name in ("tips_arm", "object", "goal")
         )
 
+    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
+        drawn = [self._draw(int(index), rng) for index, rng in zip(indices, generators, strict=True)]
+        return {name: np.array([row[name] for row in drawn]) for name in drawn[0]}
+
+    def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
+        raise NotImplementedError
+
     def _reward(self, far: Array, cost: NDArray[Any], near: Array) -> Array:
         self._terms = {"reward_dist": far, "reward_ctrl": cost, "reward_near": near}
         reward: Array = far + cost + near
@@ -101,12 +105,8 @@ class PusherRules(ArmRules):
         super().__init__(physics, templates)
         self._moving = [variation_of(template.task, MovingGoal) is not None for template in templates]
 
-    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        """The goal if it moves, the object away from it, arm velocities."""
-        drawn = [self._draw(int(index), rng) for index, rng in zip(indices, generators, strict=True)]
-        return {name: np.array([row[name] for row in drawn]) for name in ("qpos", "qvel")}
-
     def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
+        """The goal if it moves, the object away from it, arm velocities."""
         template = self._templates[index]
         goal = draw_point(PUSHER_GOAL, generator) if self._moving[index] else np.zeros(2)
         position = draw_point(PUSHER_OBJECT, generator)
@@ -119,9 +119,9 @@ class PusherRules(ArmRules):
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """−distance of object and goal − .1·Σ action² − .5 × distance of tip and object."""
-        near = -distance(self._object - self._tip) * PUSH_NEAR
+        near = -distance(self._object - self._tip) * NEAR_WEIGHT
         far = -distance(self._object - self._goal)
-        cost = -np.square(actions).sum(axis=1) * PUSH_CTRL
+        cost = -np.square(actions).sum(axis=1) * CTRL_WEIGHT
         return self._reward(far, cost, near), np.zeros(len(near), np.bool_)
 
 
@@ -141,12 +141,8 @@ class StrikerRules(ArmRules):
         self._struck = np.zeros(len(templates), np.bool_)
         self._strike_place = np.zeros((len(templates), 3))
 
-    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        """The ball if it moves, the goal away from it and facing it, arm velocities."""
-        drawn = [self._draw(int(index), rng) for index, rng in zip(indices, generators, strict=True)]
-        return {name: np.array([row[name] for row in drawn]) for name in drawn[0]}
-
     def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
+        """The ball if it moves, the goal away from it and facing it, arm velocities."""
         template = self._templates[index]
         ball = draw_point(STRIKER_BALL, generator) if self._moving[index] else np.array(STRIKER_BALL_FIXED)
         goal = draw_point(STRIKER_GOAL, generator)

@@ -53,7 +53,6 @@ class HumanoidStandupRules(Rules):
         return upward - control - impact + 1, np.zeros(len(upward), np.bool_)
 
     def step_infos(self) -> dict[str, NDArray[Any]]:
-        """Positions, tendons and the terms of the reward."""
         return self.reset_infos() | self._terms
 
     def reset_infos(self) -> dict[str, NDArray[Any]]:
@@ -131,7 +130,7 @@ class HumanoidRules(HumanoidStandupRules):
         return gains + (terms["reward_ctrl"] + terms["reward_contact"]), ~healthy
 
     def step_infos(self) -> dict[str, NDArray[Any]]:
-        """Positions, velocities of the center of mass, tendons and the terms of the reward."""
+        """Also the velocities of the center of mass, m/s."""
         x_velocity, y_velocity = self._velocity
         return self.reset_infos() | {"x_velocity": x_velocity, "y_velocity": y_velocity} | self._terms
 
