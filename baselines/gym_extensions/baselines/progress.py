@@ -51,7 +51,6 @@ class Bars:
         self._all = progress.tasks[-1]
 
     def show(self, event: events.Event) -> None:
-        """Moves the bars."""
         if isinstance(event, events.TrainingStarted):
             self._plans = {plan.title: plan for plan in event.jobs}
             self._done = dict.fromkeys(self._plans, 0)
@@ -225,7 +224,6 @@ class TensorBoard:
             self._writers.pop(event.job).close()
 
     def close(self) -> None:
-        """Writes what is not yet written."""
         for writer in self._writers.values():
             writer.close()
 

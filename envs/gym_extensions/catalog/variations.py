@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, SupportsFloat
@@ -29,45 +30,44 @@ class Variation(Protocol):
 class BaseVariation:
     """A variation that changes nothing, fits every body, and describes itself by its values."""
 
-    def apply(self, spec: mujoco.MjSpec) -> None:
-        """Leaves the model as it is."""
-
     needs: ClassVar[Any] = staticmethod(lambda body: True)
     """What a base body needs for the variation, as a function of the body."""
+    sentence: ClassVar[str] = ""
+    """The documentation's sentence, with the variation's values in braces."""
+    signed: ClassVar[tuple[str, ...]] = ()
+    """The numbers that may be 0 or negative."""
+    largest: ClassVar[Mapping[str, float]] = {}
+    """The largest value of the numbers that have one."""
+
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Leaves the model as it is."""
 
     @classmethod
     def fits(cls, body: Body) -> bool:
         """Returns whether the variation can be applied to the base body."""
         return bool(cls.needs(body))
 
-    sentence: ClassVar[str] = ""
-    """The documentation's sentence, with the variation's values in braces."""
-    signed: ClassVar[tuple[str, ...]] = ()
-    """The numbers that may be 0 or negative."""
-
     def __post_init__(self) -> None:
         """Stores all numbers as floats, so that equal numbers of any type give one task.
 
         Raises:
-            BenchError: a value is not a finite number, or not above 0 where it must be.
+            BenchError: a value is not a finite number, not above 0 where it must be, or too large.
         """
         names = [each.name for each in fields(self) if each.type == "float"]  # type: ignore[arg-type]
         for name in names:
             value = getattr(self, name)
             number = finite(value)
-            if number is None or (number <= 0 and name not in self.signed):
+            hint = "Give a finite number." if name in self.signed else "Give a finite number above 0."
+            is_wrong = number is None or (number <= 0 and name not in self.signed)
+            if number is not None and number > self.largest.get(name, math.inf):
+                is_wrong, hint = True, f"Give at most {self.largest[name]:g}."
+            if is_wrong:
                 message = f"{type(self).__name__}'s {name} is {value!r}."
-                hint = "Give a finite number." if name in self.signed else "Give a finite number above 0."
                 raise BenchError("bad-factor", message, hint=hint)
             object.__setattr__(self, name, number)
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
-        """Returns the documentation's sentence about the variation.
-
-        Args:
-            body: the base body.
-            spec: the body's specification without variations; the method may edit it.
-        """
+        """Returns the documentation's sentence. ``spec`` is without variations; the method may edit it."""
         return self.sentence.format(**vars(self)) or f"{self!r}."
 
 
@@ -85,10 +85,7 @@ class Gravity(BaseVariation):
     needs = staticmethod(lambda body: body.has_gravity)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
-        """Multiplies the model's z-gravity in decimal arithmetic.
-
-        9.81 × 1.25 is the float nearest 12.2625.
-        """
+        """Multiplies z-gravity in decimal arithmetic: 9.81 × 1.25 is the float nearest 12.2625."""
         x, y, z = spec.option.gravity
         spec.option.gravity = [x, y, float(Decimal(repr(float(z))) * Decimal(repr(float(self.factor))))]
 
@@ -139,10 +136,7 @@ class LimbScale(BaseVariation):
 
 
 def mass(geom: mujoco.MjsGeom) -> float:
-    """The geom's mass before compilation, in kg.
-
-    If it is not set, it is density × volume of a capsule or sphere.
-    """
+    """The geom's mass before compilation, kg: density × volume of a capsule or sphere if it is not set."""
     if not math.isnan(geom.mass):
         return float(geom.mass)
     radius, half_length = float(geom.size[0]), float(geom.size[1])
@@ -191,6 +185,7 @@ class Wall(BaseVariation):
     nearest: float = 1.8
     farthest: float = 3.8
     parked: bool = False
+    needs = staticmethod(lambda body: body.beams)
     signed: ClassVar[tuple[str, ...]] = ("centre_height",)
 
     def __post_init__(self) -> None:
@@ -200,8 +195,6 @@ class Wall(BaseVariation):
         if not self.farthest >= self.nearest:
             message = f"Wall's farthest is {self.farthest!r} and its nearest {self.nearest!r}."
             raise BenchError("bad-range", message, hint="Give farthest at least as large as nearest.")
-
-    needs = staticmethod(lambda body: body.beams)
 
     @property
     def half_sizes(self) -> tuple[float, float, float]:
@@ -241,10 +234,7 @@ class Wall(BaseVariation):
 
 @dataclass(frozen=True)
 class RangeSensor(BaseVariation):
-    """Appends ten range beams from the torso to the observation.
-
-    A beam is distance to the wall / 10 m, or 0.
-    """
+    """Appends ten range beams from the torso to the observation: distance to the wall / 10 m, or 0."""
 
     needs = staticmethod(lambda body: body.beams)
 
@@ -267,15 +257,10 @@ class SensorNoise(BaseVariation):
     )
 
     needs = staticmethod(lambda body: body.beams)
+    largest: ClassVar[Mapping[str, float]] = {"dropout": 1.0}
 
     dropout: float = 0.05
     noise: float = 0.02
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.dropout > 1:
-            message = f"SensorNoise's dropout is {self.dropout!r}."
-            raise BenchError("bad-factor", message, hint="Give at most 1.")
 
 
 @dataclass(frozen=True)
@@ -337,14 +322,9 @@ class TrackingGoal(BaseVariation):
     )
 
     needs = staticmethod(lambda body: body.goal_area)
+    largest: ClassVar[Mapping[str, float]] = {"speed": MAX_SPEED}
 
     speed: float = 0.2
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.speed > MAX_SPEED:
-            hint = f"Give at most {MAX_SPEED:g}, with which a goal crosses its rectangle in one step."
-            raise BenchError("bad-factor", f"TrackingGoal's speed is {self.speed!r}.", hint=hint)
 
 
 @dataclass(frozen=True)

@@ -149,7 +149,6 @@ class _Foreign(gym.Wrapper[Any, Any, Any, Any]):
     """An environment of another package. It reports no success, because its task defines none."""
 
     def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Returns what the environment returns, without ``is_success``."""
         *rest, info = self.env.step(action)
         return *rest, {key: value for key, value in info.items() if key != IS_SUCCESS}
 

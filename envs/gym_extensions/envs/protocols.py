@@ -138,5 +138,4 @@ class IndependentCopies:
     """A mixin whose shallow copies are deep: no two environments share a generator or an array."""
 
     def __copy__(self: Self) -> Self:
-        """Returns a deep copy."""
         return copy.deepcopy(self)

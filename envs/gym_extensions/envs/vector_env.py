@@ -137,7 +137,6 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         self._seeds: list[int | None] = [None] * self.num_envs
 
     def __getstate__(self) -> dict[str, Any]:
-        """Returns the attributes. Raises ``ClosedError`` after ``close``."""
         protocols.require_open(self.closed, WHERE)
         return self.__dict__.copy()
 
@@ -289,5 +288,4 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         return self.tasks if name == "task" else tuple(self._seeds)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Same as ``call`` without arguments."""
         return self.call(name)

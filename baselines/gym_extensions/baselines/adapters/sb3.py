@@ -149,7 +149,6 @@ class Sb3Factory:
     def __call__(
         self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /
     ) -> Sb3Agent:
-        """Creates an untrained agent."""
         return Sb3Agent((observation_space, action_space), seed, self)
 
     @property
@@ -157,7 +156,6 @@ class Sb3Factory:
         return self.name
 
     def model(self, env: VecEnv, seed: int, batch_steps: int) -> BaseAlgorithm:
-        """An untrained model."""
         of_batch = self.batch_settings(env.num_envs, batch_steps) if self.batch_settings else {}
         settings = {**self.settings, **of_batch}
         # SAC and A2C write into the policy_kwargs that they receive, so dicts are copied.
@@ -375,7 +373,6 @@ class Sb3Agent:
         path.write_bytes(cloudpickle.dumps(state | {"_model": model}))
 
     def load(self, path: Path) -> None:
-        """Restores a saved agent."""
         vars(self).update(cloudpickle.loads(path.read_bytes()))
         model: Any = self._model
         if (buffer := getattr(model, "replay_buffer", None)) is not None:

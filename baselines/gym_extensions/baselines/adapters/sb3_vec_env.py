@@ -48,7 +48,6 @@ class BatchVecEnv(VecEnv):
         return np.array(observations, self._dtype)
 
     def step_async(self, actions: Array) -> None:
-        """Stores the actions for ``step_wait``."""
         self._actions = actions
 
     def step_wait(self) -> tuple[Array, Array, Array, Infos]:
@@ -111,11 +110,9 @@ class SpacesVecEnv(VecEnv):
         super().__init__(num_envs, float32_space(observation_space), action_space)
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
-        """None per environment."""
         return [None for _ in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: Indices = None) -> list[bool]:
-        """False per environment."""
         return [False for _ in self._get_indices(indices)]
 
     def _unavailable(self, *_: Any, **__: Any) -> Any:

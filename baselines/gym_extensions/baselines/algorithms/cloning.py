@@ -29,7 +29,6 @@ class Divergence:
     log_sigmas: Array  # of the old policies (n, a)
 
     def value(self, theta: Array) -> float:
-        """The penalty."""
         mean, log_sigma = mean_and_log_sigma(self.architecture, theta, self.inputs)
         spread = (np.exp(2 * self.log_sigmas) + (mean - self.means) ** 2) * np.exp(-2 * log_sigma)
         terms = log_sigma - self.log_sigmas + 0.5 * spread - 0.5

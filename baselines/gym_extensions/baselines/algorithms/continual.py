@@ -72,7 +72,6 @@ class Quadratic:
     anchor: Array
 
     def value(self, theta: Array) -> float:
-        """The penalty."""
         gap = theta - self.anchor
         return 0.5 * self.coefficient * dot(self.importance, gap * gap)
 

@@ -20,7 +20,6 @@ class Random:
         self._acting, _ = interface.acting_and_learning(seed)
 
     def act(self, observations: Array) -> Array:
-        """One random action per environment."""
         shape = (len(observations), *self._low.shape)
         return self._acting.uniform(self._low, self._high, shape).astype(np.float32)
 
@@ -38,7 +37,6 @@ class Random:
         interface.save_arrays(path, acting=interface.saved_generator(self._acting))
 
     def load(self, path: Path) -> None:
-        """Restores the state of the random generator."""
         interface.restore_generator(self._acting, interface.load_arrays(path)["acting"])
 
 

@@ -298,7 +298,6 @@ class Reset(Trpo):
     _used = False
 
     def learn(self, env: VectorEnv, steps: int) -> None:
-        """Learns a task from scratch."""
         if self._used:
             self._initialize()
         self._used = True

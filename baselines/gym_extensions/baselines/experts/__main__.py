@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gym_extensions import experts
-from gym_extensions.baselines.experts import checking, measuring, training
+from gym_extensions.baselines.experts import measuring, training
 from gym_extensions.baselines.experts.measuring import QUICK, Workplace, mujoco_tasks
 from gym_extensions.baselines.experts.recipes import FAMILIES, recipe
 from gym_extensions.errors import reports_mistakes
@@ -29,7 +29,7 @@ def main(argv: list[str] | None = None) -> int:
     differs = False
     for line in _lines(args):
         print(line, flush=True)
-        differs |= line.endswith(checking.DIFFERS)
+        differs |= line.endswith(measuring.DIFFERS)
     return int(differs)
 
 
@@ -53,11 +53,11 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     elif args.command == "publish":
         yield from (measuring.publish(work, task, args.episodes, experts.DATA) for task in tasks)
     elif args.command == "check":
-        yield from checking.check([task for task in tasks if task.name in experts.names()], args.episodes)
+        yield from measuring.check([task for task in tasks if task.name in experts.names()], args.episodes)
     else:
         ranked = measuring.stored_candidates(args.submissions)
         cells = {task.name: ranked.get(task.name, []) for task in tasks}
-        yield from checking.challenge(work, cells, args.episodes)
+        yield from measuring.challenge(work, cells, args.episodes)
 
 
 def _parser() -> argparse.ArgumentParser:

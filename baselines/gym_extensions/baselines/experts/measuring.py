@@ -1,4 +1,4 @@
-"""Candidates for the experts: their episodes, the choice among them, cards and the documentation's tables."""
+"""Candidates for the experts and published experts: episodes, choice, cards, checks and tables."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import re
 import time
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,11 @@ STAGE_STEPS = 300_000
 """Environment steps per task in the protocol of the entries."""
 QUICK = 100
 """Selection episodes that a published policy needs, and the episodes of a quick check."""
+DIFFERS = " (differs)"
+THRESHOLD = 1.05
+"""Normalized return of a cell's log from which it is evaluated."""
+CLEAR_ERRORS = 3.0
+"""Standard errors of the difference by which a policy must beat an expert."""
 ENTRIES = ("trpo", "sac-fresh-buffer", "sac", "ppo", "reset", "cloning", "online-ewc", "l2", "l2-init")
 """Entries whose policies have no axis of tasks."""
 
@@ -310,6 +315,77 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
     )
     experts.write(policy, card, folder)
     return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
+
+
+def shape_problem(policy: Policy, task: Task) -> str:
+    """What of a policy's shapes is not that of the task, in words; empty if all are."""
+    observations, actions = sizes(task)
+    if policy.num_inputs != observations:
+        return f"has {policy.num_inputs} inputs, and the task {observations} observations"
+    if len(policy.action_offset) != actions:
+        return f"has {len(policy.action_offset)} actions, and the task {actions}"
+    return ""
+
+
+def measured_again(task: Task, count: int) -> tuple[float, float, bool]:
+    """Measures an expert again on its first ``count`` measurement seeds.
+
+    Returns:
+        Its mean return, that of the card (of the first 100 episodes or all), and whether the two differ by
+        more than three standard errors.
+    """
+    card = experts.card(task)
+    seeds = [seed(task, "measure", index) for index in range(count)]
+    mean = float(np.mean(episodes(experts.load(task), task, seeds)[0]))
+    stated = card.first_hundred if count == QUICK else card.measurement.mean
+    return mean, stated, abs(mean - stated) > 3 * card.measurement.deviation / count**0.5
+
+
+def check(tasks: Iterable[Task], count: int) -> Iterator[str]:
+    """Measures experts again; a line ends with ``DIFFERS`` if it differs from its card as above."""
+    for task in tasks:
+        mean, stated, differs = measured_again(task, count)
+        yield f"{task.name}: {mean:.2f}, the card says {stated:.2f}{DIFFERS if differs else ''}"
+
+
+def challenge(
+    work: Workplace,
+    cells: Mapping[str, Sequence[tuple[float, str]]],
+    count: int,
+    references: Path = REFERENCES / f"{CURRENT}.json",
+) -> Iterator[str]:
+    """Evaluates cells of entries above the expert on fresh seeds; yields a line for each.
+
+    A cell is a task after a stage of a run. It is above if the normalized mean of its 20 episodes is above
+    ``THRESHOLD``; 20 episodes are noise, so that an equal policy exceeds it now and then. It beats the
+    expert if its mean over the fresh episodes is higher by three standard errors of the difference. Open
+    tasks and provisional experts are left out.
+
+    Args:
+        work: keeps the returns.
+        cells: mean return in the log and candidate, the best first, by task (:func:`stored_candidates`).
+        count: number of fresh episodes.
+        references: the references file.
+    """
+    known = parse_file(references.read_bytes()).tasks
+    for name, ranked in cells.items():
+        task = published_task(name)
+        row = known[task.id]
+        if row.expert is None or not row.expert.policy or row.expert.provisional:
+            continue
+        floor, expert = row.floor.mean, row.expert
+        for mean, candidate in ranked:
+            score = (mean - floor) / (expert.mean - floor)
+            if score <= THRESHOLD:
+                break  # the best are first
+            seen = work.evaluate(candidate, task, "challenge", count)
+            error = math.hypot(seen.standard_error, expert.standard_error)
+            beats = seen.mean - expert.mean > CLEAR_ERRORS * error
+            yield (
+                f"{task.name} {candidate}: {score:.3f} in its log; in {seen.episodes} episodes "
+                f"{seen.mean:.1f} ± {seen.standard_error:.1f}, the expert {expert.mean:.1f} ± "
+                f"{expert.standard_error:.1f}{': beats the expert' if beats else ''}"
+            )
 
 
 def tables() -> Iterator[str]:

@@ -35,13 +35,11 @@ class SeededEnv(gym.vector.VectorWrapper[Any, Any, Any]):
         self._seeds, self._bonus = seeds, bonus
 
     def reset(self, *, seed: Any = None, options: Any = None) -> Any:
-        """The first reset has the seeds."""
         first, self._seeds = self._seeds, []
         env: Any = self.env  # seeds may be a list
         return env.reset(seed=first or None, options=options)
 
     def step(self, actions: Array) -> Any:
-        """A step, with the clipped actions."""
         space: Any = self.env.single_action_space
         clipped = np.clip(actions, space.low, space.high).astype(space.dtype)
         observations, rewards, terminated, truncated, infos = self.env.step(clipped)

@@ -19,7 +19,7 @@ import msgspec
 
 from gym_extensions import experts
 from gym_extensions.baselines import algorithms, workers
-from gym_extensions.baselines.experts.checking import measured_again, shape_problem
+from gym_extensions.baselines.experts.measuring import measured_again, shape_problem
 from gym_extensions.baselines.progress import open_bars
 from gym_extensions.baselines.train_agent import agent_settings
 from gym_extensions.baselines.training import events
@@ -62,16 +62,13 @@ class Measurement:
 
     @property
     def plan(self) -> events.JobPlan:
-        """The work."""
         return events.JobPlan(f"{self.task.id} {self.agent}", (events.StagePlan(1, 0, self.episodes),))
 
     @property
     def agent_seed(self) -> int:
-        """The seed of the agent."""
         return training_seed(FIRST_REFERENCE_RUN, REFERENCE, self.task.id, self.agent)
 
     def run(self, listen: events.Listener) -> list[float]:
-        """The returns of the episodes."""
         start, returns = time.perf_counter(), list[float]()
         if self.agent == PLANNER:
             from gym_extensions.envs.navigation.planner import oracle_returns

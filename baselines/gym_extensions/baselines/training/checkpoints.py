@@ -71,7 +71,6 @@ class JobFolder:
             raise BenchError("other-run-unfinished", message, str(self.path), hint)
 
     def finished(self) -> list[FinishedStage]:
-        """The records of the finished stages, in order."""
         return [msgspec.json.decode(path.read_bytes(), type=FinishedStage) for path in self._records()]
 
     def resume(self, agent: Agent, done: list[FinishedStage]) -> bool:
@@ -132,7 +131,6 @@ class JobFolder:
             path.unlink()
 
     def remove(self) -> None:
-        """Deletes the folder."""
         shutil.rmtree(self.path, ignore_errors=True)
 
     def _records(self) -> list[Path]:

@@ -119,7 +119,6 @@ class TrainingEnv(gym.vector.VectorWrapper):
 
     @property
     def unwrapped(self) -> Any:
-        """This environment."""
         return self
 
     @property
@@ -141,7 +140,6 @@ class TrainingEnv(gym.vector.VectorWrapper):
         return values
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Same as ``call`` without arguments."""
         return self.call(name)
 
     def reset(

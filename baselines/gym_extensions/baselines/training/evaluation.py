@@ -105,7 +105,6 @@ class Evaluator:
         return seeds, label
 
     def close(self) -> None:
-        """Closes every environment."""
         for env in self._envs.values():
             env.close()
 

@@ -149,7 +149,6 @@ class TrainingJob:
 
     @property
     def title(self) -> str:
-        """The group's and the job's name."""
         return f"{self.group.name} {self.name}"
 
     @property
@@ -158,7 +157,6 @@ class TrainingJob:
         return f"{self.group.name} {self.protocol}-run{self.run}"
 
     def stages(self, budget: Budget) -> list[Stage]:
-        """The stages in order."""
         tasks, steps = self.group.tasks, budget.steps_for(self.group.name)
         if self.protocol == "sequential":
             trained = [(), *((task,) for task in tasks)]
@@ -172,7 +170,6 @@ class TrainingJob:
         return [Stage(1, alone, steps, alone)]
 
     def plan(self, budget: Budget, interim: Interim | None = None) -> JobPlan:
-        """The work of every stage."""
         plans = []
         for stage in self.stages(budget):
             during = interim.episodes * interim.count(stage.steps, budget.batch_steps) if interim else 0

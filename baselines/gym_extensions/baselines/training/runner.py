@@ -38,7 +38,6 @@ class PendingJob:
 
     @property
     def plan(self) -> events.JobPlan:
-        """The work of every stage."""
         return self.job.plan(budget(self.settings.budget), self.interim)
 
     def run(self, listen: events.Listener) -> list[FinishedStage]:

@@ -112,7 +112,6 @@ class ValueFunction:
 
     @property
     def parameters(self) -> int:
-        """Number of weights and biases."""
         return int(self.state["theta"].size)
 
     def predict(self, observations: Array) -> Array:

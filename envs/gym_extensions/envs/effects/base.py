@@ -57,7 +57,6 @@ class SeededNoise(Effect):
         raise NotImplementedError
 
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
-        """Draws the seeds of the episodes' noise."""
         for index, generator in zip(indices.tolist(), generators, strict=True):
             self.fill_noise(index, int(generator.integers(NOISE_SEEDS)))
 

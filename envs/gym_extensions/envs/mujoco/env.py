@@ -93,7 +93,6 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         return model, mujoco.MjData(model)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Returns a copy of the whole simulation and the other attributes."""
         others = {name: value for name, value in self.__dict__.items() if name not in SKIPPED}
         parts = kept((self._rules, *self._effects))
         return {"attributes": others, "data": copy.copy(self.data), "kept": parts}
@@ -107,7 +106,6 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         restore((self._rules, *self._effects), state["kept"])
 
     def template(self) -> Template:
-        """Returns what copies of the task share."""
         start = self.init_qpos.copy(), self.init_qvel.copy()
         spaces = self.observation_space, self.action_space
         lift = self._root_lift() if self.task.body.beams is not None else 0.0
@@ -142,7 +140,6 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         return {name: rows[0] for name, rows in self._rules.reset_infos().items()}
 
     def set_state(self, qpos: Array, qvel: Array) -> None:
-        """Sets positions (nq,) and velocities (nv,) and recomputes derived fields."""
         super().set_state(qpos, qvel)  # type: ignore[no-untyped-call]
         self._is_set = True
 

@@ -41,7 +41,6 @@ class HumanoidStandupRules(Rules):
         self._terms: dict[str, NDArray[Any]] = {}
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        """Positions, then velocities, around the rest pose."""
         qpos, qvel = uniform_state(generators, NOISE, self._qpos.shape[1], self._qvel.shape[1])
         return {"qpos": self._qpos[indices] + qpos, "qvel": self._qvel[indices] + qvel}
 

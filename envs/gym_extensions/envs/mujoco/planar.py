@@ -41,7 +41,6 @@ class PlanarRules(Rules):
         self._terms: dict[str, NDArray[Any]] = {}
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        """Positions, then velocities, around the rest pose."""
         qpos, qvel = self._draw_noise(generators, self._qpos.shape[1], self._qvel.shape[1])
         return {"qpos": self._rest_qpos[indices] + qpos, "qvel": self._rest_qvel[indices] + qvel}
 
@@ -64,7 +63,6 @@ class PlanarRules(Rules):
         return speed + healthy - cost, ~healthy
 
     def step_infos(self) -> dict[str, NDArray[Any]]:
-        """Position, speed and the terms of the reward."""
         return self.reset_infos() | self._terms
 
     def reset_infos(self) -> dict[str, NDArray[Any]]:

@@ -93,7 +93,6 @@ class BatchPhysics(Physics):
             copy[rows] = output[rows]
 
     def states(self) -> dict[str, Array]:
-        """Returns copies of positions, velocities, time and mocap poses of every environment."""
         return {name: np.array(self._fields[name]) for name in self._state_fields}
 
     def dump(self) -> dict[str, Array]:
@@ -102,12 +101,10 @@ class BatchPhysics(Physics):
         return {name: self._fields[name].copy() for name in sorted(names)} | {"": self.batch.state.copy()}
 
     def undump(self, dumped: dict[str, Array]) -> None:
-        """Writes what ``dump`` returned."""
         for name, rows in dumped.items():
             (self._fields[name] if name else self.batch.state)[...] = rows
 
     def close(self) -> None:
-        """Frees the batch."""
         self._fields.clear()
         self._outputs.clear()
         del self.batch, self._ctrl
@@ -154,7 +151,6 @@ class PooledPhysics(Physics):
             self._gather(index)
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
-        """Runs one environment step in some environments, or in all."""
 
         def advance(index: int) -> None:
             model, data = self._models[index], self._data[index]
@@ -190,24 +186,20 @@ class PooledPhysics(Physics):
             other.result()
 
     def states(self) -> dict[str, Array]:
-        """Returns copies of positions, velocities, time and mocap poses of every environment."""
         return {name: np.array([getattr(data, name) for data in self._data]) for name in self._state_fields}
 
     def dump(self) -> dict[str, Array]:
-        """Returns copies of the state of every MjData and of the gathered fields."""
         states = np.empty((len(self._data), mujoco.mj_stateSize(self._models[0], STATE)))
         for model, data, row in zip(self._models, self._data, states, strict=True):
             mujoco.mj_getState(model, data, row, STATE)
         return {name: rows.copy() for name, rows in self._fields.items()} | {"": states}
 
     def undump(self, dumped: dict[str, Array]) -> None:
-        """Writes what ``dump`` returned."""
         for model, data, row in zip(self._models, self._data, dumped[""], strict=True):
             mujoco.mj_setState(model, data, row, STATE)
         for name, rows in self._fields.items():
             rows[...] = dumped[name]
 
     def close(self) -> None:
-        """Ends the threads."""
         if self._executor is not None:
             self._executor.shutdown()

@@ -51,7 +51,6 @@ class Shard:
         self._success_field = None if self._success is None else self.physics.field(self._success.field)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Returns the arguments, and copies of everything that changes from step to step."""
         parts, physics = kept((self._rules, *self._effects)), self.physics.dump()
         return {"arguments": self._arguments, "steps": self._steps, "physics": physics, "kept": parts}
 
@@ -106,7 +105,6 @@ class Shard:
         return self.members, self._rules.reset_infos()
 
     def observe(self) -> Array:
-        """Returns a new array of observations."""
         seen = [effect.observation() for effect in self._effects]
         appended = [values for values in seen if values is not None]
         observations = self._rules.observe()
@@ -173,6 +171,5 @@ class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArr
         return states
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Frees threads and memory."""
         for shard in self._shards:
             shard.physics.close()

@@ -71,7 +71,6 @@ class Grid:
 
     @property
     def size(self) -> tuple[float, float]:
-        """Width and height in units."""
         rows, columns = self.solid.shape
         return (columns - 2) * CELL, (rows - 2) * CELL
 

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 
 from gym_extensions import experts
-from gym_extensions.baselines.experts import checking, measuring
+from gym_extensions.baselines.experts import measuring
 from gym_extensions.baselines.experts.measuring import Workplace
 from gym_extensions.catalog.tasks import task
 from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
@@ -23,7 +23,7 @@ def test_a_challenge_evaluates_cells_above_the_expert_on_seeds_of_its_own(tmp_pa
     work = Workplace(tmp_path / "work")
     experts.write_policy(tmp_path / "work/policies/run/1.npz", experts.load("Pusher"))
     cells = {"Pusher": [(-40.0, "run@1"), (-46.0, "run@2")], "HopperWall": [(9e9, "run@3")]}
-    (line,) = checking.challenge(work, cells, 5, references)  # HopperWall is provisional
+    (line,) = measuring.challenge(work, cells, 5, references)  # HopperWall is provisional
     seeds = [experts.seed(row, "challenge", index) for index in range(5)]
     expected = np.mean(measuring.episodes(experts.load("Pusher"), row, seeds)[0])
     assert line.startswith("Pusher run@1: 1.532 in its log; in 5 episodes")  # (−40 + 54.41) / (−45 + 54.41)
@@ -31,4 +31,4 @@ def test_a_challenge_evaluates_cells_above_the_expert_on_seeds_of_its_own(tmp_pa
     assert line.endswith("beats the expert")
     known.expert.mean = -10.0
     references.write_bytes(msgspec.json.encode(content))
-    assert list(checking.challenge(work, cells, 5, references)) == []
+    assert list(measuring.challenge(work, cells, 5, references)) == []
