@@ -40,10 +40,7 @@ class Observes:
 
 
 class NotRequestedError(BenchError, AttributeError):
-    """An agent reads what it did not ask for.
-
-    It is also an ``AttributeError``, so that ``hasattr`` is False and ``getattr`` returns its default.
-    """
+    """An agent reads what it did not ask for: ``hasattr`` is False and ``getattr`` returns its default."""
 
 
 def not_requested(name: str, field_name: str) -> NotRequestedError:
@@ -134,8 +131,7 @@ class Agent(Protocol):
 
         Args:
             observations: (num_envs, …).
-            args: the context, if the agent's ``act`` has a second parameter.
-            kwargs: the context, if that parameter is keyword-only.
+            args, kwargs: the context, if the agent's ``act`` has a second parameter, or a keyword-only one.
 
         Returns:
             Actions (num_envs, …). Actions outside the action space are clipped.
@@ -223,13 +219,8 @@ class Factory(Protocol):
     def __call__(self, observation_space: Any, action_space: Any, seed: int, /) -> Agent:
         """Creates an untrained agent.
 
-        Args:
-            observation_space: the Gymnasium space of one environment's observations.
-            action_space: the Gymnasium space of one environment's actions.
-            seed: the source of all the agent's randomness.
-
-        Returns:
-            The agent.
+        The spaces are the Gymnasium spaces of one environment. ``seed`` is the source of all the agent's
+        randomness.
         """
 
 

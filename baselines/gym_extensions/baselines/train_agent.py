@@ -7,6 +7,7 @@ import shutil
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -125,11 +126,8 @@ def train(
             raise error
         hint = f"Tracebacks are in {path / PROGRESS / TRAIN_LOG}. {CONTINUES}"
         raise jobs_failed(failures, len(pending), hint)
-    return [
-        path / run_file(group.name, protocol, run, LOG)
-        for group, protocol in request.logs()
-        for run in request.runs
-    ]
+    runs_of = [(group.name, protocol, run) for group, protocol in request.logs() for run in request.runs]
+    return [path / run_file(*each, LOG) for each in runs_of]
 
 
 def retrain(
@@ -230,11 +228,8 @@ def command_of(pending: PendingJob) -> str:
 
 def _plan(out: Path, request: Request) -> list[TrainingJob]:
     """The jobs of the requested runs that are not finished."""
-    return [
-        job
-        for group, protocol in request.logs()
-        for job in submission.missing_jobs(out, group, protocol, request.runs)
-    ]
+    logs = (submission.missing_jobs(out, *log, request.runs) for log in request.logs())
+    return list(chain.from_iterable(logs))
 
 
 def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> Settings:

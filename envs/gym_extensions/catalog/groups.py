@@ -13,7 +13,9 @@ from typing import Any
 from gym_extensions.catalog.tasks import (
     FAMILIES,
     FURTHER_LIMBS,
+    GOALS,
     LIMBS,
+    MAPS,
     PLANAR_BODIES,
     RUNNING_BODIES,
     SIZES,
@@ -24,30 +26,25 @@ from gym_extensions.catalog.tasks import (
     make_variation,
     task,
 )
-from gym_extensions.catalog.variations import Course
 from gym_extensions.errors import BenchError, did_you_mean
 
 NAME = re.compile(r"[a-z][a-z0-9-]{0,47}")
 """The name of a group."""
 
 GRAVITY_ORDER = (
-    "{B}GravityHalf",
-    "{B}GravityThreeQuarters",
-    "{B}",
-    "{B}GravityOneAndQuarter",
-    "{B}GravityOneAndHalf",
+    *("{B}GravityHalf", "{B}GravityThreeQuarters", "{B}"),
+    *("{B}GravityOneAndQuarter", "{B}GravityOneAndHalf"),
 )
 BODY_ORDER = tuple(f"{{B}}{size}{part}" for size in SIZES for part in LIMBS)
 HUMANOID_BODY_ORDER = (
     *BODY_ORDER,
     *(f"{{B}}{size}{part}" for part in FURTHER_LIMBS["Humanoid"] for size in SIZES),
 )
+STANDING_UP = ("Humanoid", "HumanoidStandup", "HumanoidStandupAndRun")
 SINGLE_GROUPS = {
-    "humanoid-standup-run": ("Humanoid", "HumanoidStandup", "HumanoidStandupAndRun"),
+    "humanoid-standup-run": STANDING_UP,
     "humanoid-standup-run-wall": (
-        "HumanoidWithSensor",
-        "HumanoidStandupWithSensor",
-        "HumanoidStandupAndRunWithSensor",
+        *(f"{body}WithSensor" for body in STANDING_UP),
         "HumanoidStandupAndRunWall",
     ),
     "striker": ("Striker", "StrikerMovingStart"),
@@ -122,12 +119,8 @@ def _per_body(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> lis
     ]
 
 
-def _courses(family: str) -> tuple[Task, ...]:
-    return tuple(
-        each
-        for each in TASKS.values()
-        if any(isinstance(variation, Course) and variation.family == family for variation in each.variations)
-    )
+def _courses(pattern: str) -> tuple[Task, ...]:
+    return tuple(task(pattern.format(map=number, goal=goal)) for number in MAPS for goal in GOALS)
 
 
 def _named(groups: Mapping[str, tuple[str, ...]]) -> list[TaskGroup]:
@@ -140,7 +133,7 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
     *_per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER),
     *_per_body("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
     *_named(SINGLE_GROUPS),
-    *(TaskGroup(f"nav-{family}", _courses(family)) for family in FAMILIES),
+    *(TaskGroup(f"nav-{family}", _courses(pattern)) for family, pattern in FAMILIES.items()),
 )
 """The paper's groups."""
 
@@ -184,8 +177,7 @@ SUITES: dict[str, tuple[str, ...]] = {
 CORE = "core-v1"
 CORES: dict[str, tuple[str, ...]] = {
     CORE: (
-        *(f"{body.lower()}-gravity-v0" for body in PLANAR_BODIES),
-        *(f"{body.lower()}-wall-v0" for body in PLANAR_BODIES),
+        *(f"{body.lower()}-{kind}-v0" for kind in ("gravity", "wall") for body in PLANAR_BODIES),
         "hopper-body-v0",
     ),
 }

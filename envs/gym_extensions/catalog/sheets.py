@@ -135,18 +135,13 @@ class _Content(msgspec.Struct):
 
 def read_sheets(text: str | bytes) -> dict[str, Sheet]:
     """The sheet of every task, by its id, from the text of ``sheets.json``."""
-    content = msgspec.json.decode(text, type=_Content)
-    return {
-        task_id: Sheet(
-            entry.differences,
-            content.tables[entry.actions],
-            content.tables[entry.observations],
-            None if entry.skeleton is None else content.skeletons[entry.skeleton],
-            () if entry.map is None else content.maps[entry.map],
-            entry.goal,
-        )
-        for task_id, entry in content.tasks.items()
-    }
+    content, found = msgspec.json.decode(text, type=_Content), {}
+    for task_id, entry in content.tasks.items():
+        tables = content.tables[entry.actions], content.tables[entry.observations]
+        skeleton = None if entry.skeleton is None else content.skeletons[entry.skeleton]
+        obstacles = () if entry.map is None else content.maps[entry.map]
+        found[task_id] = Sheet(entry.differences, *tables, skeleton, obstacles, entry.goal)
+    return found
 
 
 @functools.cache

@@ -36,10 +36,7 @@ GOLDEN = 0.6180339887498949
 
 
 def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
-    """Yields actions spread evenly over the space by multiples of the golden ratio.
-
-    Uses no generator and no libm.
-    """
+    """Yields actions spread evenly over the space by multiples of the golden ratio; needs no libm."""
     low = np.where(np.isfinite(space.low), space.low, -1.0).astype(np.float64)
     high = np.where(np.isfinite(space.high), space.high, 1.0).astype(np.float64)
     for step in range(STEPS):
@@ -65,19 +62,15 @@ def _episode(env: gym.Env[Any, Any], seed: int, digits: int) -> dict[str, Any]:
         rewards.append(_rounded(float(reward), digits))
         if terminated:
             break
-    last = _summary(observation, digits)
+    last: Any = [_rounded(float(value), digits) for value in observation.ravel()]
+    if observation.dtype.kind in "iu":  # a picture, whose integers are exact
+        digest_of_bytes = hashlib.sha256(observation.tobytes()).hexdigest()
+        last = {"sha256": digest_of_bytes, "shape": list(observation.shape)}
     return {"seed": seed, "rewards": rewards, "observation": last, "terminated": bool(terminated)}
 
 
 def _rounded(value: float, digits: int) -> float:
     return float(f"{value:.{digits}g}")
-
-
-def _summary(observation: NDArray[Any], digits: int) -> Any:
-    """The numbers of an observation, or the digest of a picture, whose integers are exact."""
-    if observation.dtype.kind in "iu":
-        return {"sha256": hashlib.sha256(observation.tobytes()).hexdigest(), "shape": list(observation.shape)}
-    return [_rounded(float(value), digits) for value in observation.ravel()]
 
 
 ENGINE = ("mujoco", "gymnasium")
@@ -210,14 +203,11 @@ def compare(where: str, published: Any, current: Any) -> Iterator[tuple[str, Any
     elif isinstance(published, list) and isinstance(current, list) and len(published) == len(current):
         for index, (old, new) in enumerate(zip(published, current, strict=True)):
             yield from compare(f"{where}[{index}]", old, new)
-    elif not _same(published, current):
+    elif all(type(value) in (int, float) for value in (published, current)):
+        if not math.isclose(published, current, rel_tol=TOLERANCE, abs_tol=TOLERANCE):
+            yield where, published, current
+    elif published != current:
         yield where, published, current
-
-
-def _same(published: Any, current: Any) -> bool:
-    if all(type(value) in (int, float) for value in (published, current)):
-        return math.isclose(published, current, rel_tol=TOLERANCE, abs_tol=TOLERANCE)
-    return bool(published == current)
 
 
 def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:

@@ -115,9 +115,8 @@ def _autoreset_mode(mode: Any) -> AutoresetMode:
     try:
         return AutoresetMode(mode)
     except ValueError:
-        choices = ", ".join(each.name for each in AutoresetMode)
-        message = f"autoreset_mode is {mode!r}."
-        raise BenchError("bad-autoreset-mode", message, WHERE, f"Choose one of {choices}.") from None
+        hint = f"Choose one of {', '.join(each.name for each in AutoresetMode)}."
+        raise BenchError("bad-autoreset-mode", f"autoreset_mode is {mode!r}.", WHERE, hint) from None
 
 
 def _check_spaces(environments: Mapping[Task, Template | gym.Env[Any, Any]]) -> None:
@@ -154,11 +153,7 @@ class _Foreign(gym.Wrapper[Any, Any, Any, Any]):
 
 
 def _build_foreign(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
-    """Makes an environment of Gymnasium's registry, with the wrappers of its registration and the time limit.
-
-    Raises:
-        BenchError: a space is no Box.
-    """
+    """With the wrappers of its registration and the time limit. ``BenchError`` if a space is no Box."""
     env = gym.make(task.base, task.max_steps, disable_env_checker=True, **rendering)
     for name in ("observation_space", "action_space"):
         space = getattr(env, name)

@@ -104,15 +104,12 @@ class PackNet(MultiHead):
         retrain = self._retrain_share * steps if left else 0
         first = steps - min(round(retrain / self._batch_steps) * self._batch_steps, steps - self._batch_steps)
         taken = super()._train(collector, first)
-        self._prune(1 / (left + 1))
-        early = (taken - first) // self._batch_steps * self._batch_steps  # whole batches of the second part
-        return taken + super()._train(collector, steps - first - early)
-
-    def _prune(self, share: float) -> None:
-        hidden = self._theta[: self._hidden]
+        hidden, share = self._theta[: self._hidden], 1 / (left + 1)
         self._owners = claimed(self._architecture.sizes, self._owners, hidden, self._number, share)
         self._theta = np.concatenate([np.where(self._owners == FREE, 0, hidden), self._theta[self._hidden :]])
         self._pruned = True
+        early = (taken - first) // self._batch_steps * self._batch_steps  # whole batches of the second part
+        return taken + super()._train(collector, steps - first - early)
 
     def _trainable(self) -> Array:
         mask = np.ones_like(self._theta)

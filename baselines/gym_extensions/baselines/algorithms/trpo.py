@@ -65,12 +65,8 @@ REFERENCE = TrpoSettings(
 
 TUNING_STEPS = 40_800_000
 TUNING_TASKS = (
-    "HalfCheetah",
-    "Hopper",
-    "Walker2d",
-    "Hopper at 0.9 gravity",
-    "Walker2d at 0.9 gravity",
-    "HalfCheetah at 0.9 gravity",
+    *("HalfCheetah", "Hopper", "Walker2d"),
+    *("Hopper at 0.9 gravity", "Walker2d at 0.9 gravity", "HalfCheetah at 0.9 gravity"),
 )
 """The trials that chose the settings of ``trpo``: docs/learners.md lists them."""
 
@@ -84,11 +80,7 @@ HENDERSON_2017 = TrpoSettings(
     deterministic_evaluation=False,  # the same
     discount=0.99,  # the same
     gae_lambda=1.0,  # the same
-    trust_region=TrustRegion(
-        max_kl=0.01,  # the same
-        damping=1e-5,  # the same
-        iterations=10,  # rllab's default
-    ),
+    trust_region=TrustRegion(max_kl=0.01, damping=1e-5, iterations=10),  # the same; rllab's default
     default_batch=5_000,  # the budget "1M"
 )
 """``trpo-2017``: the settings of the paper; an MLP value function in place of rllab's linear baseline."""

@@ -94,104 +94,69 @@ def _wall(body: str) -> tuple[str, str]:
     return f"{body}WithSensor", f"{body}Wall"
 
 
+HUMANOID_PARTS = ("Foot", "Leg", "Thigh", "Torso", "Head", "Arm", "Hand")
 HUMANOID_BODIES = (
-    "HumanoidMotorNoise",
-    "HumanoidGravityThreeQuarters",
-    *(
-        f"Humanoid{size}{part}"
-        for part in ("Foot", "Leg", "Thigh", "Torso", "Head", "Arm", "Hand")
-        for size in ("Small", "Big")
-    ),
+    *("HumanoidMotorNoise", "HumanoidGravityThreeQuarters"),
+    *(f"Humanoid{size}{part}" for part in HUMANOID_PARTS for size in ("Small", "Big")),
 )
 HUMANOID_HARD = (
     *(f"Humanoid{part}" for part in ("SmallThigh", "BigThigh", "SmallFoot", "BigFoot", "SmallLeg")),
     *(f"HumanoidGravity{factor}" for factor in ("Half", "OneAndQuarter", "OneAndHalf")),
-    "HumanoidMotorNoise",
-    "HumanoidSmallTorso",
+    *("HumanoidMotorNoise", "HumanoidSmallTorso"),
 )
 """Those on which the policy of all bodies still falls."""
 WALK = (("reward_forward", 3.0), ("reward_survive", -0.6))
 """Makes Humanoid's speed count four times as much, and standing less than half."""
 FASTER = (("reward_forward", 9.0), ("reward_survive", -0.6))
 """The same with a speed that counts ten times as much."""
+HOPPER_WALLS = ("HopperWall", "HopperNoisyWall")
+HUGE: dict[str, Any] = {"batch_steps": 20_000}
 HUMANOID_START = "stored:trpo/humanoid-body/sequential-run0-stage14"
 TABLE = (
     _large("trpo-Humanoid-run", ("Humanoid",), HUMANOID_START, 2_000_000, bonus=WALK),
     _large("trpo-Humanoid-fast", ("Humanoid",), "last:trpo-Humanoid-run-seed0", 600_000, bonus=FASTER),
     _large(
-        "trpo-Humanoid-bodies",
-        HUMANOID_BODIES,
-        "best:Humanoid",
-        2_000_000,
-        batch_steps=20_000,
-        num_envs=96,
-        checkpoint=1_000_000,
-        targets=HUMANOID_BODIES,
-        bonus=WALK,
+        *("trpo-Humanoid-bodies", HUMANOID_BODIES, "best:Humanoid", 2_000_000),
+        **HUGE | {"num_envs": 96, "checkpoint": 1_000_000, "targets": HUMANOID_BODIES, "bonus": WALK},
     ),
     _large(
-        "trpo-Humanoid-hard",
-        HUMANOID_HARD,
-        "last:trpo-Humanoid-bodies-seed0",
-        1_200_000,
-        batch_steps=20_000,
-        num_envs=100,
-        checkpoint=600_000,
-        targets=HUMANOID_HARD,
-        bonus=WALK,
+        *("trpo-Humanoid-hard", HUMANOID_HARD, "last:trpo-Humanoid-bodies-seed0", 1_200_000),
+        **HUGE | {"checkpoint": 600_000, "targets": HUMANOID_HARD, "bonus": WALK},
     ),
     _large(
-        "trpo-HumanoidWall-joint",
-        _wall("Humanoid"),
-        "best:HumanoidWall",
-        600_000,
+        *("trpo-HumanoidWall-joint", _wall("Humanoid"), "best:HumanoidWall", 600_000),
         targets=("HumanoidWall", "HumanoidNoisyWall"),
     ),
     _large(
-        "trpo-HalfCheetahWall-joint",
-        _wall("HalfCheetah"),
-        "best:HalfCheetahWall",
-        4_000_000,
-        batch_steps=20_000,
-        targets=("HalfCheetahWall", "HalfCheetahNoisyWall"),
+        *("trpo-HalfCheetahWall-joint", _wall("HalfCheetah"), "best:HalfCheetahWall", 4_000_000),
+        **HUGE | {"targets": ("HalfCheetahWall", "HalfCheetahNoisyWall")},
     ),
     Recipe(
         "trpo-HopperWall-mix",
         ("HopperWithSensor", "HopperWall:0.12", "HopperWall:0.22", "HopperWall"),
         "stored:trpo/hopper-body/sequential-run1-stage8",
-        steps=1_000_000,
-        num_envs=24,
+        *(1_000_000, 2_000, 24),
         value_batches=10,
-        targets=("HopperWall", "HopperNoisyWall"),
+        targets=HOPPER_WALLS,
     ),
     _large(
         "trpo-HopperWall-low",
         ("HopperWithSensor", "HopperWall:0.1", "HopperWall:0.17", "HopperWall:0.24"),
-        "best:Hopper",
-        1_500_000,
-        targets=("HopperWall",),
+        *("best:Hopper", 1_500_000),
+        targets=HOPPER_WALLS[:1],
     ),
     _large(
         "trpo-HopperWall-high",
         ("HopperWithSensor", "HopperWall:0.24", "HopperWall:0.31", "HopperWall"),
-        "last:trpo-HopperWall-low-seed0",
-        2_000_000,
-        targets=("HopperWall", "HopperNoisyWall"),
+        *("last:trpo-HopperWall-low-seed0", 2_000_000),
+        targets=HOPPER_WALLS,
     ),
 )
 """Walking, and ways over the walls."""
-FURTHER = {
-    "Hopper": 500_000,
-    "Walker2d": 600_000,
-    "HalfCheetah": 600_000,
-    "Humanoid": 400_000,
-    "Standup": 600_000,
-    "Pusher": 1_500_000,
-    "Striker": 1_000_000,
-}
+FURTHER = {"Hopper": 500_000, "Humanoid": 400_000, "Pusher": 1_500_000, "Striker": 1_000_000} | dict.fromkeys(
+    ("Walker2d", "HalfCheetah", "Standup"), 600_000
+)
 """Steps of ``trpo-<task>``, which trains the task's best candidate further on the task, by family."""
-RECIPES = {row.name: row for row in TABLE}
-"""The named runs."""
 
 
 def recipe(name: str) -> Recipe:
@@ -202,8 +167,9 @@ def recipe(name: str) -> Recipe:
     Raises:
         BenchError: there is no such run.
     """
-    if name in RECIPES:
-        return RECIPES[name]
+    for run in TABLE:
+        if run.name == name:
+            return run
     task = name.removeprefix("trpo-")
     row = published_task(task.removesuffix("-walk"))
     steps = FURTHER[FAMILIES[row.base]]

@@ -127,10 +127,8 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
             "agent": "trpo",
             "parent": parent,
             "command": command,
-            "tasks": list(recipe.tasks),
-            "targets": list(recipe.targets),
-            "checkpoints": checkpoints,
         }
+        document |= {"tasks": recipe.tasks, "targets": recipe.targets, "checkpoints": checkpoints}
         place = folder / ("run.json" if steps >= recipe.steps else "running.json")
         place.write_text(json.dumps(document, indent=1))
     (folder / "running.json").unlink(missing_ok=True)

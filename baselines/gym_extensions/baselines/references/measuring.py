@@ -143,14 +143,8 @@ def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> Floor:
     }
     name, better = max(agents.items(), key=lambda item: item[1].mean)
     first = next(iter(returns))
-    return Floor(
-        mean=better.mean,
-        agent=name,
-        episodes=first.episodes,
-        standard_error=better.standard_error,
-        agents=agents,
-        fingerprint=fingerprint_of(first.task),
-    )
+    fingerprint = fingerprint_of(first.task)
+    return Floor(better.mean, name, first.episodes, better.standard_error, agents, fingerprint)
 
 
 def _is_above(floor: Floor, mean: float, standard_error: float) -> bool:

@@ -64,7 +64,14 @@ def parse_request(
             hint = f"Use 0 to {FIRST_REFERENCE_RUN - 1}; larger numbers are reserved for references."
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
     if num_envs is not None:
-        _check_num_envs(num_envs, chosen, unique_groups)
+        require_positive(num_envs, "--num-envs")
+        for group in unique_groups if chosen.on_boards else ():
+            episode_steps = max(task.max_steps for task in group.tasks)
+            limit = chosen.steps_for(group.name) // (episode_steps * CURVE_POINTS)
+            if num_envs > limit:
+                has = f"the budget {chosen.name!r} has fewer than {CURVE_POINTS} episodes per environment"
+                hint = f"Use at most {limit} for {group.name}."
+                raise BenchError("bad-num-envs", f"With {num_envs} environments, {has}.", "--num-envs", hint)
     return Request(unique_groups, unique_protocols, chosen, unique_runs)
 
 
@@ -142,14 +149,3 @@ def listed(value: object, kind: Any, name: str, expected: str) -> list[Any]:
     if not items or not all(isinstance(item, kind) for item in items):
         raise BenchError(f"bad-{name}", f"Expected {expected} or several, got {value!r}.", name)
     return items
-
-
-def _check_num_envs(num_envs: Any, budget: Budget, groups: Iterable[TaskGroup]) -> None:
-    require_positive(num_envs, "--num-envs")
-    for group in groups if budget.on_boards else ():
-        episode_steps = max(task.max_steps for task in group.tasks)
-        limit = budget.steps_for(group.name) // (episode_steps * CURVE_POINTS)
-        if num_envs > limit:
-            has = f"the budget {budget.name!r} has fewer than {CURVE_POINTS} episodes per environment"
-            hint = f"Use at most {limit} for {group.name}."
-            raise BenchError("bad-num-envs", f"With {num_envs} environments, {has}.", "--num-envs", hint)

@@ -108,15 +108,9 @@ class PendingJob:
             episodes += new
         folder.store_policy(stage.number, self.job.task_name, policy)
         card = card_of(agent, self.settings.agent)
-        return FinishedStage(
-            stage.number,
-            episodes,
-            monitor.curves,
-            card,
-            (first_parameters, card.parameters),
-            usage.since(started, taken),
-            monitor.evaluations,
-        )
+        parameters, used = (first_parameters, card.parameters), usage.since(started, taken)
+        curves, evaluations = monitor.curves, monitor.evaluations
+        return FinishedStage(stage.number, episodes, curves, card, parameters, used, evaluations)
 
     def _train(self, stage: Stage, agent: Agent, monitor: StageMonitor) -> int:
         """Trains a stage and returns the steps that the agent took."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -69,8 +69,7 @@ Layers = list[tuple[Array, Array]]
 """Weights (in, out) and bias (out,) of every layer."""
 
 
-@dataclass(frozen=True)
-class Activation:
+class Activation(NamedTuple):
     """A hidden activation: its value, computed in place, and its derivative as a function of its value."""
 
     value: Callable[[Array], Array]

@@ -62,14 +62,14 @@ with its published fingerprint.
 
 
 def _groups(groups: Iterable[TaskGroup]) -> str:
-    return _table(("group", "tasks, in training order"), [(f"`{each.id}`", _names(each)) for each in groups])
-
-
-def _names(group: TaskGroup) -> str:
-    names = [each.name for each in group.tasks]
-    if group.tasks[0].body.family != "navigation":
-        return ", ".join(names)
-    return f"{names[0]}, {names[1]}, … {names[-1]} ({len(names)} tasks)"
+    rows = []
+    for each in groups:
+        names = [task.name for task in each.tasks]
+        text = ", ".join(names)
+        if each.tasks[0].body.family == "navigation":
+            text = f"{names[0]}, {names[1]}, … {names[-1]} ({len(names)} tasks)"
+        rows.append((f"`{each.id}`", text))
+    return _table(("group", "tasks, in training order"), rows)
 
 
 def _page(tasks: Sequence[Task], sheets: Sheets) -> str:
@@ -90,6 +90,7 @@ def _page(tasks: Sequence[Task], sheets: Sheets) -> str:
         for each in tasks
     ]
     versions = range(max(each.version for each in tasks) + 1)
+    maps = {f"map {number}": map_picture(number) for number in MAPS}
     parts = [
         f"# {plain.base}",
         NOTE,
@@ -105,7 +106,7 @@ def _page(tasks: Sequence[Task], sheets: Sheets) -> str:
         _table(("task", "differences", "fingerprint"), rows),
         "## Versions",
         "\n".join(f"* v{number}: {VERSIONS[number]}." for number in versions),
-        *(_maps() if is_navigation else _pictures(tasks)),
+        *((*MAP_TITLE, _grid(maps, 3)) if is_navigation else _pictures(tasks)),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -137,12 +138,6 @@ def _pictures(tasks: Sequence[Task]) -> Iterator[str]:
     yield _grid({name: file for file, name in files.items()}, 4)
 
 
-def _maps() -> Iterator[str]:
-    yield "## Maps"
-    yield "Every map with its three goals."
-    yield _grid({f"map {number}": map_picture(number) for number in MAPS}, 3)
-
-
 def _rows(rows: Iterable[Row]) -> str:
     return _table(("index", "meaning", "unit", "range"), rows)
 
@@ -162,6 +157,7 @@ def _grid(files: Mapping[str, str], columns: int) -> str:
     return _table(("",) * columns, rows)
 
 
+MAP_TITLE = ("## Maps", "Every map with its three goals.")
 WIDTH = 200
 """Width in pixels of a picture on a page."""
 MAP = """The map is a grid of 64 × 48 cells of 10 units with a solid border; y points up. The agent is a

@@ -66,22 +66,18 @@ def _render(model: Any, data: Any, view: Camera, lines: Sequence[Line]) -> NDArr
         with mujoco.Renderer(model, SIZE[1], SIZE[0]) as renderer:
             renderer.update_scene(data, camera)
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+            capsule, scene = mujoco.mjtGeom.mjGEOM_CAPSULE, renderer.scene
             for start, end, color in lines:
-                _draw_line(renderer.scene, start, end, color)
+                geom, shape = scene.geoms[scene.ngeom], (np.zeros(3), np.zeros(3), np.zeros(9))
+                mujoco.mjv_initGeom(geom, capsule, *shape, np.array(color, np.float32))
+                mujoco.mjv_connector(geom, capsule, LINE_RADIUS, start, end)
+                scene.ngeom += 1
             frame: NDArray[np.uint8] = renderer.render()
             return frame
     except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as failure:
         message = f"MuJoCo cannot render on this machine: {failure}."
         hint = "Set MUJOCO_GL=egl or MUJOCO_GL=osmesa and install that library."
         raise BenchError("no-rendering", message, hint=hint) from failure
-
-
-def _draw_line(scene: Any, start: NDArray[np.float64], end: NDArray[np.float64], color: Color) -> None:
-    geom = scene.geoms[scene.ngeom]
-    kind = mujoco.mjtGeom.mjGEOM_CAPSULE
-    mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(color, np.float32))
-    mujoco.mjv_connector(geom, kind, LINE_RADIUS, start, end)
-    scene.ngeom += 1
 
 
 QUALITY = 70

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import mujoco
@@ -22,6 +22,7 @@ from gym_extensions.envs.navigation.env import course
 from gym_extensions.envs.navigation.geometry import CELL, HEIGHT, goals, load
 from gym_extensions.envs.navigation.sensors import FIELDS
 
+BEAM = "distance to the wall / 10 m, 0 without a hit"
 CENTER = "about the center of mass"
 FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z")
 
@@ -32,7 +33,8 @@ def observation_fields(task: Task) -> list[Field]:
         return list(FIELDS.get(course(task).family, ()))
     fields = LAYOUTS[task.body.family](compile_model(task), task.body)
     if any(isinstance(variation, RangeSensor) for variation in task.variations):
-        fields += [_beam(angle) for angle in ANGLES]
+        beams = [f"range beam at {round(math.degrees(angle)):+d}°: {BEAM}" for angle in ANGLES]
+        fields += [Field(beam, "10 m", 0, 1) for beam in beams]
     return fields
 
 
@@ -104,17 +106,8 @@ def _arm(model: mujoco.MjModel, body: Body) -> list[Field]:
     ]
 
 
-LAYOUTS: dict[str, Callable[[mujoco.MjModel, Body], list[Field]]] = {
-    "planar": _planar,
-    "humanoid": _humanoid,
-    "arm": _arm,
-}
+LAYOUTS = {"planar": _planar, "humanoid": _humanoid, "arm": _arm}
 """The layout of the observation of each family of MuJoCo bodies."""
-
-
-def _beam(angle: float) -> Field:
-    degrees = round(math.degrees(angle))
-    return Field(f"range beam at {degrees:+d}°: distance to the wall / 10 m, 0 without a hit", "10 m", 0, 1)
 
 
 def differences(task: Task) -> list[str]:

@@ -23,15 +23,6 @@ def motor_noise(seed: int, steps: int, motors: int) -> Array:
     return noise
 
 
-def noisy_control(commands: NDArray[Any], noise: Array, ranges: Array, scale: float) -> Array:
-    """Commands (…, motors) plus noise of ``scale`` × the motors' range, clipped to that range.
-
-    ``ranges`` is (motors, 2), low and high; ``noise`` is standard normal, shaped as the commands.
-    """
-    low, high = ranges[:, 0], ranges[:, 1]
-    return np.clip(commands + scale * (high - low) * noise, low, high)
-
-
 class MotorNoiseEffect(SeededNoise):
     """Adds the episodes' noise to every command."""
 
@@ -47,8 +38,11 @@ class MotorNoiseEffect(SeededNoise):
         self._noise[index] = motor_noise(seed, self._max_steps, len(self._ranges))
 
     def control(self, ctrl: NDArray[Any], steps: Steps) -> NDArray[Any]:
+        """Commands plus noise of ``scale`` × the motors' range, clipped to that range."""
         noise = self._noise[np.arange(len(ctrl)), steps % self._max_steps]
-        return noisy_control(ctrl, noise, self._ranges, self._scale)
+        low, high = self._ranges[:, 0], self._ranges[:, 1]
+        noisy: Array = np.clip(ctrl + self._scale * (high - low) * noise, low, high)
+        return noisy
 
 
 def goal_area(body: Body) -> Rectangle:

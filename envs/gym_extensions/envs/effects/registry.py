@@ -18,16 +18,11 @@ KINDS: tuple[EffectKind, ...] = tuple(
 """Every kind of effect, in the order in which effects draw at reset."""
 
 
-def kinds_of(task: Task) -> list[EffectKind]:
-    """Returns the kinds of effects of a task, without those that another kind replaces."""
-    kinds = [kind for kind in KINDS if variation_of(task, kind.variation) is not None]
-    replaced = {kind.replaces for kind in kinds}
-    return [kind for kind in kinds if kind.variation not in replaced]
-
-
 def effects_of(fields: Fields, templates: Sequence[Template]) -> list[Effect]:
     """Returns the effects on environments with one layout, in the order in which they draw."""
-    return [kind.effect(fields, templates) for kind in kinds_of(templates[0].task)]
+    kinds = [kind for kind in KINDS if variation_of(templates[0].task, kind.variation) is not None]
+    replaced = {kind.replaces for kind in kinds}
+    return [kind.effect(fields, templates) for kind in kinds if kind.variation not in replaced]
 
 
 def shard_keys(task: Task) -> tuple[object, ...]:

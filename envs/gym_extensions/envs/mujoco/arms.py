@@ -150,12 +150,9 @@ class StrikerRules(ArmRules):
             goal = draw_point(STRIKER_GOAL, generator)
         qvel = template.init_qvel.copy()
         qvel[:ARM] = generator.uniform(-STRIKER_ARM_SPEED, STRIKER_ARM_SPEED, ARM)
-        return {
-            "qpos": np.concatenate((template.init_qpos[:ARM], ball[::-1])),
-            "qvel": qvel,
-            "mocap_pos": np.array([[*goal, self._height]]),
-            "mocap_quat": facing(ball, goal)[None],
-        }
+        qpos = np.concatenate((template.init_qpos[:ARM], ball[::-1]))
+        position, turn = np.array([[*goal, self._height]]), facing(ball, goal)[None]
+        return {"qpos": qpos, "qvel": qvel, "mocap_pos": position, "mocap_quat": turn}
 
     def on_reset(self, indices: Indices) -> None:
         """Clears the record of the episode. The distance at reset counts."""

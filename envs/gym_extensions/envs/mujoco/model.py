@@ -13,7 +13,7 @@ import mujoco
 
 from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.catalog.variations import Variation, Wall
+from gym_extensions.catalog.variations import Wall
 
 ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
 
@@ -40,14 +40,10 @@ def compile_model(task: Task) -> mujoco.MjModel:
     """
     spec = base_spec(task.body)
     with _quiet():
-        for variation in sorted(task.variations, key=_order):
+        # The wall is last, because it keeps the extent of the model to which it is added.
+        for variation in sorted(task.variations, key=lambda each: (isinstance(each, Wall), repr(each))):
             variation.apply(spec)
         return spec.compile()
-
-
-def _order(variation: Variation) -> tuple[bool, str]:
-    """Sorts the wall last, because it keeps the extent of the model to which it is added."""
-    return isinstance(variation, Wall), repr(variation)
 
 
 @contextlib.contextmanager
