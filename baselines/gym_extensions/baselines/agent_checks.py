@@ -36,8 +36,7 @@ VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 def observes_of(agent: Agent, name: str) -> Observes:
     """What the agent asks for in its attribute ``observes``; nothing if it has none.
 
-    Raises:
-        BenchError: the attribute is not an ``Observes`` of booleans.
+    Raises ``BenchError`` if the attribute is not an ``Observes`` of booleans.
     """
     observes: object = getattr(agent, "observes", Observes())
     if not isinstance(observes, Observes) or not all(isinstance(each, bool) for each in astuple(observes)):
@@ -71,9 +70,8 @@ def _context_parameter(agent: Agent) -> inspect.Parameter | None:
 def check_context(agent: Agent, name: str) -> None:
     """Checks that the agent can receive what it asks for.
 
-    Raises:
-        BenchError: ``observes`` is not valid, ``act`` requires another argument, or the agent asks for the
-            task in evaluation and ``act`` has no parameter for the context.
+    Raises ``BenchError`` if ``observes`` is not valid, ``act`` requires another argument, or the agent asks
+    for the task in evaluation and ``act`` has no parameter for the context.
     """
     context, message = _context_parameter(agent), ""
     for parameter in list(inspect.signature(agent.act).parameters.values())[1:]:
@@ -95,9 +93,8 @@ ARGUMENTS = "(observation_space, action_space, seed)"
 def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], name: str) -> Agent:
     """Creates an agent with seed 0 to check that the factory and the agent fit the training loop.
 
-    Raises:
-        BenchError: ``make`` is not a factory, the agent lacks a method, ``act`` needs other arguments, or
-            ``observes`` is not valid. It names ``name``.
+    Raises ``BenchError`` if ``make`` is not a factory, the agent lacks a method, ``act`` needs other
+    arguments, or ``observes`` is not valid. It names ``name``.
     """
     is_agent = not isinstance(make, type) and any(hasattr(make, method) for method in METHODS)
     if is_agent or not callable(make):

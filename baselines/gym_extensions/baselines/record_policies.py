@@ -54,9 +54,8 @@ def task_named(name: str, tasks: Sequence[Task]) -> Task:
 def claimed_curves(stage: Stage, curves: ClaimedCurves) -> list[Curve]:
     """The training curves of a stage, in training order.
 
-    Raises:
-        BenchError: a task is not trained in the stage, steps do not increase or exceed the budget, or a
-            return is not finite.
+    Raises ``BenchError`` if a task is not trained in the stage, steps do not increase or exceed the budget,
+    or a return is not finite.
     """
     by_task = {task_named(name, stage.trained): points for name, points in curves.items()}
     found = []
@@ -81,9 +80,8 @@ def parse_stage(
 ) -> tuple[TrainingJob, int]:
     """The job and the number of the stage that the arguments of ``record`` name.
 
-    Raises:
-        BenchError: the stage is missing, out of range or not an integer, the task is missing or unknown, or
-            an argument belongs to another protocol.
+    Raises ``BenchError`` if the stage is missing, out of range or not an integer, the task is missing or
+    unknown, or an argument belongs to another protocol.
     """
     if (task is None) == (protocol == "single"):
         message = "The protocol single needs a task." if task is None else f"Unexpected task {task!r}."
@@ -112,8 +110,7 @@ Policy = PlainPolicy | OnnxPolicy | Callable[[Array], Array] | Any
 class PolicyAgent:
     """Acts with a policy.
 
-    Raises:
-        BenchError: ``policy`` is neither a function nor an object with ``act`` or ``predict``.
+    Raises ``BenchError`` if ``policy`` is neither a function nor an object with ``act`` or ``predict``.
     """
 
     def __init__(self, policy: Any, card: Card, observes: Observes | None = None) -> None:

@@ -49,9 +49,8 @@ Tables = Mapping[str, Any]
 def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
     """Checks that ``out`` is, or can become, the folder of a submission of ``groups``. Changes nothing.
 
-    Raises:
-        BenchError: the name is not allowed, ``out`` is a file or not accessible, it contains folders that are
-            not groups, it contains runs without a manifest, or the log of a run is damaged.
+    Raises ``BenchError`` if the name is not allowed, ``out`` is a file or not accessible, it contains folders
+    that are not groups, it contains runs without a manifest, or the log of a run is damaged.
     """
     names = {*GROUPS, *(group.name for group in groups)}
     with _reports_access(out):

@@ -165,8 +165,7 @@ def retrain(
 def reference_agent(folder: Path) -> str:
     """The reference agent that an entry's manifest names.
 
-    Raises:
-        BenchError: the training of the entry was not recorded, or no reference agent has its name.
+    Raises ``BenchError`` if the training of the entry was not recorded, or no reference agent has its name.
     """
     name = _recorded_protocol(folder)["algorithm"]
     if name not in algorithms.names():
@@ -249,9 +248,8 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
 def agent_settings(make: Factory, settings: Settings, group: TaskGroup) -> tuple[Settings, Card]:
     """The settings with what an agent states and asks to observe, and its card.
 
-    Raises:
-        BenchError: the factory, the agent or its card does not fit, the agent's actions have a wrong shape,
-            or they are not those of its policy.
+    Raises ``BenchError`` if the factory, the agent or its card does not fit, the agent's actions have a wrong
+    shape, or they are not those of its policy.
     """
     env = make_vec(group.tasks[0], 1)
     agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)

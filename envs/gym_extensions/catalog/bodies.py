@@ -360,8 +360,7 @@ GYMNASIUM_ID = re.compile(r"(?:[\w.]+:)?[\w./-]+-v\d+", re.ASCII)
 def body(name: str, where: str = "") -> Body:
     """Returns the base body with that name. An id of Gymnasium's registry is a body of its own.
 
-    Raises:
-        BenchError: no base body has that name; the hint names the closest.
+    Raises ``BenchError`` if no base body has that name; the hint names the closest.
     """
     if GYMNASIUM_ID.fullmatch(name):
         text = "That of its package."

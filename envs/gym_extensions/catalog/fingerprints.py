@@ -25,8 +25,7 @@ def table() -> dict[str, Any]:
 def published(task_id: str) -> str:
     """Returns the published fingerprint of a task, 16 hexadecimal digits.
 
-    Raises:
-        BenchError: the task has no published fingerprint; the hint names the closest id.
+    Raises ``BenchError`` if the task has no published fingerprint; the hint names the closest id.
     """
     rows = table()["tasks"]
     if task_id not in rows:

@@ -270,8 +270,7 @@ def groups_named(name: str | Path | TaskGroup) -> tuple[TaskGroup, ...]:
 def with_custom(groups: Iterable[str | Path | TaskGroup]) -> dict[str, TaskGroup]:
     """The published groups and these custom groups, by name.
 
-    Raises:
-        BenchError: a group is invalid (see :func:`resolve_group`), or two have the same name.
+    Raises ``BenchError`` if a group is invalid (see :func:`resolve_group`), or two have the same name.
     """
     known = dict(GROUPS)
     for group in map(resolve_group, groups):

@@ -157,8 +157,7 @@ def sheet(task_id: str) -> Sheet | None:
 def summary(task: Task) -> str:
     """Base, differences, reward, start, end, tables, groups, versions and fingerprint of a task as text.
 
-    Raises:
-        BenchError: the task has no sheet.
+    Raises ``BenchError`` if the task has no sheet.
     """
     facts = sheet(task.id)
     if facts is None:

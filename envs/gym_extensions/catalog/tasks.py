@@ -155,8 +155,7 @@ VERSIONS = {0: "first published version"}
 def task(name: str) -> Task:
     """Returns the published task with that id or bare name (``HopperGravityHalf``).
 
-    Raises:
-        BenchError: no task has that name; the hint names the closest.
+    Raises ``BenchError`` if no task has that name; the hint names the closest.
     """
     by_name = {each.name: each for each in TASKS.values()}
     found = TASKS.get(name) or by_name.get(name)
@@ -197,8 +196,7 @@ def from_definition(content: Mapping[str, Any], where: str = "task") -> Task:
 def make_variation(table: Any, where: str) -> Variation:
     """Returns the variation of a table such as ``{"kind": "Gravity", "factor": 0.5}``.
 
-    Raises:
-        BenchError: the kind or a parameter is unknown, or a value is invalid.
+    Raises ``BenchError`` if the kind or a parameter is unknown, or a value is invalid.
     """
     if not isinstance(table, Mapping):
         hint = 'Write {kind = "Gravity", factor = 0.5}.'

@@ -50,8 +50,7 @@ class BaseVariation:
     def __post_init__(self) -> None:
         """Stores all numbers as floats, so that equal numbers of any type give one task.
 
-        Raises:
-            BenchError: a value is not a finite number, not above 0 where it must be, or too large.
+        Raises ``BenchError`` if a value is not a finite number, not above 0 where it must be, or too large.
         """
         names = [each.name for each in fields(self) if each.type == "float"]  # type: ignore[arg-type]
         for name in names:

@@ -174,8 +174,7 @@ def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:
 def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env[Any, Any]:
     """Returns ``build`` of a task as ``resolve`` takes it; Gymnasium's registry calls it.
 
-    Raises:
-        BenchError: the task or its base body is unknown, or a variation does not fit the body.
+    Raises ``BenchError`` if the task or its base body is unknown, or a variation does not fit the body.
     """
     return build(resolve(task), **rendering)
 
@@ -208,8 +207,7 @@ def construct_vec(
 def resolve(task: str | Task | Mapping[str, Any]) -> Task:
     """Returns the task of an id, a bare name, a Task or a definition.
 
-    Raises:
-        BenchError: the task is unknown, or it has a published id and other content.
+    Raises ``BenchError`` if the task is unknown, or it has a published id and other content.
     """
     if isinstance(task, str):
         return published_task(task)

@@ -92,9 +92,8 @@ def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | N
 def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:
     """Returns the actions as an array, with dtype and values unchanged; values out of range pass.
 
-    Raises:
-        BenchError: the shape is not ``(act,)``, or ``(num_envs, act)`` in a vector environment, or a value is
-            not a finite number. It names ``where``.
+    Raises ``BenchError`` if the shape is not ``(act,)``, or ``(num_envs, act)`` in a vector environment, or a
+    value is not a finite number. It names ``where``.
     """
     array = np.asarray(actions)
     if array.shape != shape:

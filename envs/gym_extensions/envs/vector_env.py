@@ -47,8 +47,7 @@ def seed_of_each(seed: Any, num_envs: int) -> Sequence[int | None]:
 def reset_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bool_]:
     """Returns which environments to reset, ``(num_envs,)``, from the option ``reset_mask``, or all.
 
-    Raises:
-        BenchError: the mask does not have one boolean per environment, or is all false.
+    Raises ``BenchError`` if the mask does not have one boolean per environment, or is all false.
     """
     mask = (options or {}).get("reset_mask")
     if mask is None:

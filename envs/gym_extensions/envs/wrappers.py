@@ -21,8 +21,7 @@ Tasks = TaskGroup | Sequence[Task]
 def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
     """Returns a vector (tasks,) with 1 at the index of the task and 0 elsewhere.
 
-    Raises:
-        BenchError: the task is not in the list.
+    Raises ``BenchError`` if the task is not in the list.
     """
     members = list(tasks.tasks) if isinstance(tasks, TaskGroup) else list(tasks)
     if task not in members:

@@ -32,8 +32,7 @@ Heads = dict[int, Head]
 def trained_task(env: VectorEnv, name: str) -> int:
     """The index of the task that all environments run.
 
-    Raises:
-        BenchError: they run several tasks, as in the protocol ``joint``.
+    Raises ``BenchError`` if they run several tasks, as in the protocol ``joint``.
     """
     tasks = np.unique(env.env_tasks)  # type: ignore[attr-defined]  # of the training environments
     if len(tasks) > 1:

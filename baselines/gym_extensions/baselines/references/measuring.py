@@ -94,8 +94,7 @@ class Measurement:
 def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list[float]]:
     """The returns of measurements and of training jobs, which run in worker processes; shows the progress.
 
-    Raises:
-        BenchError: one failed. The finished stages of training jobs are stored.
+    Raises ``BenchError`` if one failed. The finished stages of training jobs are stored.
     """
     results: dict[int, list[float]] = {}
     failures: dict[str, Failure] = {}
@@ -171,9 +170,8 @@ def with_runs(floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, bud
 def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> model.Task:
     """A published MuJoCo task, from its floor and the card of its expert; open without a clear expert.
 
-    Raises:
-        BenchError: the card is of another definition of the task, or the policy is not the one of the card or
-            has other shapes than the task.
+    Raises ``BenchError`` if the card is of another definition of the task, or the policy is not the one of
+    the card or has other shapes than the task.
     """
     if task.name not in experts.names(folder):
         return model.Task(floor, None)

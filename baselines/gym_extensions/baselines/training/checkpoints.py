@@ -52,8 +52,7 @@ class JobFolder:
     def begin(self, job: TrainingJob, settings: Mapping[str, Any]) -> None:
         """Stores what the job's results depend on: its settings, its tasks, and the versions of the packages.
 
-        Raises:
-            BenchError: the folder belongs to other settings or versions.
+        Raises ``BenchError`` if the folder belongs to other settings or versions.
         """
         path, packages = self.path / SETTINGS, settings.get("packages", ())
         tasks = {"group": job.group.id, "tasks": job.group.task_ids}
@@ -76,8 +75,7 @@ class JobFolder:
     def resume(self, agent: Agent, done: list[FinishedStage]) -> bool:
         """Restores the agent after the last finished stage; False if the job must start again.
 
-        Raises:
-            BenchError: the agent cannot load what it saved.
+        Raises ``BenchError`` if the agent cannot load what it saved.
         """
         checkpoint = self._checkpoint(done[-1].stage)
         if not (isinstance(agent, Resumable) and checkpoint.exists()):

@@ -48,8 +48,7 @@ def parse_request(
 ) -> Request:
     """Checks the arguments of :func:`gym_extensions.baselines.train`.
 
-    Raises:
-        BenchError: an unknown name, an empty list, or a number that is not allowed.
+    Raises ``BenchError`` for an unknown name, an empty list, or a number that is not allowed.
     """
     unique_groups = tuple(dict.fromkeys(parse_groups(groups)))
     unique_protocols = tuple(dict.fromkeys(listed(protocols, str, "protocols", "a name")))
@@ -78,8 +77,7 @@ def parse_request(
 def parse_interim(every: int | None, episodes: int) -> Interim | None:
     """The evaluation during training; None if ``every`` is None.
 
-    Raises:
-        BenchError: a number that is not an integer or out of range.
+    Raises ``BenchError`` for a number that is not an integer or out of range.
     """
     for value, option in ((every, "--evaluate-every"), (episodes, "--evaluate-episodes")):
         if value is not None:
@@ -94,8 +92,7 @@ def parse_interim(every: int | None, episodes: int) -> Interim | None:
 def parse_groups(groups: Groups) -> list[TaskGroup]:
     """The groups of an argument: names of published groups, ``core``, TOML files, TaskGroup objects.
 
-    Raises:
-        BenchError: an unknown name, an invalid file, or two different groups with one name.
+    Raises ``BenchError`` for an unknown name, an invalid file, or two different groups with one name.
     """
     values = listed(groups, (str, Path, TaskGroup), "groups", "a name, a TOML file, a TaskGroup")
     resolved = [group for value in values for group in groups_named(value)]

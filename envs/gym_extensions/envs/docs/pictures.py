@@ -53,8 +53,7 @@ def map_pictures() -> dict[str, bytes]:
 def _render(model: Any, data: Any, view: Camera, lines: Sequence[Line]) -> NDArray[np.uint8]:
     """Renders a frame (height, width, 3) with lines in the scene, without shadows.
 
-    Raises:
-        BenchError: MuJoCo cannot render on this machine.
+    Raises ``BenchError`` if MuJoCo cannot render on this machine.
     """
     mujoco.mj_forward(model, data)
     camera = mujoco.MjvCamera()
@@ -96,8 +95,7 @@ PUSHER_GOAL = (0.45, -0.05)
 def task_pictures() -> dict[str, bytes]:
     """Renders every picture of a task and returns WebP files by name.
 
-    Raises:
-        BenchError: MuJoCo cannot render on this machine.
+    Raises ``BenchError`` if MuJoCo cannot render on this machine.
     """
     shown: dict[str, Task] = {}
     for task in TASKS.values():

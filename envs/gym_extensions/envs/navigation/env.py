@@ -38,8 +38,7 @@ WINDOW_HINT = (
 def course(task: Task) -> Course:
     """Returns the course of a navigation task.
 
-    Raises:
-        BenchError: the task's variations are not exactly one course.
+    Raises ``BenchError`` if the task's variations are not exactly one course.
     """
     if len(task.variations) == 1 and isinstance(task.variations[0], Course):
         return task.variations[0]
@@ -151,8 +150,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
 class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """Navigation environments of one family, with many agents in one compiled world, each alone in its arena.
 
-    Raises:
-        BenchError: the tasks belong to several families, or one is not a navigation task.
+    Raises ``BenchError`` if the tasks belong to several families, or one is not a navigation task.
     """
 
     def __init__(

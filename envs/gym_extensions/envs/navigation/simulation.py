@@ -84,8 +84,7 @@ class World:
     def free_point(self, agent: int, point: Any, where: str) -> NDArray[np.float64]:
         """Returns a point on an agent's map as an array (2,), in units.
 
-        Raises:
-            BenchError: the point is not two finite numbers, or is in an obstacle or outside the map.
+        Raises ``BenchError`` if the point is not two finite numbers, or is in an obstacle or outside the map.
         """
         width, height = self.arenas[agent].grid.size
         hint = f"Give (x, y) in free space, 0 < x < {width:g} and 0 < y < {height:g}."
