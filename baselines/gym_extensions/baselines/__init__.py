@@ -45,12 +45,8 @@ __all__ = [
 ]
 
 EVENTS = ("BatchTrained", "JobFailed", "JobFinished", "StageStarted", "TaskEvaluated", "TrainingStarted")
-MODULES = {
-    "record": "record_policies",
-    "sb3": "adapters.sb3",
-    "train": "train_agent",
-    **dict.fromkeys(EVENTS, "training.events"),
-}
+MODULES = {"record": "record_policies", "sb3": "adapters.sb3", "train": "train_agent"}
+MODULES |= dict.fromkeys(EVENTS, "training.events")
 """The module of each public name; the others are in ``agent``."""
 
 

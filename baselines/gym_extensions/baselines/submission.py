@@ -56,9 +56,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
     with _reports_access(out):
         name = out.resolve().name
         if not layout.NAME.fullmatch(name):
-            hint = (
-                "Use at most 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
-            )
+            hint = "Use up to 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
             raise BenchError("bad-out", f"{name!r} is not a valid submission name.", str(out), hint)
         if not out.exists():
             return
@@ -126,10 +124,8 @@ def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterato
 
 def finished_runs(out: Path, group: TaskGroup, protocol: str) -> set[int]:
     """The runs that have a log."""
-    matches = (
-        layout.RUN_FILE.fullmatch(path.name) for path in (out / group.name / protocol).glob(f"run*{LOG}")
-    )
-    return {int(match[1]) for match in matches if match}
+    paths = (out / group.name / protocol).glob(f"run*{LOG}")
+    return {int(match[1]) for path in paths if (match := layout.RUN_FILE.fullmatch(path.name))}
 
 
 def missing_runs(out: Path, group: TaskGroup, protocol: str) -> list[int]:

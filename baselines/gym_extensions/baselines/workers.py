@@ -38,12 +38,9 @@ class Failure:
 
 def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failure:
     """The failure of a job that raised an exception, as text, because not every exception pickles."""
-    if isinstance(error, BenchError):
-        cause = str(error)
-    elif isinstance(error, OSError) and error.errno in DISK_FULL:
+    cause = str(error) if isinstance(error, BenchError) else f"{type(error).__name__}: {error}".rstrip(": ")
+    if isinstance(error, OSError) and error.errno in DISK_FULL:
         cause = f"The disk is full: {error.strerror}. Free some disk space."
-    else:
-        cause = f"{type(error).__name__}: {error}".rstrip(": ")
     text = "".join(traceback.format_exception(error))
     return Failure(cause, text, error if in_this_process else None)
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from gym_extensions.errors import BenchError, did_you_mean
@@ -79,6 +81,11 @@ class Prose:
     source: str
 
 
+TEXTS = Path(__file__).with_name("prose.toml").read_text(encoding="utf-8")
+PROSE = {name: Prose(**texts) for name, texts in tomllib.loads(TEXTS).items()}
+"""The text about every base body."""
+
+
 @dataclass(frozen=True)
 class Camera:
     """The camera of a body's picture.
@@ -133,23 +140,13 @@ class Body:
     success: Success | None = None  # None if its tasks define no success
 
 
-SOURCE = "Gymnasium 1.4, `gymnasium/envs/mujoco/{}.py`, default arguments."
-START = "{0}'s rest pose. Noise from U(−{1}, {1}) is added to every position and velocity."
-TIME_LIMIT_ONLY = "Only at the time limit."
-
 PLANAR = (
     Body(
         name="Hopper",
         family="planar",
         asset="hopper.xml",
         model_name="hopper",
-        prose=Prose(
-            "A one-legged body in the x–z plane that hops forward.",
-            "Δx/dt + 1 while healthy − 0.001·Σ a², with dt = 0.008 s.",
-            START.format("Hopper", "0.005"),
-            "Unhealthy: height ≤ 0.7 m, or |pitch| ≥ 0.2 rad, or another coordinate or velocity beyond ±100.",
-            SOURCE.format("hopper_v5"),
-        ),
+        prose=PROSE["Hopper"],
         rewards=RewardBounds(-20.0, 20.0),  # 1 for health, plus the forward speed in m/s
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
         parts={name: (f"{name.lower()}_geom",) for name in ("Torso", "Thigh", "Leg", "Foot")},
@@ -162,13 +159,7 @@ PLANAR = (
         family="planar",
         asset="walker2d_v5.xml",
         model_name="walker2d",
-        prose=Prose(
-            "A two-legged body in the x–z plane that walks forward.",
-            "Δx/dt + 1 while healthy − 0.001·Σ a², with dt = 0.008 s.",
-            START.format("Walker2d", "0.005"),
-            "Unhealthy: height outside (0.8, 2) m or |pitch| ≥ 1 rad.",
-            SOURCE.format("walker2d_v5"),
-        ),
+        prose=PROSE["Walker2d"],
         rewards=RewardBounds(-25.0, 25.0),  # as Hopper
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
         parts={"Torso": ("torso_geom",)}
@@ -182,14 +173,7 @@ PLANAR = (
         family="planar",
         asset="half_cheetah.xml",
         model_name="cheetah",
-        prose=Prose(
-            "A two-legged running body in the x–z plane. Its height is measured from 0.7 m.",
-            "Δx/dt − 0.1·Σ a², with dt = 0.05 s.",
-            "HalfCheetah's rest pose. Noise from U(−0.1, 0.1) is added to positions, from N(0, 0.1²) to "
-            "velocities.",
-            TIME_LIMIT_ONLY,
-            SOURCE.format("half_cheetah_v5"),
-        ),
+        prose=PROSE["HalfCheetah"],
         rewards=RewardBounds(-50.0, 50.0, terminates=False),  # the forward speed in m/s
         camera=Camera(0.0, 0.45, 2.8, 90, -8),
         parts={
@@ -205,7 +189,6 @@ PLANAR = (
 )
 
 
-COSTS = "0.1·Σ ctrl² − min(5e-7·Σ cfrc_ext², 10)"
 WALL_WIDTH = 10.0
 """In m: a humanoid would walk around a narrower wall."""
 IS_STANDING = "At the last step, the height of the torso is in (1, 2) m, where Humanoid counts as healthy."
@@ -232,13 +215,7 @@ HUMANOIDS = (
         family="humanoid",
         asset="humanoid.xml",
         model_name="humanoid",
-        prose=Prose(
-            "A three-dimensional two-legged body with arms that walks forward.",
-            f"1.25·Δx/dt + 5 while healthy − {COSTS}. Δx is that of the center of mass, dt = 0.015 s.",
-            START.format("Humanoid", "0.01"),
-            "Unhealthy: height of the torso outside (1, 2) m.",
-            SOURCE.format("humanoid_v5"),
-        ),
+        prose=PROSE["Humanoid"],
         rewards=RewardBounds(-50.0, 50.0),  # 5 for health, 1.25 × speed in m/s, contact cost at most 10
         camera=Camera(0.0, 0.85, 3.0, 120, -8),
         beams="torso",
@@ -249,13 +226,7 @@ HUMANOIDS = (
         family="humanoid",
         asset="humanoidstandup.xml",
         model_name="humanoidstandup",
-        prose=Prose(
-            "A humanoid lying on its back that stands up.",
-            f"z/0.003 + 1 − {COSTS}. z is the height of the torso.",
-            START.format("HumanoidStandup", "0.01"),
-            TIME_LIMIT_ONLY,
-            SOURCE.format("humanoidstandup_v5"),
-        ),
+        prose=PROSE["HumanoidStandup"],
         rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
         **LYING,
     ),
@@ -264,14 +235,7 @@ HUMANOIDS = (
         family="humanoid",
         asset="humanoidstandup.xml",
         model_name="humanoidstandup",
-        prose=Prose(
-            "A humanoid lying on its back that stands up and runs.",
-            f"1.25·Δx/dt + z/0.003 + (5 if 1 < z < 2, else 1) − {COSTS}. Δx is that of the center of mass, "
-            "z the height of the torso, dt = 0.015 s.",
-            START.format("HumanoidStandup", "0.01"),
-            TIME_LIMIT_ONLY,
-            "The paper's task, on Gymnasium's `humanoidstandup.xml` with Humanoid-v5's observation.",
-        ),
+        prose=PROSE["HumanoidStandupAndRun"],
         rewards=RewardBounds(-200.0, 1600.0, terminates=False),  # the sum of the two above
         **LYING,
     ),
@@ -291,15 +255,7 @@ ARMS = (
         family="arm",
         asset="pusher_v5.xml",
         model_name="arm3d",
-        prose=Prose(
-            "A seven-joint arm with a fork that pushes an object to a goal on a table.",
-            "−|object − goal| − 0.1·Σ a² − 0.5·|object − tip|.",
-            "Arm stretched, joint velocities from U(−0.005, 0.005) rad/s. The goal is at (0.45, −0.05). The "
-            "object's offsets from the goal are y ~ U(−0.3, 0) and x ~ U(−0.2, 0.2), drawn until their "
-            "distance exceeds 0.17 m.",
-            TIME_LIMIT_ONLY,
-            SOURCE.format("pusher_v5"),
-        ),
+        prose=PROSE["Pusher"],
         rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
         goal_area=Rectangle((-0.2, -0.1), (0.0, 0.3)),  # slide offsets (y, x)
         success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("object")),
@@ -310,17 +266,7 @@ ARMS = (
         family="arm",
         asset="pusher_v5.xml",
         model_name="arm3d",
-        prose=Prose(
-            "A seven-joint arm with a paddle that strikes a ball into a cup on a table.",
-            "−3·d − 0.1·Σ a² − 0.5·n. d is the smallest distance between ball and goal so far in the "
-            "episode, including the start. n is the distance between ball and tip until the tip first comes "
-            "within 0.1 m of the ball, and afterwards the distance from the ball to the point where the tip "
-            "was last within 0.1 m.",
-            "Arm stretched, joint velocities from U(−0.1, 0.1) rad/s. The ball is at (0.5, −0.175), the goal "
-            "at x ~ U(0.15, 0.7), y ~ U(0.1, 1), turned so that its open side faces the ball.",
-            TIME_LIMIT_ONLY,
-            "Gym's Striker-v0 (removed in 2022), rebuilt on Gymnasium's `pusher_v5.xml`.",
-        ),
+        prose=PROSE["Striker"],
         rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
         goal_area=Rectangle((0.15, 0.1), (0.7, 1.0)),  # world (x, y)
         success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("ball")),
@@ -335,13 +281,7 @@ NAVIGATION = (
         family="navigation",
         asset="",
         model_name="",
-        prose=Prose(
-            "A point that finds its way to a goal on a map of 640 × 480 units.",
-            "−1 per step, −5 more for a collision, +10 more for reaching the goal.",
-            'Uniform over free space at least 100 units from the goal. `options={"start": (x, y)}` sets it.',
-            "At the goal: within 20 units of its center after a step.",
-            "The paper, section on 2-D navigation.",
-        ),
+        prose=PROSE["Navigation"],
         rewards=RewardBounds(-6.0, -1.0, end=10.0),  # −1 per step, −5 per collision, +10 at the goal
         has_gravity=False,
         success=Arrival("The episode ends at the goal."),

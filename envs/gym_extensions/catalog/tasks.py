@@ -158,11 +158,10 @@ def task(name: str) -> Task:
     Raises ``BenchError`` if no task has that name; the hint names the closest.
     """
     by_name = {each.name: each for each in TASKS.values()}
-    found = TASKS.get(name) or by_name.get(name)
-    if found is None:
-        choices = TASKS if "/" in name else by_name
-        raise BenchError("unknown-task", f"There is no task {name!r}.", hint=did_you_mean(name, choices))
-    return found
+    if found := TASKS.get(name) or by_name.get(name):
+        return found
+    hint = did_you_mean(name, TASKS if "/" in name else by_name)
+    raise BenchError("unknown-task", f"There is no task {name!r}.", hint=hint)
 
 
 _published = task
@@ -314,9 +313,8 @@ def _checked(variations: Any) -> tuple[Variation, ...]:
     if not isinstance(variations, Iterable):
         hint = "Give a list, even for one variation."
         raise BenchError("no-list", f"variations is {variations!r}.", hint=hint)
-    added = tuple(variations)
+    added, hint = tuple(variations), "Give values such as Gravity(0.8)."
     for variation in added:
         if not callable(getattr(variation, "apply", None)) or isinstance(variation, type):
-            message = f"{variation!r} is not a variation."
-            raise BenchError("no-variation", message, hint="Give values such as Gravity(0.8).")
+            raise BenchError("no-variation", f"{variation!r} is not a variation.", hint=hint)
     return added

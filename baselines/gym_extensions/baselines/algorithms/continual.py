@@ -14,13 +14,7 @@ import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Observes, Setting, VectorEnv
-from gym_extensions.baselines.algorithms.trpo import (
-    REFERENCE,
-    TUNING_STEPS,
-    TUNING_TASKS,
-    Trpo,
-    TrpoSettings,
-)
+from gym_extensions.baselines.algorithms.trpo import REFERENCE, TUNING_STEPS, TUNING_TASKS, Trpo, TrpoSettings
 from gym_extensions.baselines.trust_region.update import Curvature, dot
 from gym_extensions.baselines.trust_region.values import Transitions
 

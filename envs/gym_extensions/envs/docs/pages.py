@@ -32,33 +32,18 @@ def _file(base: str) -> str:
 
 
 def _index(bases: Iterable[str]) -> str:
-    api = Path(__file__).with_name("api.md").read_text(encoding="utf-8")
-    bodies = "\n".join(f"* [{base}]({_file(base)}): {BODIES[base].prose.summary}" for base in bases)
-    return f"""# Environments
-
-{NOTE}
-
-You find here the Python API of the environments, the groups, and one page per base body with its reward,
-actions, observations, tasks and pictures.
-
-{len(TASKS)} tasks in {len(PAPER_GROUPS) + len(EXTRAS)} groups, in training order.
-
-{api}
-## Base bodies
-
-{bodies}
-
-## The paper's groups
-
-{_groups(PAPER_GROUPS)}
-
-## Further groups
-
-{_groups(EXTRAS)}
-
-`gym-extensions envs show TASK` describes one task. `gym-extensions envs check` compares every task
-with its published fingerprint.
-"""
+    parts = {
+        "note": NOTE,
+        "tasks": len(TASKS),
+        "groups": len(PAPER_GROUPS) + len(EXTRAS),
+        "bodies": "\n".join(f"* [{base}]({_file(base)}): {BODIES[base].prose.summary}" for base in bases),
+        "paper": _groups(PAPER_GROUPS),
+        "extras": _groups(EXTRAS),
+    }
+    text = Path(__file__).with_name("index.md").read_text(encoding="utf-8")
+    for name, part in parts.items():
+        text = text.replace(f"{{{{{name}}}}}", str(part))
+    return text
 
 
 def _groups(groups: Iterable[TaskGroup]) -> str:
