@@ -28,13 +28,14 @@ ROW = """
         family="planar",
         asset="hopper.xml",
         model_name="hopper",
-        prose=Prose("Summary.", "Reward.", "Start.", "End.", "Source."),
+        prose=PROSE["Monopod"],
         rewards=RewardBounds(-20.0, 20.0),
         beams="pitch",
         velocity_limit=10.0,
     ),
 )
 """
+TEXTS = '[Monopod]\nsummary = "S."\nreward = "R."\nstart = "T."\nend = "E."\nsource = "Q."\n\n'
 ENTRY = '    "Monopod": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
 USE_BODY = """
 import numpy as np
@@ -187,6 +188,7 @@ def listed(addition: str, name: str = "") -> list[str]:
 def test_a_base_body_is_data_and_an_entry_in_the_registry_of_classes(copy: Path) -> None:
     catalog, envs = (copy / "envs" / "gym_extensions" / name for name in ("catalog", "envs"))
     edit(catalog / "bodies.py", "\n)\n\n\nBODIES", f"{ROW}\n\nBODIES")
+    edit(catalog / "prose.toml", "[Hopper]", f"{TEXTS}[Hopper]")
     edit(envs / "mujoco" / "env.py", '    "Pusher"', ENTRY + '    "Pusher"')
     run(copy, USE_BODY)
     assert changed(copy) == listed("Base body")
