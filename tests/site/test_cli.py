@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.__main__ import main
-from gym_extensions.scoring import pipeline
+from gym_extensions.scoring import pipeline, references
 from gym_extensions.scoring.pipeline import score_folders
-from gym_extensions.site import cli
 
 from .made_entries import REFERENCES, submission
 
@@ -21,7 +20,7 @@ from .made_entries import REFERENCES, submission
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty working directory; every task of hopper-gravity has the floor 0 and the expert 100."""
     monkeypatch.chdir(tmp_path)
-    for module in (pipeline, cli):
+    for module in (pipeline, references):
         monkeypatch.setattr(module, "load_references", lambda: REFERENCES)
     return tmp_path
 

@@ -11,9 +11,9 @@ import pytest
 
 from gym_extensions.__main__ import main
 from gym_extensions.rollouts.review import Decision, Review, write_review
+from gym_extensions.scoring import references
 from gym_extensions.scoring.pipeline import Scorer
 from gym_extensions.site import build as module
-from gym_extensions.site import cli
 from gym_extensions.site.build import Built, build_site
 from gym_extensions.site.output import MARK, Output, kept_path
 
@@ -135,7 +135,7 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = tmp_path_factory.mktemp("original")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(root)
-        patch.setattr(cli, "load_references", lambda: REFERENCES)
+        patch.setattr(references, "load_references", lambda: REFERENCES)
         for name in ("alpha", "beta"):
             submission(root / "submissions", name)
         assert main(["site"]) == 0
@@ -147,7 +147,7 @@ def built(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     """The working directory of a test, with a copy of that folder."""
     shutil.copytree(original, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cli, "load_references", lambda: REFERENCES)
+    monkeypatch.setattr(references, "load_references", lambda: REFERENCES)
     return tmp_path
 
 

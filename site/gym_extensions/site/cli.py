@@ -8,13 +8,6 @@ from io import TextIOWrapper
 from pathlib import Path
 
 from gym_extensions.errors import reports_mistakes, working
-from gym_extensions.scoring.output.screen import console, count, show_line
-from gym_extensions.scoring.pipeline import Scorer, find_submissions
-from gym_extensions.scoring.records import RECORDS, verified_records
-from gym_extensions.scoring.references import load_references
-from gym_extensions.scoring.scorecard import ReferencesInfo
-from gym_extensions.site.build import base_digest, build_site
-from gym_extensions.site.output import folder_key, scorecards_since
 from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 
 
@@ -35,7 +28,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--records",
         type=Path,
-        default=Path(RECORDS),
+        default=Path("records"),
         metavar="DIR",
         help="folder of records (default: records/)",
     )
@@ -68,6 +61,15 @@ def is_empty(folder: Path) -> bool:
 def main(argv: list[str] | None = None) -> int:
     """Builds the site. Prints the problems of refused submissions and the path of the index."""
     options = parser().parse_args(argv)
+    # They load pandas and scipy, for which --help and mistakes do not wait.
+    from gym_extensions.scoring.output.screen import console, count, show_line
+    from gym_extensions.scoring.pipeline import Scorer, find_submissions
+    from gym_extensions.scoring.records import verified_records
+    from gym_extensions.scoring.references import load_references
+    from gym_extensions.scoring.scorecard import ReferencesInfo
+    from gym_extensions.site.build import base_digest, build_site
+    from gym_extensions.site.output import folder_key, scorecards_since
+
     empty = [folder for folder in options.submissions if is_empty(folder)]
     folders = find_submissions([folder for folder in options.submissions if folder not in empty])
     references = load_references()
