@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 from markupsafe import Markup, escape
 
@@ -221,7 +222,7 @@ def _labels(entries: Sequence[CoreEntry], places: Sequence[tuple[float, float]])
     for entry, (across, up) in zip(entries, places, strict=True):
         name = short(entry.name, MAX_LABEL)
         width = CHARACTER * len(name)
-        for start, line in ((9, -8), (9, 17), (-9 - width, -8), (-9 - width, 17), (9, -21), (9, 30)):
+        for line, start in product((-8, 17, -21, 30), (9, -9 - width, -width / 2)):
             box = (across + start, up + line - LINE + 3, across + start + width, up + line + 3)
             inside = box[0] > LEFT and box[2] < LEFT + SIDE and box[1] > TOP and box[3] < TOP + SIDE
             if inside and not any(_overlap(box, other) for other in taken):
