@@ -84,7 +84,9 @@ def test_a_pair_is_merged_if_both_of_its_logs_are_identical() -> None:
 def test_a_run_without_a_partner_is_compared_by_the_log_that_it_has() -> None:
     runs, notes = merge(sequential={0: 1.0, 1: 2.0, 2: 1.0, 3: 3.0}, single={0: 5.0, 1: 6.0})
     assert runs == {"sequential": (0, 1, 3), "single": (0, 1)}
-    assert notes == ("Runs 0, 2 are identical in every episode and count as one.",)
+    identical, unequal = notes
+    assert identical == "Runs 0, 2 are identical in every episode and count as one."
+    assert unequal.endswith("both have: 0, 1.")
 
 
 def test_each_set_of_identical_runs_is_merged_and_joint_runs_by_themselves() -> None:

@@ -39,9 +39,8 @@ class Template:
     init_qvel: Array
     observation_space: Box
     action_space: Box
-    root_lift: (
-        float  # height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms
-    )
+    root_lift: float
+    """Height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms."""
 
     @property
     def dt(self) -> float:

@@ -138,7 +138,7 @@ class Repository:
         return tuple(_tree_entry(line) for line in output.split(b"\0") if line)
 
     def blobs(self, object_ids: Iterable[str]) -> Iterator[bytes]:
-        """The contents of files by object id, in that order. Raises ``BenchError`` for what is no file."""
+        """The contents of files by object id, in that order. Raises ``BenchError`` if one is not a file."""
         command, pipe = self._command("cat-file", "--batch"), subprocess.PIPE
         with subprocess.Popen(command, stdin=pipe, stdout=pipe, env=_environment()) as process:
             requests, answers = process.stdin, process.stdout

@@ -187,7 +187,7 @@ def _value_finding(where: str, kind: Any, value: object) -> Finding | None:
 
 
 def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
-    """Why a value, or an element of one, is no hyperparameter, as the rest of a sentence; empty if it is."""
+    """What is wrong with a hyperparameter or an element of one, as the end of a sentence, or empty."""
     if isinstance(value, list | tuple) and not is_element:
         if len(value) > SHORT:
             return f"has {len(value)} elements; the limit is {SHORT}"

@@ -88,7 +88,7 @@ def consecutive(runs: Sequence[int]) -> int:
 
 
 def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
-    """The group with the runs that are scored, and a note about each set of the others.
+    """The group with the runs that are scored, and notes: on each set of the others, and on unequal logs.
 
     They are the runs 0 to N − 1 of each log, up to the first gap. With ``merge``, identical runs count as
     one. A sequential and a single run of one training seed are a pair; two pairs are identical if both logs
@@ -112,6 +112,10 @@ def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
         notes += [f"{kind} {runs} are identical in every episode and count as one." for runs in equal]
         distinct = {runs[0] for runs in sets.values()}
         logs |= {name: select_runs(logs[name], distinct) for name in protocols if name in logs}
+    paired = [set(logs[name].runs) for name in PAIRED_PROTOCOLS[0] if name in logs]
+    if both := sorted(set.intersection(*paired)) if len(paired) > 1 and paired[0] != paired[1] else []:
+        runs = ", ".join(map(str, both))
+        notes.append(f"Metrics of transfer are over the runs that sequential and single both have: {runs}.")
     return replace(submitted, logs=logs, notes=tuple(notes))
 
 

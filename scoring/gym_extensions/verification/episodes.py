@@ -152,8 +152,8 @@ class Player:
     ) -> list[Outcome]:
         """The outcomes of a cell, an episode per seed, with the policy of its stage.
 
-        ``watch`` is called with the environments and the actions, after the reset and after every step. In
-        another ``world`` than its task, the policy is told the task.
+        ``watch`` is called with the environments and the actions, after the reset and after every step. With
+        ``world``, the episodes run in that task, and the policy still observes the index of the cell's task.
 
         Raises:
             BenchError: the policy does not fit the task, samples without a seed of the noise, or gives an

@@ -150,7 +150,8 @@ def _plain_parts(model: BaseAlgorithm) -> Parts:
     """Arguments of a ``Policy``. Raises ``NOT_PLAIN`` if the policy is not a multilayer perceptron."""
     policy: Any = model.policy
     parts = _flax(model) if hasattr(policy, "actor_state") else _torch(model)
-    if parts["weights"][0].shape[:1] != model.observation_space.shape or _has_extractor(policy):
+    is_flat = parts["weights"][0].shape[:1] == model.observation_space.shape
+    if not is_flat or _has_extractor(policy) or hasattr(policy, "lstm_actor"):
         raise ValueError("it has a features extractor or an LSTM, or its observations are not flat")
     return parts
 
@@ -235,8 +236,6 @@ def _network(
 
 def _has_extractor(policy: Any) -> bool:
     """Whether the observations go through other layers than a flattening before the actor."""
-    if hasattr(policy, "lstm_actor"):
-        return True
     owners = [policy] if hasattr(policy, "actor_state") else [policy, getattr(policy, "actor", None)]
     names = ("features_extractor", "pi_features_extractor")
     extractors = [getattr(owner, name, None) for owner in owners for name in names]

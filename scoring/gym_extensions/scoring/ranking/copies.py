@@ -29,7 +29,7 @@ def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
 
     def sketches(card: Scorecard) -> list[Sketch]:
         return [
-            tuple(f"{name} {digest}" for digest in sketch)  # groups of a suite are told apart
+            tuple(f"{name} {digest}" for digest in sketch)  # equal episodes in two groups are two
             for name in key.groups
             if (log := card.groups.get(name, {}).get(key.protocol))
             for sketch in log.episode_sketches

@@ -21,7 +21,7 @@ TRANSFER = "zero_shot_transfer"
 FIRST = 20
 """Methods on the overview."""
 MOST_ROWS, MOST_PAIRS = 200, 400
-"""Most methods, and pairs per metric, on that page."""
+"""Most methods, and pairs per metric, on the page of the core."""
 MOST_NAMED = 3
 """Up to this many methods are named in a sentence; more are counted."""
 
