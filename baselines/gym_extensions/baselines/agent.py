@@ -1,10 +1,7 @@
-"""What an agent is: its methods, what it observes, its card, and its state as arrays."""
+"""What an agent is: its methods, what it observes, and its card."""
 
 from __future__ import annotations
 
-import json
-import random
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -222,46 +219,3 @@ class Factory(Protocol):
         The spaces are the Gymnasium spaces of one environment. ``seed`` is the source of all the agent's
         randomness.
         """
-
-
-def acting_and_learning(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
-    """Two independent generators from one seed, so that evaluation leaves training untouched."""
-    acting, learning = np.random.SeedSequence(seed).spawn(2)
-    return np.random.default_rng(acting), np.random.default_rng(learning)
-
-
-def save_arrays(path: Path, **arrays: Array) -> None:
-    """Writes the arrays to ``path``, whatever its suffix."""
-    with path.open("wb") as file:
-        np.savez(file, allow_pickle=False, **arrays)
-
-
-def load_arrays(path: Path) -> dict[str, Array]:
-    """Reads the arrays of an npz file by name."""
-    with np.load(path, allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
-
-
-def saved_generator(generator: np.random.Generator) -> Array:
-    """The state of a random generator as a string array."""
-    return np.array(json.dumps(generator.bit_generator.state, sort_keys=True))
-
-
-def restore_generator(generator: np.random.Generator, saved: Array) -> None:
-    """Sets a random generator to a state from :func:`saved_generator`."""
-    state: dict[str, Any] = json.loads(str(saved))
-    generator.bit_generator.state = state
-
-
-def global_generators() -> tuple[Any, Any, Any]:
-    """The states of the global random generators of Python, numpy and (if it is loaded) torch."""
-    torch = sys.modules.get("torch")
-    return random.getstate(), np.random.get_state(), torch and torch.get_rng_state()  # noqa: NPY002
-
-
-def set_global_generators(state: tuple[Any, Any, Any]) -> None:
-    """Sets the global random generators to a state of :func:`global_generators`."""
-    random.setstate(state[0])
-    np.random.set_state(state[1])  # noqa: NPY002
-    if state[2] is not None:
-        sys.modules["torch"].set_rng_state(state[2])

@@ -122,13 +122,30 @@ def card_of(agent: Agent, name: str) -> Card:
     If the agent has none, a card with only ``name``.
 
     Raises:
-        BenchError: the card holds a value that a submission cannot have.
+        BenchError: scoring would refuse a value, or a package is not installed.
     """
     card: object = agent.card() if isinstance(agent, Described) else Card(algorithm=name)
     if not isinstance(card, Card):
         message = f"Expected a Card, got {type(card).__name__}."
         raise BenchError("bad-card", message, "card()", "Return a gym_extensions.baselines.Card.")
-    check_card(card)
+    for field, kind in CARD_TYPES.items():
+        try:
+            msgspec.convert(getattr(card, field), kind)
+        except msgspec.ValidationError as error:
+            raise _bad_card(field, f"The value is {getattr(card, field)!r}: {error}.") from error
+    if not card.algorithm.strip():
+        raise _bad_card("algorithm", "The algorithm has no name.")
+    tables = card_tables(card, Observes())
+    tables["protocol"]["budget"] = STANDARD_BUDGET
+    for problem in problems("manifest", ManifestInFolder(NO_FOLDER, tables)):
+        if problem.rule != "no-groups":
+            raise _bad_card(problem.where.removeprefix(f"{MANIFEST}, "), problem.message, problem.hint)
+    for package in card.packages:
+        if package in Versions.__struct_fields__:
+            raise _bad_card("packages", f"Every run states the version of {package!r}.", "Leave it out.")
+        if version_or_none(package) is None:
+            hint = "Use the names that pip lists."
+            raise _bad_card("packages", f"The package {package!r} is not installed.", hint)
     return card
 
 
@@ -149,28 +166,6 @@ def card_tables(card: Card, observes: Observes) -> dict[str, Any]:
         "observes": asdict(observes),
         "tuning": {"steps": card.tuning_steps, "tasks": list(card.tuning_tasks)},
     }
-
-
-def check_card(card: Card) -> None:
-    """Raises ``BenchError`` for a value that scoring would refuse, or a package that is not installed."""
-    for field, kind in CARD_TYPES.items():
-        try:
-            msgspec.convert(getattr(card, field), kind)
-        except msgspec.ValidationError as error:
-            raise _bad_card(field, f"The value is {getattr(card, field)!r}: {error}.") from error
-    if not card.algorithm.strip():
-        raise _bad_card("algorithm", "The algorithm has no name.")
-    tables = card_tables(card, Observes())
-    tables["protocol"]["budget"] = STANDARD_BUDGET
-    for problem in problems("manifest", ManifestInFolder(NO_FOLDER, tables)):
-        if problem.rule != "no-groups":
-            raise _bad_card(problem.where.removeprefix(f"{MANIFEST}, "), problem.message, problem.hint)
-    for package in card.packages:
-        if package in Versions.__struct_fields__:
-            raise _bad_card("packages", f"Every run states the version of {package!r}.", "Leave it out.")
-        if version_or_none(package) is None:
-            hint = "Use the names that pip lists."
-            raise _bad_card("packages", f"The package {package!r} is not installed.", hint)
 
 
 def _bad_card(where: str, message: str, hint: str = "See gym_extensions.baselines.Card.") -> BenchError:

@@ -241,13 +241,13 @@ def record(
     require_published_engine(task_group.tasks)
     submission.require_same(path / MANIFEST, submission.read_manifest(path / MANIFEST), tables)
     if existing := _existing(path, job, number, skip_recorded):
-        if JobFolder.of(path, job).finished():
+        if JobFolder(path, job).finished():
             _write_if_complete(path, job, settings)  # an earlier call may have failed to
         return existing
     submission.prepare(path)
     with submission.lock_runs(path, [f"{job.title} stage {number}"]):
-        started, folder = time.process_time(), JobFolder.of(path, job)
-        folder.begin(job, asdict(settings) | {key: tables[key] for key in ("protocol", "hyperparameters")})
+        started, folder = time.process_time(), JobFolder(path, job)
+        folder.begin(asdict(settings) | {key: tables[key] for key in ("protocol", "hyperparameters")})
         episodes = _evaluate(agent, job, recorded, settings, folder)
         used, parameters = usage.since(started, recorded.steps), (card.parameters, card.parameters)
         folder.finish(FinishedStage(number, episodes, trained, card, parameters, used), agent, last=True)
@@ -259,7 +259,7 @@ def _existing(out: Path, job: TrainingJob, stage: int, skip: bool) -> dict[str, 
     """The mean returns of a stage that is not recorded again, empty if it is to be recorded."""
     log = out / run_file(job.group.name, job.protocol, job.run, LOG)
     if not log.exists():
-        finished = JobFolder.of(out, job).finished() if skip else []
+        finished = JobFolder(out, job).finished() if skip else []
         records = [record for record in finished if record.stage == stage]
         return mean_returns(episode for record in records for episode in record.episodes)
     if not skip:
@@ -282,7 +282,7 @@ def _evaluate(
         for task in stage.evaluated:
             agent.begin(training_seed(job.run, job.group.id, f"policy {stage.number}", task.id))
             episodes += evaluator.evaluate(agent, stage.number, task, policy)
-        folder.store_policy(stage.number, job.task_name, policy)
+        folder.store_policy(stage.number, policy)
     finally:
         evaluator.close()
     return episodes
@@ -292,7 +292,7 @@ def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
     """Writes the run to the submission if all of its stages and tasks are recorded."""
     with submission.lock_runs(out, [job.run_title], seconds=WRITE_SECONDS):
         jobs = jobs_of(job.group, job.protocol, [job.run])
-        records = {item: JobFolder.of(out, item).finished() for item in jobs}
+        records = {item: JobFolder(out, item).finished() for item in jobs}
         stages = job.stages(budget_named(settings.budget))
         if all(len(finished) == len(stages) for finished in records.values()):
             for item, finished in records.items():

@@ -138,7 +138,7 @@ def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]
     """The jobs of the runs that have no log. Folders of jobs whose run has one are deleted."""
     finished = finished_runs(out, group, protocol)
     for job in jobs_of(group, protocol, sorted(finished)):
-        JobFolder.of(out, job).remove()
+        JobFolder(out, job).remove()
     return jobs_of(group, protocol, [run for run in runs if run not in finished])
 
 
@@ -206,7 +206,7 @@ def write_run_files(
     card = max((record.card for record in records), key=lambda card: card.stored_steps)
     existing, tables = read_manifest(out / MANIFEST), manifest_tables(card, settings)
     require_same(out / MANIFEST, existing, tables)
-    policies = _policies([JobFolder.of(out, job) for job in jobs])
+    policies = _policies([JobFolder(out, job) for job in jobs])
     files = policy_files(policies) if policies else {}
     suffixes = dict.fromkeys((layout.POLICIES, *files, DOCUMENT, LOG))
     names = {suffix: layout.run_file(group.name, protocol, run, suffix) for suffix in suffixes}
@@ -255,7 +255,7 @@ def write_run_files(
     finally:
         shutil.rmtree(staged, ignore_errors=True)
     for job in jobs:
-        JobFolder.of(out, job).remove()
+        JobFolder(out, job).remove()
 
 
 def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
-from gym_extensions.baselines.agent import restore_generator, saved_generator
+from gym_extensions.baselines.generators import restore_generator, saved_generator
 from gym_extensions.baselines.training.checkpoints import JobFolder
 from gym_extensions.baselines.training.jobs import jobs_of
 from gym_extensions.catalog.groups import group
@@ -139,14 +139,14 @@ def test_a_checkpoint_of_another_version_is_not_continued(tmp_path: Path) -> Non
 
 
 def test_a_checkpoint_of_another_version_of_the_agents_packages_is_not_continued(tmp_path: Path) -> None:
-    folder, (job,) = JobFolder(tmp_path), jobs_of(group(SHORT_GROUP), "joint", [0])
-    settings = {"packages": ("pandas",)}
-    folder.begin(job, settings)
-    folder.begin(job, settings)
-    stored = tmp_path / "settings.json"
+    (job,) = jobs_of(group(SHORT_GROUP), "joint", [0])
+    folder, settings = JobFolder(tmp_path, job), {"packages": ("pandas",)}
+    folder.begin(settings)
+    folder.begin(settings)
+    stored = folder.path / "settings.json"
     stored.write_text(stored.read_text().replace(f'"pandas": "{version("pandas")}"', '"pandas": "1.0"'))
     with pytest.raises(BenchError, match=r"started with pandas 1\.0 \(installed: "):
-        folder.begin(job, settings)
+        folder.begin(settings)
 
 
 def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> None:

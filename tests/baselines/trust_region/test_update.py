@@ -17,7 +17,6 @@ from gym_extensions.baselines.trust_region.update import (
     Curvature,
     TrustRegion,
     conjugate_gradient,
-    line_search,
     step_within,
     updated,
 )
@@ -104,18 +103,6 @@ def test_one_iteration_of_conjugate_gradient_is_the_steepest_descent_step_by_han
     # A = diag(1, 3), b = (1, 1): bᵀb / bᵀAb = 2 / 4.
     solution = conjugate_gradient(lambda vector: np.array([1.0, 3.0]) * vector, np.ones(2), iterations=1)
     np.testing.assert_allclose(solution, [0.5, 0.5])
-
-
-def test_the_line_search_takes_the_first_accepted_step() -> None:
-    point, tries = line_search(lambda at: bool(at[0] <= 0.7), np.zeros(1), np.ones(1), shrink=0.8)
-    assert (tries, point[0]) == (2, pytest.approx(0.64))
-
-
-def test_the_line_search_returns_the_start_if_no_step_is_accepted() -> None:
-    start = np.array([3.0])
-    point, tries = line_search(lambda at: False, start, np.ones(1), tries=4)
-    assert tries == 4
-    assert point is start
 
 
 class Pull:

@@ -21,10 +21,14 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from gym_extensions.baselines import agent as interface
 from gym_extensions.baselines.adapters.sb3_policy import exported
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.agent import Array, Card, Context, Observes, Setting, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Context, Factory, Observes, Setting, VectorEnv
+from gym_extensions.baselines.generators import (
+    global_generators,
+    preserved_global_generators,
+    set_global_generators,
+)
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import LONG, hyperparameter_error
 from gym_extensions.rollouts.policies.files import AnyPolicy
@@ -58,7 +62,7 @@ def sb3(
     log_interval: int | None = None,
     tensorboard_log: str | Path = "",
     **settings: Any,
-) -> interface.Factory:
+) -> Factory:
     """A factory of agents that train a Stable-Baselines3 or SBX model. It needs the extra ``sb3`` or ``sbx``.
 
     An interrupted run resumes after its last finished stage and writes the same files. Each stage is one
@@ -214,13 +218,10 @@ class Generators:
     @contextmanager
     def active(self) -> Iterator[None]:
         """The global generators continue from this state inside the context and are restored after it."""
-        outside = interface.global_generators()
-        interface.set_global_generators(self.state)
-        try:
+        with preserved_global_generators():
+            set_global_generators(self.state)
             yield
-        finally:
-            self.state = interface.global_generators()
-            interface.set_global_generators(outside)
+            self.state = global_generators()
 
 
 class Sb3Agent:

@@ -10,11 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Observes, Setting, VectorEnv
-from gym_extensions.baselines.algorithms.trpo import REFERENCE, TUNING_STEPS, TUNING_TASKS, Trpo, TrpoSettings
+from gym_extensions.baselines.algorithms.trpo import TUNING_STEPS, TUNING_TASKS, Trpo
 from gym_extensions.baselines.trust_region.update import Curvature, dot
 from gym_extensions.baselines.trust_region.values import Transitions
 
@@ -99,15 +98,8 @@ class RegularizedTrpo(Trpo):
     states_per_task = 0
     """Observations of the task that ``_end_of_task`` needs."""
 
-    def __init__(
-        self,
-        observation_space: gym.spaces.Box,
-        action_space: gym.spaces.Box,
-        seed: int,
-        settings: TrpoSettings = REFERENCE,
-        coefficient: float | None = None,
-    ) -> None:
-        super().__init__(observation_space, action_space, seed, settings)
+    def __init__(self, *arguments: Any, coefficient: float | None = None, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
         self.coefficient = self.published_coefficient if coefficient is None else coefficient
         self._stored: dict[str, Array] = {}
         self._sample_of_task = StateSample(0, 0)

@@ -7,8 +7,8 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines import agent as interface
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
+from gym_extensions.baselines.generators import acting_and_learning, restore_generator, saved_generator
 from gym_extensions.rollouts.policies.mlp import Policy
 
 
@@ -17,7 +17,7 @@ class Random:
 
     def __init__(self, observation_space: gym.spaces.Box, action_space: gym.spaces.Box, seed: int) -> None:
         self._low, self._high = action_space.low, action_space.high
-        self._acting, _ = interface.acting_and_learning(seed)
+        self._acting, _ = acting_and_learning(seed)
 
     def act(self, observations: Array) -> Array:
         shape = (len(observations), *self._low.shape)
@@ -34,10 +34,10 @@ class Random:
         return Card("random", title="Random actions", description="Uniformly random actions; learns nothing.")
 
     def save(self, path: Path) -> None:
-        interface.save_arrays(path, acting=interface.saved_generator(self._acting))
+        path.write_text(saved_generator(self._acting))
 
     def load(self, path: Path) -> None:
-        interface.restore_generator(self._acting, interface.load_arrays(path)["acting"])
+        restore_generator(self._acting, path.read_text())
 
 
 class Zero:
@@ -62,7 +62,7 @@ class Zero:
         return Card("zero", title="Zero action", description=text, evaluation="deterministic")
 
     def save(self, path: Path) -> None:
-        interface.save_arrays(path)
+        path.touch()
 
     def load(self, path: Path) -> None:
         """Does nothing: the agent has no state."""

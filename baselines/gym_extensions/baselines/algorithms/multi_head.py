@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
-from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo, TrpoSettings
+from gym_extensions.baselines.algorithms.trpo import Trpo
 from gym_extensions.baselines.trust_region import policy as policies
 from gym_extensions.baselines.trust_region.policy import Moments
 from gym_extensions.errors import BenchError
@@ -79,14 +79,8 @@ class MultiHead(Trpo):
     parent = Trpo.name
     observes = Observes(task_in_training=True, task_in_evaluation=True, boundaries=True)
 
-    def __init__(
-        self,
-        observation_space: gym.spaces.Box,
-        action_space: gym.spaces.Box,
-        seed: int,
-        settings: TrpoSettings = REFERENCE,
-    ) -> None:
-        super().__init__(observation_space, action_space, seed, settings)
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
         # The parameters of the hidden layers come first in the flat vector.
         self._hidden = policies.parameter_count(self._architecture.sizes[:-1])
         self._heads: Heads = {}

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.baselines.algorithms.multi_head import Head, MultiHead
-from gym_extensions.baselines.algorithms.trpo import REFERENCE, TrpoSettings
 from gym_extensions.baselines.trust_region.policy import Sizes
 from gym_extensions.baselines.trust_region.values import Collector
 
@@ -80,15 +79,8 @@ class PackNet(MultiHead):
     description = "The reference agent with PackNet: tasks own weights and a head; it observes the task."
     parent = ""  # the first task's weights are pruned, so no stage is equal to that of trpo
 
-    def __init__(
-        self,
-        observation_space: gym.spaces.Box,
-        action_space: gym.spaces.Box,
-        seed: int,
-        settings: TrpoSettings = REFERENCE,
-        retrain_share: float = RETRAIN_SHARE,
-    ) -> None:
-        super().__init__(observation_space, action_space, seed, settings)
+    def __init__(self, *arguments: Any, retrain_share: float = RETRAIN_SHARE, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
         self._retrain_share = retrain_share
         self._owners = no_owners(self._architecture.sizes)
         self._num_tasks, self._pruned = 1, False

@@ -10,8 +10,8 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines import agent as interface
 from gym_extensions.baselines.agent import Array, Card, Observes, Setting, VectorEnv
+from gym_extensions.baselines.generators import acting_and_learning, restore_generator, saved_generator
 from gym_extensions.baselines.trust_region import policy as policies
 from gym_extensions.baselines.trust_region.policy import Architecture, Batch, Moments
 from gym_extensions.baselines.trust_region.update import Penalty, TrustRegion, updated
@@ -110,6 +110,7 @@ class Trpo:
     """The agent; its policy is one flat vector of parameters and the moments of the observations."""
 
     name, title = "trpo", "TRPO"
+    settings = REFERENCE
     tuning_steps = TUNING_STEPS
     tuning_tasks: tuple[str, ...] = TUNING_TASKS
     parent: str = ""
@@ -120,10 +121,10 @@ class Trpo:
         observation_space: gym.spaces.Box,
         action_space: gym.spaces.Box,
         seed: int,
-        settings: TrpoSettings = REFERENCE,
+        settings: TrpoSettings | None = None,
     ) -> None:
-        self._settings = settings
-        self._acting, self._learning = interface.acting_and_learning(seed)
+        self._settings = settings = settings or self.settings
+        self._acting, self._learning = acting_and_learning(seed)
         low, high = action_space.low.astype(np.float32), action_space.high.astype(np.float32)
         self._middle, self._half = (high + low) / 2, (high - low) / 2
         inputs, outputs = int(np.prod(observation_space.shape)), int(np.prod(action_space.shape))
@@ -242,10 +243,12 @@ class Trpo:
         )
 
     def save(self, path: Path) -> None:
-        interface.save_arrays(path, **self._state())
+        with path.open("wb") as file:
+            np.savez(file, allow_pickle=False, **self._state())
 
     def load(self, path: Path) -> None:
-        self._restore(interface.load_arrays(path))
+        with np.load(path) as arrays:
+            self._restore(dict(arrays))
 
     def _state(self) -> dict[str, Array]:
         moments = self._moments
@@ -255,8 +258,8 @@ class Trpo:
             "mean": moments.mean,
             "squares": moments.squares,
             "batch_steps": np.array(self._batch_steps),
-            "acting": interface.saved_generator(self._acting),
-            "learning": interface.saved_generator(self._learning),
+            "acting": np.array(saved_generator(self._acting)),
+            "learning": np.array(saved_generator(self._learning)),
             **{f"value_{name}": values for name, values in self._value.state.items()},
         }
 
@@ -264,8 +267,8 @@ class Trpo:
         self._theta, self._batch_steps = arrays["policy"], int(arrays["batch_steps"])
         self._moments = Moments(float(arrays["count"]), arrays["mean"], arrays["squares"])
         self._value.state = {name: arrays[f"value_{name}"] for name in self._value.state}
-        interface.restore_generator(self._acting, arrays["acting"])
-        interface.restore_generator(self._learning, arrays["learning"])
+        restore_generator(self._acting, str(arrays["acting"]))
+        restore_generator(self._learning, str(arrays["learning"]))
 
 
 class Trpo2017(Trpo):
@@ -273,11 +276,9 @@ class Trpo2017(Trpo):
 
     name, title = "trpo-2017", "TRPO (2017 settings)"
     description = "TRPO with the paper's settings; an MLP value function in place of rllab's linear baseline."
+    settings = HENDERSON_2017
     tuning_steps = 0
     tuning_tasks = ()
-
-    def __init__(self, observation_space: gym.spaces.Box, action_space: gym.spaces.Box, seed: int) -> None:
-        super().__init__(observation_space, action_space, seed, HENDERSON_2017)
 
 
 class Reset(Trpo):

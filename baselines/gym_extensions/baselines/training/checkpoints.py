@@ -41,21 +41,17 @@ class FinishedStage:
 class JobFolder:
     """The folder of one unfinished job. A stage is finished once its record exists; it is written last."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, out: Path, job: TrainingJob) -> None:
+        """``out`` is the submission's folder."""
+        self.job, self.path = job, out / PROGRESS / job.group.name / job.name
 
-    @classmethod
-    def of(cls, out: Path, job: TrainingJob) -> JobFolder:
-        """The folder of a job in the submission folder ``out``."""
-        return cls(out / PROGRESS / job.group.name / job.name)
-
-    def begin(self, job: TrainingJob, settings: Mapping[str, Any]) -> None:
+    def begin(self, settings: Mapping[str, Any]) -> None:
         """Stores what the job's results depend on: its settings, its tasks, and the versions of the packages.
 
         Raises ``BenchError`` if the folder belongs to other settings or versions.
         """
         path, packages = self.path / SETTINGS, settings.get("packages", ())
-        tasks = {"group": job.group.id, "tasks": job.group.task_ids}
+        tasks = {"group": self.job.group.id, "tasks": self.job.group.task_ids}
         text = json.dumps({**settings, **tasks, "versions": job_versions(packages)}, indent=1, sort_keys=True)
         if not path.exists():
             write_text(path, f"{text}\n")
@@ -107,13 +103,13 @@ class JobFolder:
         path.unlink(missing_ok=True)
         return path
 
-    def store_policy(self, stage: int, task_name: str | None, policy: AnyPolicy | None) -> None:
+    def store_policy(self, stage: int, policy: AnyPolicy | None) -> None:
         """Writes the policy after a stage, and removes that of an earlier attempt if there is none."""
         path = self.path / f"policy{stage}.npz"
         if policy is None:
             path.unlink(missing_ok=True)
         else:
-            write_bytes(path, npz_bytes(run_arrays({(stage, task_name): policy})))
+            write_bytes(path, npz_bytes(run_arrays({(stage, self.job.task_name): policy})))
 
     def policies(self) -> dict[str, Array] | None:
         """The arrays of the policies after all finished stages by full name; None if one is missing."""

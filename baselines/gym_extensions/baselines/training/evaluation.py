@@ -13,7 +13,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Agent, Array, Context, Resumable, TaskLabel, VectorEnv
 from gym_extensions.baselines.agent_checks import action_function
-from gym_extensions.baselines.training.jobs import preserved_global_generators
+from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.catalog.tasks import Task

@@ -7,17 +7,14 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import random
-import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines.agent import Observes, global_generators, set_global_generators
+from gym_extensions.baselines.agent import Observes
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, budget
@@ -46,27 +43,6 @@ def seeded_copy(space: gym.Space[Any], seed: int) -> gym.Space[Any]:
     own = copy.deepcopy(space)
     own.seed(seed % 2**31)
     return own
-
-
-@contextmanager
-def preserved_global_generators() -> Iterator[None]:
-    """Restores the global random generators."""
-    state = global_generators()
-    try:
-        yield
-    finally:
-        set_global_generators(state)
-
-
-@contextmanager
-def seeded_global_generators(seed: int) -> Iterator[None]:
-    """Seeds the global random generators, for agents that draw from them, and restores them."""
-    with preserved_global_generators():
-        random.seed(seed)
-        np.random.seed(seed % 2**32)  # noqa: NPY002
-        if torch := sys.modules.get("torch"):
-            torch.manual_seed(seed)
-        yield
 
 
 def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:

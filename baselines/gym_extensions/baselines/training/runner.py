@@ -11,6 +11,7 @@ from pathlib import Path
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
 from gym_extensions.baselines.agent_checks import card_of, observes_of
+from gym_extensions.baselines.generators import seeded_global_generators
 from gym_extensions.baselines.training import events, jobs, usage
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import Batch, TrainingEnv
@@ -44,9 +45,9 @@ class PendingJob:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
         job, settings = self.job, self.settings
         stages = job.stages(budget(settings.budget))
-        folder = JobFolder.of(self.out, job)
+        folder = JobFolder(self.out, job)
         fingerprints = [fingerprint_of(task) for task in job.group.tasks]
-        folder.begin(job, asdict(settings) | {"fingerprints": fingerprints})
+        folder.begin(asdict(settings) | {"fingerprints": fingerprints})
         done = folder.finished()
         if len(done) < len(stages):
             evaluator = Evaluator(job.group, settings.observes.task_in_evaluation)
@@ -75,7 +76,7 @@ class PendingJob:
         make, settings = algorithms.factory(self.agent), self.settings
         observations = jobs.seeded_copy(env.single_observation_space, self._seed("observation space"))
         actions = jobs.seeded_copy(env.single_action_space, self._seed("action space"))
-        with jobs.seeded_global_generators(self._seed("creation")):
+        with seeded_global_generators(self._seed("creation")):
             agent = make(observations, actions, self._seed("agent"))
         observes = observes_of(agent, settings.agent)
         if observes != settings.observes:
@@ -101,12 +102,12 @@ class PendingJob:
         policy, episodes = policy_of(agent), []
         for task in stage.evaluated:
             start = time.perf_counter()
-            with jobs.seeded_global_generators(self._seed(f"evaluation {stage.number}", task.id)):
+            with seeded_global_generators(self._seed(f"evaluation {stage.number}", task.id)):
                 new = evaluator.evaluate(agent, stage.number, task, policy)
             mean_return = sum(episode.return_ for episode in new) / len(new)
             monitor.evaluated(stage.steps, (task.id, len(new), mean_return, time.perf_counter() - start))
             episodes += new
-        folder.store_policy(stage.number, self.job.task_name, policy)
+        folder.store_policy(stage.number, policy)
         card = card_of(agent, self.settings.agent)
         parameters, used = (first_parameters, card.parameters), usage.since(started, taken)
         curves, evaluations = monitor.curves, monitor.evaluations
@@ -126,7 +127,7 @@ class PendingJob:
             group_ids=self.job.group.task_ids,
             stage=stage.number,
         )
-        with jobs.seeded_global_generators(self._seed(*ids, "global generators")):
+        with seeded_global_generators(self._seed(*ids, "global generators")):
             agent.learn(env, stage.steps)
         env.flush()
         env.close()

@@ -129,17 +129,15 @@ def slopes(values: list[Array], activation: Activation) -> list[Array]:
 
 def tangent(views: Layers, values: list[Array], hidden_slopes: list[Array], direction: Layers) -> Array:
     """Derivative of the output (n, out) along a direction of the parameters."""
-    change: Array | None = None
+    change = np.zeros_like(values[0])
     for layer, ((weights, _), (d_weights, d_bias)) in enumerate(zip(views, direction, strict=True)):
         step = values[layer] @ d_weights
         step += d_bias
-        if change is not None:
+        if layer:
             step += change @ weights
         if layer < len(hidden_slopes):
             step *= hidden_slopes[layer]
         change = step
-    if change is None:
-        raise ValueError("a network needs at least one layer")
     return change
 
 

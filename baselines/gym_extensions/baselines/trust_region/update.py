@@ -24,6 +24,9 @@ from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.trust_region import policy as policies
 from gym_extensions.baselines.trust_region.policy import Architecture, Batch
 
+SHRINK, STEPS_TRIED = 0.8, 15
+"""The line search multiplies a step by the first until it is accepted, at most so often."""
+
 
 def dot(left: Array, right: Array) -> float:
     """The inner product, summed in float64."""
@@ -49,32 +52,16 @@ def conjugate_gradient(
     return solution
 
 
-def line_search(
-    accepts: Callable[[Array], bool], start: Array, full_step: Array, shrink: float = 0.8, tries: int = 15
-) -> tuple[Array, int]:
-    """The first accepted start + full_step × shrinkᵏ, and k; if none is accepted, the start and ``tries``."""
-    for number in range(tries):
-        candidate = start + start.dtype.type(shrink**number) * full_step
-        if accepts(candidate):
-            return candidate, number
-    return start, tries
-
-
 Product = Callable[[Array], Array]
 """A matrix as the map v → A v of flat vectors."""
 
 
 @dataclass(frozen=True)
 class Curvature:
-    """A positive semidefinite approximation of a penalty's second derivative.
+    """A positive semidefinite approximation of a penalty's second derivative."""
 
-    Args:
-        product: the map v → H v.
-        diagonal: the diagonal of H (p,) if H is diagonal, which preconditions the conjugate gradient; or 0.
-    """
-
-    product: Product
-    diagonal: Array | float = 0.0
+    product: Product  # the map v → H v
+    diagonal: Array | float = 0.0  # of H (p,) if H is diagonal: preconditions the conjugate gradient; or 0
 
 
 class Penalty(Protocol):
@@ -181,19 +168,15 @@ def updated(
     old = policies.log_density(old_mean, old_log_sigma, batch.actions)
     before = policies.gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
 
-    def bounded(parameters: Array) -> Array:
-        within = parameters.copy()
-        np.maximum(within[sigmas], region.least_log_sigma, out=within[sigmas])
-        return within
-
-    def accepts(step: Array) -> bool:
-        candidate = bounded(step)
+    for number in range(STEPS_TRIED):
+        candidate: Array = theta + theta.dtype.type(SHRINK**number) * full_step
+        np.maximum(candidate[sigmas], region.least_log_sigma, out=candidate[sigmas])
         mean, log_sigma = policies.mean_and_log_sigma(architecture, candidate, batch.observations)
         kl = policies.divergence(old_mean, old_log_sigma, mean, log_sigma)
         after = policies.gain(mean, log_sigma, batch, old) - (penalty.value(candidate) if penalty else 0.0)
-        return bool(np.isfinite(after) and after > before and kl <= region.max_kl)
-
-    return bounded(line_search(accepts, theta, full_step)[0])
+        if np.isfinite(after) and after > before and kl <= region.max_kl:
+            return candidate
+    return theta
 
 
 def _restricted(product: Product, trainable: Array) -> Product:
