@@ -71,7 +71,7 @@ def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
     board = only(entry("lucky", around(0.9, runs=4)), entry("one", around(0.4, runs=1)))
     assert board.least_forgetting is None
     assert board.leader is not None
-    assert (board.leader.row.entry.name, board.leader.row.ranked) == ("lucky", False)
+    assert (board.leader.row.entry.name, board.leader.row.entry.ranked) == ("lucky", False)
     ranked = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
     assert ranked.leader is not None
     rows = (ranked.leader.row, ranked.least_forgetting)

@@ -54,29 +54,17 @@ RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
 
 @dataclass(frozen=True)
 class Row:
-    """One entry on a board.
+    """One entry on a board."""
 
-    Args:
-        card: its shortened scorecard.
-        result: its scores on this board.
-        entry: what the scorer's board says of it.
-        ranked_on: the number of ranked entries per metric.
-    """
-
-    card: Scorecard
-    result: EntryResult
-    entry: BoardEntry
-    ranked_on: Mapping[str, int]
+    card: Scorecard  # shortened
+    result: EntryResult  # its scores on this board
+    entry: BoardEntry  # what the scorer's board says of it
+    ranked_on: Mapping[str, int]  # the number of ranked entries per metric
 
     @property
     def score(self) -> MetricValue:
         """The metric that sorts the board."""
         return self.result.metric(COLUMNS[self.result.protocol][0])
-
-    @property
-    def ranked(self) -> bool:
-        """Whether the board ranks this entry."""
-        return self.entry.ranked
 
     def rank(self, metric: str) -> tuple[int, int] | None:
         """Best and worst possible rank on a metric; None if it has none, or if no other entry is ranked."""
@@ -174,7 +162,7 @@ class BoardView:
     @property
     def ranked(self) -> int:
         """The number of ranked entries."""
-        return sum(row.ranked for row in self.rows)
+        return sum(row.entry.ranked for row in self.rows)
 
     @cached_property
     def computed(self) -> tuple[Computed, ...]:
@@ -203,7 +191,7 @@ class BoardView:
         Ranked entries are compared by the scorer's rank intervals, others by their intervals.
         """
         scored = [row for row in self.rows if row.score.mean is not None]
-        ranked = [row for row in scored if row.ranked]
+        ranked = [row for row in scored if row.entry.ranked]
         if ranked:
             return Leader(ranked[0], _ranked(ranked))
         return Leader(scored[0], _unranked(scored)) if scored else None
@@ -215,7 +203,7 @@ class BoardView:
             row
             for row in self.rows
             if self.protocol == SEQUENTIAL
-            and row.ranked
+            and row.entry.ranked
             and row.result.metric("forgetting").mean is not None
             and not row.result.learned_nothing
         ]
@@ -282,19 +270,12 @@ def _board(board: model.Board, cards: Mapping[str, Scorecard]) -> BoardView:
 
 @dataclass(frozen=True)
 class Leaderboard:
-    """All entries and their boards.
+    """All entries and their boards."""
 
-    Args:
-        references: the references that normalize all scores.
-        entries: the shortened scorecard of every submission, sorted by name.
-        inputs: the digest of each whole scorecard, by name.
-        records: the verified records by task id.
-    """
-
-    references: ReferencesInfo
-    entries: tuple[Scorecard, ...]
-    inputs: Mapping[str, bytes] = field(default_factory=dict)
-    records: Mapping[str, tuple[Record, ...]] = field(default_factory=dict)
+    references: ReferencesInfo  # that normalize all scores
+    entries: tuple[Scorecard, ...]  # of every submission, shortened, sorted by name
+    inputs: Mapping[str, bytes] = field(default_factory=dict)  # the digest of each whole scorecard, by name
+    records: Mapping[str, tuple[Record, ...]] = field(default_factory=dict)  # the verified ones by task id
 
     @cached_property
     def boards(self) -> tuple[BoardView, ...]:

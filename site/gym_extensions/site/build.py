@@ -36,39 +36,30 @@ class Site:
     keys: Mapping[str, str] = field(default_factory=dict)
     cards: dict[str, Scorecard] = field(default_factory=dict)
 
-    def entry_files(self, card: Scorecard) -> Iterator[File]:
-        """The files of one entry.
-
-        Raises:
-            BenchError: an entry before it has the same name.
-        """
-        if card.name in self.cards:
-            hint = "Rename one of the folders."
-            raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
-        self.render.inputs[card.name] = digest(encoded(card)).encode()
-        for page in self.render.pages:
-            yield from page.publish_entry(card, self.render) if page.publish_entry else ()
-        yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
-        self.cards[card.name] = shortened(card)
-
     @cached_property
     def leaderboard(self) -> Leaderboard:
         """All entries and their boards. No entry may follow."""
         cards = tuple(self.cards[name] for name in sorted(self.cards))
         return Leaderboard(self.render.references, cards, self.render.inputs, self.records)
 
-    def shared_files(self) -> Iterator[File]:
-        """The files that are made from all entries."""
+    def files(self, cards: Iterable[Scorecard]) -> Iterator[File]:
+        """Every file: those of each entry as it comes, then those that are made from all entries.
+
+        Raises ``BenchError`` if an entry has the name of one before it.
+        """
+        for card in cards:
+            if card.name in self.cards:
+                hint = "Rename one of the folders."
+                raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
+            self.render.inputs[card.name] = digest(encoded(card)).encode()
+            for page in self.render.pages:
+                yield from page.publish_entry(card, self.render) if page.publish_entry else ()
+            yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
+            self.cards[card.name] = shortened(card)
         for page in self.render.pages:
             yield from page.publish(self.leaderboard, self.render) if page.publish else ()
         for file in sorted((FOLDER / "static").rglob("*.*")):
             yield file.relative_to(FOLDER).as_posix(), file.read_bytes()
-
-    def files(self, cards: Iterable[Scorecard]) -> Iterator[File]:
-        """Every file: those of each entry as it comes, then the others."""
-        for card in cards:
-            yield from self.entry_files(card)
-        yield from self.shared_files()
 
 
 @dataclass(frozen=True)

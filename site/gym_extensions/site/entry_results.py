@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import groupby
+from statistics import fmean
 
 from gym_extensions import experts
 from gym_extensions.catalog.groups import GROUPS
@@ -37,6 +37,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "cumulative": ("last_task_performance",),
 }
 """The metrics on a protocol's board. The first sorts it; forgetting follows learning performance."""
+NO_LOG = GroupScore(level="claimed", budget="", runs=(), tasks=(), metrics={}, reference={}, return_matrix=())
 NO_METRIC = MetricValue(why="not part of this protocol")
 Points = tuple[tuple[float, float], ...]
 Matrix = tuple[tuple[float, ...], ...]
@@ -44,15 +45,10 @@ Matrix = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """The change of a task's score since right after its training, over runs.
+    """The change of a task's score since right after its training, over runs."""
 
-    Args:
-        value: mean and interval; normalized, or a raw return where the task has no expert.
-        normalized: whether it is normalized.
-    """
-
-    value: MetricValue
-    normalized: bool
+    value: MetricValue  # mean and interval
+    normalized: bool  # False for a raw return, where the task has no expert
 
     @property
     def is_certain(self) -> bool:
@@ -81,15 +77,10 @@ class EntryResult:
         """Its anchor on the page of the submission."""
         return f"{self.group}-{self.protocol}"
 
-    @cached_property
-    def detail(self) -> GroupScore | None:
-        """The scores of a group; None for a suite."""
-        return self.score if isinstance(self.score, GroupScore) else None
-
     @property
-    def metrics(self) -> Mapping[str, MetricValue]:
-        """Every metric of the protocol by name."""
-        return self.score.metrics
+    def detail(self) -> GroupScore:
+        """The scores of a group; of a suite, which has only metrics, all is empty."""
+        return self.score if isinstance(self.score, GroupScore) else NO_LOG
 
     def metric(self, name: str) -> MetricValue:
         """The named metric; one without a value if the protocol does not have it."""
@@ -98,46 +89,40 @@ class EntryResult:
     @property
     def runs(self) -> tuple[int, ...]:
         """Training seeds; empty for a suite."""
-        return self.detail.runs if self.detail else ()
+        return self.detail.runs
 
     @property
     def made(self) -> tuple[tuple[RunProvenance, ...], ...]:
         """How the runs were made; runs with the same command, commit, versions and steps together."""
-        runs = self.detail.provenance if self.detail else ()
-        same = groupby(runs, key=lambda made: (made.command, made.commit, made.versions, made.steps))
+        same = groupby(
+            self.detail.provenance, key=lambda made: (made.command, made.commit, made.versions, made.steps)
+        )
         return tuple(tuple(members) for _, members in same)
 
     @property
     def tasks(self) -> tuple[str, ...]:
         """Task ids in training order; empty for a suite."""
-        return self.detail.tasks if self.detail else ()
+        return self.detail.tasks
 
     def reference(self, task: str) -> ReferenceValue | None:
         """Floor and expert of a task; None for a suite or without references."""
-        return self.detail.reference.get(task) if self.detail else None
+        return self.detail.reference.get(task)
 
     @cached_property
     def profile(self) -> Points:
         """Points of the performance profile, up to a score of 2; empty without one."""
-        profile = self.detail.profile if self.detail else None
-        return profile.points if profile else ()
-
-    @property
-    def iqm(self) -> float | None:
-        """Interquartile mean of the scores at the end, or None."""
-        return self.detail.iqm if self.detail else None
+        return self.detail.profile.points if self.detail.profile else ()
 
     @cached_property
     def stage_matrices(self) -> tuple[Matrix, ...]:
         """Mean raw returns [run][stage][task] of a sequential log; else empty."""
-        return self.detail.return_matrix if self.detail and self.protocol == "sequential" else ()
+        return self.detail.return_matrix if self.protocol == SEQUENTIAL else ()
 
     @cached_property
     def mean_matrix(self) -> Matrix:
         """Mean raw returns [stage][task], averaged over runs."""
         return tuple(
-            tuple(math.fsum(cells) / len(cells) for cells in zip(*stages, strict=True))
-            for stages in zip(*self.stage_matrices, strict=True)
+            tuple(map(fmean, zip(*stages, strict=True))) for stages in zip(*self.stage_matrices, strict=True)
         )
 
     @cached_property
@@ -161,16 +146,17 @@ class EntryResult:
     @cached_property
     def final_returns(self) -> Matrix:
         """Mean raw returns [run][task] of a single or joint log; else empty."""
-        staged = self.protocol == "sequential"
-        return tuple(run[-1] for run in self.detail.return_matrix) if self.detail and not staged else ()
+        return () if self.protocol == SEQUENTIAL else tuple(run[-1] for run in self.detail.return_matrix)
 
     @cached_property
     def success_rates(self) -> tuple[tuple[float | None, ...], ...]:
         """Success rates [stage][task], averaged over runs; empty if no task of the group defines success."""
-        runs = self.detail.success_rates if self.detail else ()
         return tuple(
-            tuple(None if None in cells else _mean(cells) for cells in zip(*stages, strict=True))
-            for stages in zip(*runs, strict=True)
+            tuple(
+                None if None in cells else fmean(cell or 0.0 for cell in cells)
+                for cells in zip(*stages, strict=True)
+            )
+            for stages in zip(*self.detail.success_rates, strict=True)
         )
 
     @cached_property
@@ -221,10 +207,6 @@ class EntryResult:
         return tuple((task, each.provisional) for task, each in pairs if each and each.provisional)
 
 
-def _mean(cells: tuple[float | None, ...]) -> float:
-    return math.fsum(cell for cell in cells if cell is not None) / len(cells)
-
-
 @lru_cache(maxsize=1024)
 def group_order(group_id: str) -> tuple[int, str]:
     """Sorts groups in the catalog's order, others by name after them."""
@@ -232,24 +214,15 @@ def group_order(group_id: str) -> tuple[int, str]:
     return (ids.index(group_id) if group_id in ids else len(ids), group_id)
 
 
-def _results(found: Mapping[str, Mapping[str, GroupScore | SuiteScore]]) -> tuple[EntryResult, ...]:
+def results_of(found: Mapping[str, Mapping[str, GroupScore | SuiteScore]]) -> tuple[EntryResult, ...]:
+    """The scores of every group, or of every suite, of a scorecard, and every protocol."""
     results = [EntryResult(name, p, score) for name, scores in found.items() for p, score in scores.items()]
     return tuple(sorted(results, key=lambda each: (group_order(each.group), PROTOCOLS.index(each.protocol))))
 
 
-def group_results(card: Scorecard) -> tuple[EntryResult, ...]:
-    """The scores of every group and protocol."""
-    return _results(card.groups)
-
-
-def suite_results(card: Scorecard) -> tuple[EntryResult, ...]:
-    """The scores of every suite and protocol."""
-    return _results(card.suites)
-
-
 def separate_groups(card: Scorecard) -> tuple[str, ...]:
     """The groups whose results have a page of their own: all, if there are several."""
-    groups = tuple(dict.fromkeys(result.group for result in group_results(card)))
+    groups = tuple(dict.fromkeys(result.group for result in results_of(card.groups)))
     return groups if len(groups) > 1 else ()
 
 
@@ -269,7 +242,7 @@ def nothing_to_forget(result: EntryResult) -> str:
 
 def table_digits(result: EntryResult) -> int:
     """Digits after the point in the paper's table of a result: two for a printed table."""
-    if result.detail is None or result.detail.printed_total:
+    if result.detail.printed_total:
         return 2
     cells = [cell for row in result.detail.paper_table for cell in row.cells() if cell]
     return digits_for(cell.mean / 10 for cell in cells)

@@ -12,7 +12,7 @@ from gym_extensions.site.board_views import Leaderboard, shortened
 from gym_extensions.site.charts import lines as line_charts
 from gym_extensions.site.charts.lines import line_chart
 from gym_extensions.site.charts.svg import Scale
-from gym_extensions.site.entry_results import group_results
+from gym_extensions.site.entry_results import results_of
 
 from ..browser import files, typed
 
@@ -65,7 +65,7 @@ def of_profile(document: dict[str, Any], profile: tuple[tuple[float, float], ...
     """The drawing of an entry with this profile."""
     taus, shares = (list(side) for side in zip(*profile, strict=True))
     scores(document).update(profile={"tau": taus, "fraction": shares}, iqm=0.4)
-    (result, *_) = group_results(typed(document).submissions[0])
+    (result, *_) = results_of(typed(document).submissions[0].groups)
     return ElementTree.fromstring(line_charts.of_result(result))
 
 
@@ -148,7 +148,7 @@ def test_a_long_curve_is_drawn_as_means_of_neighbours(
 ) -> None:
     line = [[at, float(at % 2)] for at in range(points)]
     scores(document)["curves"] = [{"run": 0, "task": "gym_extensions/Hopper-v0", "points": line}]
-    (result, *_) = group_results(typed(document).submissions[0])
+    (result, *_) = results_of(typed(document).submissions[0].groups)
     (panel,) = line_charts.curves(result)
     (way,) = re.findall(r'class="thin" d="M\d+ -?\d+l([^"]*)"', panel.drawing)
     assert len(re.findall(r"-?\d+", way)) == 2 * (drawn - 1)

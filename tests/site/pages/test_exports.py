@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.scoring.output.tables import csv_text
-from gym_extensions.site.pages.exports import bibtex, commands
+from gym_extensions.site.pages.entries import bibtex, commands
 
 from ..browser import Reader, files, typed
 

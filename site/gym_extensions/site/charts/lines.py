@@ -167,8 +167,7 @@ def _history(result: EntryResult, task: int, scores: list[float] | None, shared:
 
 def curves(result: EntryResult) -> list[Panel]:
     """Per task with training curves, its raw returns over steps; one scale per group."""
-    group_curves = result.detail.curves if result.detail else ()
-    points = [point for curve in group_curves for point in curve.points]
+    points = [point for curve in result.detail.curves for point in curve.points]
     if not points:
         return []
     steps, values = zip(*points, strict=True)
@@ -178,7 +177,7 @@ def curves(result: EntryResult) -> list[Panel]:
     levels = (min(values), max(values))
     panels = []
     for task in result.tasks:
-        lines = [curve.points for curve in group_curves if curve.task == task]
+        lines = [curve.points for curve in result.detail.curves if curve.task == task]
         if lines:
             final = ", ".join(fixed(line[-1][1], 0) for line in lines if line)
             label = f"{task}: training returns, at the end {final}"

@@ -18,7 +18,6 @@ from gym_extensions.site.pages import (
     core,
     data,
     entries,
-    exports,
     groups,
     metrics,
     tasks,
@@ -75,7 +74,6 @@ PAGES = (
     Page("Changes", "changes.html", changes.publish, in_footer=True),
     Page("Speed", doc=f"{DOCS}speed.html", in_footer=True),
     Page("Pictures", publish=tasks.publish_pictures),
-    Page("Exports", publish_entry=exports.publish_entry),
 )
 """All kinds of pages in the order of the menu."""
 

@@ -41,17 +41,15 @@ class Release(NamedTuple):
 
 def releases(file: Path) -> tuple[Release, ...]:
     """All releases of a changelog as they follow in it, the newest first; none without the file."""
-    text = file.read_text(encoding="utf-8") if file.is_file() else ""
-    return tuple(_released(text.partition(START)[2]))
-
-
-def _released(text: str) -> Iterator[Release]:
+    text = file.read_text(encoding="utf-8").partition(START)[2] if file.is_file() else ""
+    found = []
     for section in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
         title, _, body = section.partition("\n")
         match = re.fullmatch(r"(\S+) \((\d{4}-\d\d-\d\d)\)", title.strip())
         version, date = match.groups() if match else (title.strip(), "")
         parts = re.split(r"^### ", body, flags=re.MULTILINE)[1:]
-        yield Release(version, date, tuple(_part(part) for part in parts))
+        found.append(Release(version, date, tuple(map(_part, parts))))
+    return tuple(found)
 
 
 def _part(text: str) -> tuple[str, tuple[str, ...]]:

@@ -125,8 +125,7 @@ def _group_document(group: Group, site: Leaderboard, boards: dict[str, IndexBoar
             known[row.task] = ReferenceValue(
                 row.measured.floor.mean, expert.mean if expert else None, not expert
             )
-    details = (result.detail for board in group.boards for result in board.results)
-    used = next((detail.reference for detail in details if detail), {})
+    used = next((result.detail.reference for board in group.boards for result in board.results), {})
     return GroupDocument(
         id=group.id,
         references=site.references,

@@ -1,25 +1,30 @@
-"""The pages of an entry, and the list of all entries."""
+"""The pages of an entry with its citation, metrics and commands, and the list of all entries."""
 
 from __future__ import annotations
 
+import re
+import shlex
+import unicodedata
 from collections.abc import Iterator
 from functools import partial
 
 from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring.output.tables import csv_text
 from gym_extensions.scoring.poses import load_entry
-from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.entry_results import separate_groups
+from gym_extensions.site.entry_results import SEQUENTIAL, results_of, separate_groups
 from gym_extensions.site.output import encoded
-from gym_extensions.site.pages import core, exports
+from gym_extensions.site.pages import core
 from gym_extensions.site.pages.landscapes import TITLES
 from gym_extensions.site.pages.page import Draft, File, Render
 from gym_extensions.site.play.watch import watches
+from gym_extensions.site.text import split_version
 
 
 def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
-    """The page of an entry, those of its groups if there are several, and the poses that they play."""
+    """The page of an entry, those of its groups if there are several, and the files that they offer."""
     path = paths.entry_path(entry.name)
     folder = render.folders.get(entry.name)
     poses = load_entry(folder) if folder else {}
@@ -27,7 +32,8 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     landscapes = render.landscapes.views(entry)
     inputs = render.inputs[entry.name] + encoded(poses) + b"".join(v.inputs for v in landscapes.values())
     shown = {"entry": entry, "watches": panels, "landscapes": landscapes, "landscape_titles": TITLES}
-    yield path, Draft(inputs, partial(render, "submission.html", path, core=core, exports=exports, **shown))
+    values = {"core": core, "bibtex": bibtex, "commands": commands}
+    yield path, Draft(inputs, partial(render, "submission.html", path, **values, **shown))
     for group in separate_groups(entry):
         page = paths.results_path(entry.name, group)
         yield page, Draft(inputs, partial(render, "results.html", page, group=group, **shown))
@@ -36,6 +42,11 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
             yield paths.entry_file(entry.name, f"landscape-{group}.json"), view.landscape.to_json()
     for panel in panels.values():
         yield panel.path, panel.script
+    if not entry.problems:
+        document = ScorecardDocument(references=render.references, submissions=(entry,))
+        path = paths.entry_file(entry.name, "metrics.csv")
+        yield path, Draft(render.inputs[entry.name], lambda: csv_text(document))
+        yield paths.entry_file(entry.name, "citation.bib"), bibtex(entry)
 
 
 ON_A_BOARD = "On a board"
@@ -60,3 +71,71 @@ def _status(entry: Scorecard, on_boards: set[str]) -> str:
     if entry.level == REPORTED:
         return PUBLISHED
     return ON_A_BOARD if entry.name in on_boards else OFF_BOARDS
+
+
+ESCAPED = {character: f"\\{character}" for character in "&%$#_"} | {
+    "\\": r"\textbackslash{}",
+    "{": r"\textbraceleft{}",
+    "}": r"\textbraceright{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+}
+URL = re.compile(r"[^\s{}\\%]+")
+
+
+def bibtex(card: Scorecard) -> str:
+    """An entry of type ``misc`` with title, authors, code and the date of its acceptance.
+
+    Text of the submission is escaped.
+    """
+    facts = card.manifest
+    fields = {"title": f"{{{_escaped(card.title)}}}"}
+    if facts is not None and facts.authors:
+        fields["author"] = " and ".join(f"{{{_escaped(author)}}}" for author in facts.authors)
+    if card.accepted:
+        fields["year"] = card.accepted.partition("-")[0]
+    fields["howpublished"] = "Entry of the gym-extensions leaderboard"
+    fields["note"] = f"Submission {_escaped(card.name)}"
+    url = facts.code.url if facts is not None else ""
+    if URL.fullmatch(url):
+        fields["url"] = url
+    if facts is not None and facts.code.commit:
+        fields["note"] += f", code at commit {_escaped(facts.code.commit)}"
+    if card.accepted:
+        fields["note"] += f", accepted on {card.accepted}"
+    lines = [f"  {name} = {{{value}}}," for name, value in fields.items()]
+    return "\n".join([f"@misc{{gym-extensions-{paths.slug(card.name)},", *lines, "}", ""])
+
+
+def _escaped(text: str) -> str:
+    """Text on one line, with the characters that BibTeX and TeX read as commands escaped.
+
+    BibTeX counts braces after a backslash, too, so a brace is a command with balanced ones.
+    """
+    line = " ".join(unicodedata.normalize("NFC", text).split())
+    return "".join(ESCAPED.get(character, character) for character in line)
+
+
+def commands(card: Scorecard) -> str:
+    """The commands that check an entry, repeat a run of it and load one of its policies, in a clone."""
+    folder = f"submissions/{card.name}"
+    lines = [
+        "# repeat the logged episodes with the published policies, and run these on new seeds",
+        f"gym-extensions verify {shlex.quote(folder)}",
+    ]
+    results = [result for result in results_of(card.groups) if result.detail.provenance]
+    if not results:
+        return lines[1]
+    made = results[0].detail.provenance[0]
+    if made.command:
+        lines += [f"# what trained run {made.run} on {results[0].group}", made.command]
+    sequential = next((result for result in results if result.protocol == SEQUENTIAL), None)
+    if sequential and sequential.detail.provenance[0].policies:
+        group = split_version(sequential.group)[0]
+        lines += [
+            "# a policy, in Python: of a run, after any stage",
+            "from gym_extensions import policies",
+            f"policy = policies.load({folder!r}, {group!r}, run={sequential.runs[0]}, "
+            f"stage={len(sequential.tasks)})",
+        ]
+    return "\n".join(lines)

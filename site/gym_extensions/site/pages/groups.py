@@ -60,7 +60,14 @@ class TaskRow:
     @property
     def one(self) -> str:
         """What a score of 1 means, in words."""
-        return "No reference has been measured" if self.measured is None else _one(self.measured)
+        if self.measured is None:
+            return "No reference has been measured"
+        expert, attempts = self.measured.expert, self.measured.attempts
+        if expert:
+            provisional = f" (provisional: {expert.provisional})" if expert.provisional else ""
+            return f"1 = {expert.agent or 'expert'}: return {_number(expert.mean)}{provisional}"
+        tried = f"; the best attempt returns {_number(attempts.mean)}" if attempts else ""
+        return f"Open: no expert is known that is clearly better than 0{tried}"
 
     @property
     def zero(self) -> str:
@@ -74,34 +81,21 @@ class TaskRow:
 
 @dataclass(frozen=True)
 class PaperTable:
-    """The four columns of the paper for some entries, per task.
+    """The four columns of the paper for some entries, per task."""
 
-    Args:
-        entries: name and title of each, the publication first.
-        rows: per task id, the cells of each entry; None where it lacks the task.
-    """
-
-    entries: tuple[tuple[str, str], ...]
-    rows: tuple[tuple[str, tuple[PaperRow | None, ...]], ...]
+    entries: tuple[tuple[str, str], ...]  # name and title of each, the publication first
+    rows: tuple[tuple[str, tuple[PaperRow | None, ...]], ...]  # per task id; None where an entry lacks it
 
 
 @dataclass(frozen=True)
 class Group:
-    """A group or suite.
+    """A group or suite."""
 
-    Args:
-        id: group id or suite name.
-        tasks: in training order; empty for a suite.
-        members: the group ids of a suite; empty for a group.
-        boards: its boards by protocol, those with most entries first, task-conditioned ones after the others.
-        paper: the paper's columns; None without a publication.
-    """
-
-    id: str
-    tasks: tuple[TaskRow, ...]
-    members: tuple[str, ...]
-    boards: tuple[BoardView, ...]
-    paper: PaperTable | None
+    id: str  # group id or suite name
+    tasks: tuple[TaskRow, ...]  # in training order; empty for a suite
+    members: tuple[str, ...]  # the group ids of a suite; empty for a group
+    boards: tuple[BoardView, ...]  # by protocol, most entries first, task-conditioned ones after the others
+    paper: PaperTable | None  # the paper's columns; None without a publication
 
     @property
     def picture(self) -> str:
@@ -128,7 +122,7 @@ class Group:
     def best(self) -> Row | None:
         """The first ranked entry of its first board of sequential training that has one."""
         leaders = (board.leader for board in self.boards if board.protocol == SEQUENTIAL)
-        return next((leader.row for leader in leaders if leader and leader.row.ranked), None)
+        return next((leader.row for leader in leaders if leader and leader.row.entry.ranked), None)
 
 
 def groups(site: Leaderboard) -> tuple[Group, ...]:
@@ -186,15 +180,6 @@ def _paper(
     tables = [{row.task: row for row in card.groups[name][SEQUENTIAL].paper_table} for card in cards]
     rows = tuple((task, tuple(table.get(task) for table in tables)) for task in tasks)
     return PaperTable(tuple((card.name, card.title) for card in cards), rows)
-
-
-def _one(reference: Reference) -> str:
-    expert = reference.expert
-    if expert:
-        provisional = f" (provisional: {expert.provisional})" if expert.provisional else ""
-        return f"1 = {expert.agent or 'expert'}: return {_number(expert.mean)}{provisional}"
-    tried = f"; the best attempt returns {_number(reference.attempts.mean)}" if reference.attempts else ""
-    return f"Open: no expert is known that is clearly better than 0{tried}"
 
 
 def _number(value: float) -> str:

@@ -39,23 +39,14 @@ def doc_link(file: str, title: str, root: str | None) -> Markup:
 
 @dataclass(frozen=True)
 class Render:
-    """Fills the templates with the menu and what every page shows.
+    """Fills the templates with the menu and what every page shows."""
 
-    Args:
-        references: the references that normalize all scores.
-        pages: all kinds of pages.
-        folders: the folders of the entries by name, where they are known.
-        simulator: MuJoCo for the browser, if the site has it.
-        docs: whether pages link to the documentation, which is in ``docs/`` of the site.
-        inputs: the digest of the scorecard of every entry so far, by name.
-    """
-
-    references: ReferencesInfo
-    pages: tuple[Page, ...]
-    folders: Mapping[str, Path] = field(default_factory=dict)
-    simulator: Simulator | None = None
-    docs: bool = False
-    inputs: dict[str, bytes] = field(default_factory=dict)
+    references: ReferencesInfo  # that normalize all scores
+    pages: tuple[Page, ...]  # all kinds
+    folders: Mapping[str, Path] = field(default_factory=dict)  # of the entries by name, where they are known
+    simulator: Simulator | None = None  # MuJoCo for the browser, if the site has it
+    docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
+    inputs: dict[str, bytes] = field(default_factory=dict)  # the digest of each scorecard so far, by name
 
     @cached_property
     def landscapes(self) -> Landscapes:
@@ -85,15 +76,10 @@ class Render:
 
 @dataclass(frozen=True)
 class Draft:
-    """A file that is written only if its inputs changed.
+    """A file that is written only if its inputs changed."""
 
-    Args:
-        inputs: everything that the text depends on besides the code, the menu and the references.
-        write: returns the text.
-    """
-
-    inputs: bytes
-    write: Callable[[], str]
+    inputs: bytes  # everything that the text depends on besides the code, the menu and the references
+    write: Callable[[], str]  # returns the text
 
 
 File = tuple[str, str | bytes | Draft]
@@ -104,22 +90,16 @@ File = tuple[str, str | bytes | Draft]
 class Page:
     """A kind of page.
 
-    Args:
-        title: its name in the menu.
-        path: the path that the menu links to; without it the page is not in the menu.
-        publish: yields the files that are made from all entries. It gets shortened scorecards, so that many
-            fit in memory.
-        publish_entry: yields the files of one entry, from its whole scorecard.
-        in_footer: whether the footer links to it instead of the menu.
-        doc: the path of the page of the documentation that is linked instead, where the site has one.
+    ``publish`` yields the files that are made from all entries, of which it gets shortened scorecards, so
+    that many fit in memory. ``publish_entry`` yields the files of one entry, from its whole scorecard.
     """
 
-    title: str
-    path: str = ""
+    title: str  # in the menu
+    path: str = ""  # what the menu links to; without it the page is not in the menu
     publish: Callable[[Leaderboard, Render], Iterator[File]] | None = None
     publish_entry: Callable[[Scorecard, Render], Iterator[File]] | None = None
-    in_footer: bool = False
-    doc: str = ""
+    in_footer: bool = False  # whether the footer links to it instead of the menu
+    doc: str = ""  # the page of the documentation that is linked instead, where the site has one
 
     def link(self, docs: bool) -> str:
         """What the menu or the footer links to, in a site with or without documentation; empty if nothing."""

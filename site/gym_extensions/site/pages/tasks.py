@@ -12,7 +12,7 @@ from gym_extensions import experts
 from gym_extensions.catalog import tasks as catalog
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.sheets import Sheet, sheet
+from gym_extensions.catalog.sheets import sheet
 from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.experts import Step
@@ -41,7 +41,8 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         path = paths.task_path(task.id)
         records = site.records.get(task.id, ())
         view = TaskView(task, references.get(task.id), best.get(task.id, ()), records)
-        values = {"task": view, "play": play_link(task), "origin": origin}
+        facts = {"sheet": sheet(task.id), "fingerprint": published(task.id), "versions": VERSIONS}
+        values = {"task": view, "runs": alone(task.id), "play": play_link(task), "origin": origin, **facts}
         yield path, Draft(view.inputs, partial(render, "task.html", path, **values))
         if view.watch is not None:
             yield view.watch.path, view.watch.script
@@ -118,17 +119,7 @@ class TaskView:
         """What its page depends on besides the code and the references."""
         best = [(row.board.id, row.row.card.name, row.row.card.title, row.returns) for row in self.best]
         records = [(record.card, record.review) for record in self.records]
-        return repr((self.task, self.measured, self.alone, best, self.shown, records)).encode()
-
-    @property
-    def alone(self) -> tuple[float, ...]:
-        """The mean return of each run of the reference agent on it alone."""
-        return alone(self.task.id)
-
-    @cached_property
-    def sheet(self) -> Sheet | None:
-        """What follows from its model."""
-        return sheet(self.task.id)
+        return repr((self.task, self.measured, alone(self.task.id), best, self.shown, records)).encode()
 
     @property
     def base(self) -> Task | None:
@@ -153,16 +144,6 @@ class TaskView:
         """Its gravity relative to that of the base body; None if gravity does not differ."""
         factors = [variation.factor for variation in self.task.variations if isinstance(variation, Gravity)]
         return factors[0] if factors else None
-
-    @property
-    def fingerprint(self) -> str:
-        """Its published fingerprint."""
-        return published(self.task.id)
-
-    @property
-    def versions(self) -> tuple[tuple[int, str], ...]:
-        """Each version and what changed with it."""
-        return tuple((number, VERSIONS[number]) for number in range(self.task.version + 1))
 
     @property
     def facts(self) -> tuple[tuple[str, Markup], ...]:
@@ -219,10 +200,9 @@ def best_entries(boards: Sequence[BoardView]) -> dict[str, tuple[BestEntry, ...]
         if board.protocol != SEQUENTIAL or board.suite:
             continue
         for row in board.rows:
-            detail = row.result.detail
-            if detail is None or row.entry.duplicate_of or not is_verified(row.card):
+            if row.entry.duplicate_of or not is_verified(row.card):
                 continue
-            for returns in detail.paper_table:
+            for returns in row.result.detail.paper_table:
                 if returns.fully_trained:
                     by_task.setdefault(returns.task, []).append(BestEntry(board, row, returns))
     return {

@@ -32,17 +32,11 @@ HINT = "Run: make site-assets"
 
 @dataclass(frozen=True)
 class Simulator:
-    """The two files as the site publishes them.
+    """The two files as the site publishes them."""
 
-    Args:
-        script: the JavaScript that loads the other.
-        wasm: the WebAssembly, compressed with gzip.
-        license: their licence, Apache-2.0.
-    """
-
-    script: bytes
-    wasm: bytes
-    license: bytes
+    script: bytes  # the JavaScript that loads the other
+    wasm: bytes  # the WebAssembly, compressed with gzip
+    license: bytes  # of both, Apache-2.0
 
     def facts(self) -> dict[str, str]:
         """Paths and digests, for the page's script."""

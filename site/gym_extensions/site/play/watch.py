@@ -15,7 +15,7 @@ from gym_extensions.catalog.sheets import Sheet, sheet
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.poses import MAX_SECONDS, Clip, Poses, TaskPoses
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site.entry_results import EntryResult, group_results
+from gym_extensions.site.entry_results import EntryResult, results_of
 from gym_extensions.site.paths import entry_file
 from gym_extensions.site.play.kinematics import Array
 from gym_extensions.site.text import count, digits_for, fixed
@@ -136,7 +136,7 @@ def watches(entry: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
     """
     panels = {
         result.group: _watch(entry.name, result, poses.get(result.group))
-        for result in group_results(entry)
+        for result in results_of(entry.groups)
         if result.stage_matrices
     }
     return {group: panel for group, panel in panels.items() if panel is not None}
