@@ -28,7 +28,6 @@ ROW = """
         family="planar",
         asset="hopper.xml",
         model_name="hopper",
-        prose=PROSE["Monopod"],
         rewards=RewardBounds(-20.0, 20.0),
         beams="pitch",
         velocity_limit=10.0,

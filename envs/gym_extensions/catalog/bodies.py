@@ -126,7 +126,6 @@ class Body:
     family: Family
     asset: str  # file name of the model among Gymnasium's MuJoCo assets; empty without a model
     model_name: str  # the name that the model file gives the model; empty without a model
-    prose: Prose
     rewards: RewardBounds
     camera: Camera | None = None  # None without a picture
     max_steps: int = DEFAULT_MAX_STEPS
@@ -139,6 +138,11 @@ class Body:
     goal_area: Rectangle | None = None  # within which a moving goal stays; None without a goal
     success: Success | None = None  # None if its tasks define no success
 
+    @property
+    def prose(self) -> Prose:
+        """Its text in the documentation, by its name."""
+        return PROSE.get(self.name) or Prose(f"{self.name} of Gymnasium.", *["That of its package."] * 4)
+
 
 PLANAR = (
     Body(
@@ -146,7 +150,6 @@ PLANAR = (
         family="planar",
         asset="hopper.xml",
         model_name="hopper",
-        prose=PROSE["Hopper"],
         rewards=RewardBounds(-20.0, 20.0),  # 1 for health, plus the forward speed in m/s
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
         parts={name: (f"{name.lower()}_geom",) for name in ("Torso", "Thigh", "Leg", "Foot")},
@@ -159,7 +162,6 @@ PLANAR = (
         family="planar",
         asset="walker2d_v5.xml",
         model_name="walker2d",
-        prose=PROSE["Walker2d"],
         rewards=RewardBounds(-25.0, 25.0),  # as Hopper
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
         parts={"Torso": ("torso_geom",)}
@@ -173,7 +175,6 @@ PLANAR = (
         family="planar",
         asset="half_cheetah.xml",
         model_name="cheetah",
-        prose=PROSE["HalfCheetah"],
         rewards=RewardBounds(-50.0, 50.0, terminates=False),  # the forward speed in m/s
         camera=Camera(0.0, 0.45, 2.8, 90, -8),
         parts={
@@ -215,7 +216,6 @@ HUMANOIDS = (
         family="humanoid",
         asset="humanoid.xml",
         model_name="humanoid",
-        prose=PROSE["Humanoid"],
         rewards=RewardBounds(-50.0, 50.0),  # 5 for health, 1.25 × speed in m/s, contact cost at most 10
         camera=Camera(0.0, 0.85, 3.0, 120, -8),
         beams="torso",
@@ -226,7 +226,6 @@ HUMANOIDS = (
         family="humanoid",
         asset="humanoidstandup.xml",
         model_name="humanoidstandup",
-        prose=PROSE["HumanoidStandup"],
         rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
         **LYING,
     ),
@@ -235,7 +234,6 @@ HUMANOIDS = (
         family="humanoid",
         asset="humanoidstandup.xml",
         model_name="humanoidstandup",
-        prose=PROSE["HumanoidStandupAndRun"],
         rewards=RewardBounds(-200.0, 1600.0, terminates=False),  # the sum of the two above
         **LYING,
     ),
@@ -255,7 +253,6 @@ ARMS = (
         family="arm",
         asset="pusher_v5.xml",
         model_name="arm3d",
-        prose=PROSE["Pusher"],
         rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
         goal_area=Rectangle((-0.2, -0.1), (0.0, 0.3)),  # slide offsets (y, x)
         success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("object")),
@@ -266,7 +263,6 @@ ARMS = (
         family="arm",
         asset="pusher_v5.xml",
         model_name="arm3d",
-        prose=PROSE["Striker"],
         rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
         goal_area=Rectangle((0.15, 0.1), (0.7, 1.0)),  # world (x, y)
         success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("ball")),
@@ -281,7 +277,6 @@ NAVIGATION = (
         family="navigation",
         asset="",
         model_name="",
-        prose=PROSE["Navigation"],
         rewards=RewardBounds(-6.0, -1.0, end=10.0),  # −1 per step, −5 per collision, +10 at the goal
         has_gravity=False,
         success=Arrival("The episode ends at the goal."),
@@ -303,8 +298,7 @@ def body(name: str, where: str = "") -> Body:
     Raises ``BenchError`` if no base body has that name; the hint names the closest.
     """
     if GYMNASIUM_ID.fullmatch(name):
-        text = "That of its package."
-        return Body(name, "gymnasium", "", "", Prose(f"{name} of Gymnasium.", *[text] * 4), UNBOUNDED)
+        return Body(name, "gymnasium", "", "", UNBOUNDED)
     if name not in BODIES:
         hint = did_you_mean(name, BODIES)
         raise BenchError("unknown-base", f"There is no base body {name!r}.", where, hint)

@@ -119,10 +119,6 @@ def _per_body(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> lis
     ]
 
 
-def _courses(pattern: str) -> tuple[Task, ...]:
-    return tuple(task(pattern.format(map=number, goal=goal)) for number in MAPS for goal in GOALS)
-
-
 def _named(groups: Mapping[str, tuple[str, ...]]) -> list[TaskGroup]:
     return [TaskGroup(name, tuple(map(task, names))) for name, names in groups.items()]
 
@@ -133,7 +129,12 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
     *_per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER),
     *_per_body("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
     *_named(SINGLE_GROUPS),
-    *(TaskGroup(f"nav-{family}", _courses(pattern)) for family, pattern in FAMILIES.items()),
+    *_named(
+        {
+            f"nav-{family}": tuple(pattern.format(map=number, goal=goal) for number in MAPS for goal in GOALS)
+            for family, pattern in FAMILIES.items()
+        }
+    ),
 )
 """The paper's groups."""
 
@@ -160,9 +161,6 @@ def group(name: str) -> TaskGroup:
     raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
 
 
-_published = group
-"""``group``, where a parameter has that name."""
-
 SUITE_BODIES = tuple(body.lower() for body in RUNNING_BODIES)
 SUITES: dict[str, tuple[str, ...]] = {
     "gravity": tuple(f"{body}-gravity-v0" for body in SUITE_BODIES),
@@ -186,10 +184,6 @@ CORES: dict[str, tuple[str, ...]] = {
 A version never changes. It has seven groups of three bodies and three kinds of change, which cost 8.7 million
 steps per run at 300,000 steps per task.
 """
-
-
-GROUP_KEYS = ("name", "version", "tasks")
-TASK_KEYS = ("task", "variations", "max_steps")
 
 
 def load_group(path: str | Path) -> TaskGroup:
@@ -225,7 +219,7 @@ def load_group(path: str | Path) -> TaskGroup:
         raise BenchError("unreadable-group", f"{error.strerror or error}.", where) from error
     except ValueError as error:
         raise BenchError("malformed-group", f"The file is not TOML: {error}.", where) from error
-    check_keys(table, GROUP_KEYS, ("name", "tasks"), where)
+    check_keys(table, ("name", "version", "tasks"), ("name", "tasks"), where)
     tables = table["tasks"]
     if not isinstance(tables, list) or not all(isinstance(each, dict) for each in tables):
         hint = "Write [[tasks]] per task."
@@ -237,22 +231,22 @@ def load_group(path: str | Path) -> TaskGroup:
         raise BenchError(error.code, error.message, where, error.hint) from error
 
 
-def resolve_group(group: str | Path | TaskGroup) -> TaskGroup:
+def resolve_group(named: str | Path | TaskGroup) -> TaskGroup:
     """The group that an argument or a command line names.
 
     Args:
-        group: the name of a published group, a TaskGroup, or a path to a TOML file (it ends in ``.toml``).
+        named: the name of a published group, a TaskGroup, or a path to a TOML file (it ends in ``.toml``).
 
     Raises:
         BenchError: there is no such group, the file is invalid, or a custom group has the name of a
             published one.
     """
-    if isinstance(group, TaskGroup):
-        if group.name in GROUPS and not group.published:
-            message = f"{group.name!r} is the name of a published group with other tasks."
+    if isinstance(named, TaskGroup):
+        if named.name in GROUPS and not named.published:
+            message = f"{named.name!r} is the name of a published group with other tasks."
             raise BenchError("name-taken", message, "name", "Choose another name.")
-        return group
-    return load_group(group) if str(group).endswith(".toml") else _published(str(group))
+        return named
+    return load_group(named) if str(named).endswith(".toml") else group(str(named))
 
 
 def groups_named(name: str | Path | TaskGroup) -> tuple[TaskGroup, ...]:
@@ -263,7 +257,7 @@ def groups_named(name: str | Path | TaskGroup) -> tuple[TaskGroup, ...]:
     """
     version = CORE if name == "core" else str(name)
     if version in CORES:
-        return tuple(map(_published, CORES[version]))
+        return tuple(map(group, CORES[version]))
     return (resolve_group(name),)
 
 
@@ -273,15 +267,15 @@ def with_custom(groups: Iterable[str | Path | TaskGroup]) -> dict[str, TaskGroup
     Raises ``BenchError`` if a group is invalid (see :func:`resolve_group`), or two have the same name.
     """
     known = dict(GROUPS)
-    for group in map(resolve_group, groups):
-        if known.setdefault(group.name, group) != group:
-            message = f"Two groups have the name {group.name!r}."
+    for each in map(resolve_group, groups):
+        if known.setdefault(each.name, each) != each:
+            message = f"Two groups have the name {each.name!r}."
             raise BenchError("name-taken", message, "--groups", "Rename one of them.")
     return known
 
 
 def _task(table: Mapping[str, Any], where: str) -> Task:
-    check_keys(table, TASK_KEYS, ("task",), where)
+    check_keys(table, ("task", "variations", "max_steps"), ("task",), where)
     variations = table.get("variations", [])
     if not isinstance(variations, list):
         hint = 'Write variations = [{kind = "Gravity", factor = 0.5}].'

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from gym_extensions.envs.navigation.geometry import CELL, COLUMNS, GOALS, MAPS, ROWS
+from gym_extensions.catalog.tasks import GOALS, MAPS
+from gym_extensions.envs.navigation.geometry import CELL, COLUMNS, ROWS
 
 RECTANGLES = 92
 MOST_WIDE, MOST_HIGH = 3, 5
@@ -51,18 +52,18 @@ def draw_goals(cells: NDArray[np.bool_], generator: np.random.Generator) -> list
     centers = (np.column_stack([columns, rows]) + 0.5) * CELL
     while True:
         candidates, drawn = centers, list[tuple[float, float]]()
-        while len(candidates) and len(drawn) < GOALS:
+        while len(candidates) and len(drawn) < len(GOALS):
             x, y = candidates[generator.integers(len(candidates))]
             drawn.append((float(x), float(y)))
             candidates = candidates[np.hypot(candidates[:, 0] - x, candidates[:, 1] - y) >= GOAL_SPACING]
-        if len(drawn) == GOALS:
+        if len(drawn) == len(GOALS):
             return drawn
 
 
 def drawn_files() -> dict[str, str]:
     """The text of every file in ``maps``, by its name."""
     texts, rows = {}, ["map,goal,x,y"]
-    for number in range(MAPS):
+    for number in MAPS:
         generator = np.random.default_rng(number)
         cells = draw_cells(generator)
         lines = ["".join("#" if cell else "." for cell in row) for row in cells[::-1]]

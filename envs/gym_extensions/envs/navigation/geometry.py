@@ -48,7 +48,6 @@ CELL = 10.0
 """Side of a cell, in units."""
 COLUMNS, ROWS = 64, 48
 WIDTH, HEIGHT = COLUMNS * CELL, ROWS * CELL
-MAPS, GOALS = 10, 3
 GOAL_RADIUS = 20.0
 AGENT_RADIUS = 5.0
 """Radius of the disc that is drawn; the agent itself is a point."""
