@@ -15,6 +15,7 @@ from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.rollouts.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
 from gym_extensions.scoring.formulas import BY_NAME, MetricValue
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.verification.new_seeds import ALPHA
 
 MINUS = "\N{MINUS SIGN}"
 THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
@@ -329,6 +330,10 @@ def p_value(value: float) -> str:
     return f"< {fixed(0.001, 3)}" if value < 0.001 else fixed(value, 3)
 
 
+REFUSED_P = p_value(ALPHA)
+"""Logs with this p value on new seeds, or a lower one, are refused."""
+
+
 def facts(card: Scorecard) -> list[tuple[str, str]]:
     """What the manifest states on training and evaluation, as (label, value)."""
     if card.manifest is None:
@@ -338,7 +343,7 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         ("Actions in evaluation", card.manifest.protocol.evaluation),
         ("Training steps", STEPS[card.manifest.protocol.steps]),
         ("Task label, task boundaries", observed(card)),
-        ("Replay memory", f"{stored(card)} transitions"),
+        ("Transitions stored", stored(card)),
         ("Parameters", parameters(card)),
         ("Tuning", tuning(card)),
     ]

@@ -146,8 +146,8 @@ class CoreCost:
     steps: Annotated[float | None, about("training steps: the sum over groups of the mean over runs")] = None
     cpu_seconds: Annotated[float | None, about("processor time: the same sum, where runs state it")] = None
     peak_memory_mb: Annotated[float | None, about("largest memory of a process, of all runs")] = None
-    stored_steps: Annotated[int | None, about("most transitions stored at once, of all runs")] = None
-    parameters: Annotated[int | None, about("the agent's parameters at the end of training: the most")] = None
+    stored_steps: Annotated[int | None, about("most transitions that a run stores at once")] = None
+    parameters: Annotated[int | None, about("parameters at the end of training, in the largest group")] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -241,18 +241,20 @@ def _notes(logs: Mapping[str, GroupScore], look: int) -> tuple[str, ...]:
 
 
 def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
+    """The cost of a run. Some runs state the largest memory of all groups; a group's least is its own."""
     documents = [log.provenance for log in logs.values()]
     if len(logs) < len(CORES[CORE]) or not all(documents):
         return CoreCost()
     seconds = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in documents]
     peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
-    memories = [run.memory for runs in documents for run in runs]
+    stored = [min(run.memory.stored_steps for run in runs) for runs in documents]
+    parameters = [min(run.memory.parameters_last for run in runs) for runs in documents]
     return CoreCost(
         steps=sum(fmean(run.steps for run in runs) for runs in documents),
         cpu_seconds=sum(map(fmean, seconds)) if all(seconds) else None,
         peak_memory_mb=max(map(max, peaks)) if all(peaks) else None,
-        stored_steps=max(memory.stored_steps for memory in memories),
-        parameters=max(memory.parameters_last for memory in memories),
+        stored_steps=max(stored),
+        parameters=max(parameters),
     )
 
 

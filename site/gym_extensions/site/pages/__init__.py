@@ -37,6 +37,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
         "reported": sum(entry.level == REPORTED for entry in site.entries),
         "refused": sum(bool(entry.problems) for entry in site.entries),
         "groups": groups.groups(site),
+        "landscapes": render.landscapes.groups,
         "tasks_published": len(TASKS),
         "records": sum(map(len, site.records.values())),
         "board": site.scored.core,

@@ -112,7 +112,8 @@ def _certainty(
     tied = [
         entry for entry in ranked if entry.name in compared and compared[entry.name].verdict != "separated"
     ]
-    note = " (exploratory)" if all(pair.exploratory for pair in compared.values()) else ""
+    early = all(pair.exploratory for pair in compared.values())
+    note = Markup(' (<a href="metrics.html#core">exploratory</a>)') if early else ""
     if not tied:
         return Markup("That is significantly {} every other method{}.").format(relation, note)
     names = (

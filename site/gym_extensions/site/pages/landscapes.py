@@ -114,6 +114,11 @@ class Landscapes:
                 rows.setdefault(group_id, {})[name] = summary(each, groups[group_id], top)
         return top, rows
 
+    @property
+    def groups(self) -> list[str]:
+        """The ids of the groups of which an entry has a landscape."""
+        return [group.id for group in GROUPS.values() if group.id in self._all[1]]
+
     def views(self, entry: Scorecard) -> dict[str, View]:
         """The landscapes of an entry by group id, for its sequential results on groups with axes."""
         folder = self.folders.get(entry.name)
