@@ -15,7 +15,6 @@ from gymnasium.spaces import Box
 from gym_extensions import results
 from gym_extensions.__main__ import main
 from gym_extensions.baselines import Factory, train, workers
-from gym_extensions.baselines import cli as train_cli
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.references import cli as references_cli
 from gym_extensions.baselines.references import measuring
@@ -96,15 +95,6 @@ def test_a_python_object_trains_the_same_submission_as_a_file(folder: Path, tmp_
     assert (folder / "random" / LOG).read_bytes() == run
 
 
-def test_the_command_says_how_to_score_the_submission(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    group, out = folder / "light.toml", tmp_path / "mine"
-    argv = ["random", "--groups", str(group), "--protocol", "single", "--budget", "smoke", "--out", str(out)]
-    assert train_cli.main(argv) == 0
-    assert capsys.readouterr().out.splitlines()[-1].endswith(f"score {out} --groups {group}")
-
-
 @pytest.mark.parametrize(
     ("tasks", "message"),
     [
@@ -142,14 +132,6 @@ def test_the_policies_are_verified_in_the_tasks_of_the_file(folder: Path) -> Non
     group = str(folder / "light.toml")
     assert main(["verify", str(folder / "random"), "--groups", group, "--seeds", "0" * 40, "--write"]) == 0
     assert read(folder / "random", with_custom([group])).review.verifications[-1].passed
-
-
-def test_two_submissions_are_compared(
-    folder: Path, options: list[str], capsysbinary: pytest.CaptureFixture[bytes]
-) -> None:
-    pair = [str(folder / "random"), str(folder / "other")]
-    assert score_cli.main(["--compare", *pair, "--json", *options]) == 0
-    assert list(json.loads(capsysbinary.readouterr().out)["groups"]) == ["hopper-light-v0"]
 
 
 def test_the_references_hold_the_custom_task_and_keep_the_published_ones(folder: Path) -> None:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import importlib.util
-import inspect
 import re
 import tomllib
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
-
-from gym_extensions import results
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -43,11 +40,6 @@ def test_a_link_leads_to_the_page_of_the_site_or_becomes_text(source: str, link:
     assert hooks.with_links(link, source) == expected
 
 
-def test_a_value_with_two_indices_is_not_a_link_except_in_code() -> None:
-    text = "p[T][j] and `p[T][j]`\n```\na[0][1]\n```\n"
-    assert hooks.with_formulas(text) == "p[T]\\[j] and `p[T][j]`\n```\na[0][1]\n```\n"
-
-
 @pytest.mark.parametrize(
     "html",
     [
@@ -72,56 +64,6 @@ def test_a_site_that_loads_from_another_host_is_not_built(tmp_path: Path) -> Non
     (tmp_path / "a.css").write_text("a { background: url('https://cdn.example/a.png') }", encoding="utf-8")
     with pytest.raises(exceptions.PluginError, match=r"a\.css loads https://cdn\.example/a\.png"):
         hooks.on_post_build(SimpleNamespace(site_dir=tmp_path))
-
-
-BOARD_PAGE = """<title>Hopper &lt;b&gt; · gym-extensions</title>
-<header>menu</header><main><h1>Hopper<wbr>Wall</h1><p>hops <svg><title>0.5</title></svg></p>
-<table><tr><th id="x">0.1</th></tr></table>
-<h2 id="facts">Facts <span>all</span></h2><p>it weighs</p>
-<table class="plain formulas"><tr><th id="forgetting">Forgetting</th><td>p[j] &lt; 1</td></tr></table></main>
-<footer>end</footer>"""
-
-
-def test_the_search_finds_pages_of_the_board_and_escapes_their_text(tmp_path: Path) -> None:
-    (tmp_path / "tasks").mkdir()
-    for path in ("metrics.html", "tasks/a.html"):
-        (tmp_path / path).write_text(BOARD_PAGE, encoding="utf-8")
-    entries = [tuple(entry.values()) for entry in hooks.board_entries(tmp_path)]
-    assert entries == [
-        ("../metrics.html", "Hopper &lt;b&gt;", "HopperWall hops"),
-        ("../metrics.html#facts", "Facts", "all it weighs"),
-        ("../metrics.html#forgetting", "Forgetting", "p[j] &lt; 1"),
-        ("../tasks/a.html", "Hopper &lt;b&gt;", "HopperWall hops all it weighs p[j] &lt; 1"),
-    ]
-
-
-def test_pages_have_the_masthead_of_the_board_if_it_was_built(tmp_path: Path) -> None:
-    env = SimpleNamespace(globals={})
-    hooks.on_env(env, SimpleNamespace(site_dir=tmp_path / "docs"))
-    assert env.globals["masthead"]("api/envs.html") == ""
-    (tmp_path / "static").mkdir()
-    (tmp_path / "static" / "masthead.css").touch()
-    assert 'href="../../core.html"' in env.globals["masthead"]("api/envs.html")
-
-
-def test_docstrings_are_shown_as_markdown() -> None:
-    pytest.importorskip("griffe")
-    text = module("docstrings").as_markdown(inspect.getdoc(results.metrics) or "")
-    assert "\n| name | str | name of the submission's folder |\n" in text
-
-
-def test_every_page_is_in_the_navigation() -> None:
-    pages = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").glob("*.md")}
-    pages |= {f"api/{path.name}" for path in (ROOT / "docs/api").glob("*.md")}
-    config = (ROOT / "mkdocs.yml").read_text("utf-8")
-    listed = set(re.findall(r": ([\w/-]+\.md)$", config, flags=re.MULTILINE))
-    assert (pages | set(hooks.ROOT_PAGES.values())) - listed == set()
-
-
-def test_every_extra_is_on_the_page_about_installation() -> None:
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
-    rows = re.findall(r"^\| (`.*?) \|", (ROOT / "docs/install.md").read_text("utf-8"), flags=re.MULTILINE)
-    assert set(extras) - {name for row in rows for name in re.findall(r"`(.*?)`", row)} == set()
 
 
 def test_the_lowest_versions_are_the_lower_ends_of_the_ranges() -> None:

@@ -12,8 +12,6 @@ from types import ModuleType
 import pandas as pd
 import pytest
 
-from gym_extensions.scoring.references import load_references
-
 pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "docs" / "findings"
@@ -80,27 +78,6 @@ def test_replay_needs_five_runs_of_both_kinds() -> None:
     assert tables.replay(runs | {"sac": {"hopper-gravity-v0": kept[:4]}}) == []
 
 
-def test_a_value_is_shown_with_its_interval() -> None:
-    nan = float("nan")
-    assert str(tables.Value(0.5, 0.25, 0.75)) == "0.50 (0.25 to 0.75)"
-    assert str(tables.Value(0.5, nan, nan)) == "0.50 (one run)"
-    assert str(tables.Value(nan, nan, nan)) == "–"
-
-
-def test_the_cost_of_an_entry_is_that_of_its_training_steps() -> None:
-    # 8 tasks × 300,000 steps × 5 runs, in millions, × 108 seconds.
-    assert costs.hours("hopper-body") == "0.36"
-
-
-def test_the_figure_has_scores_of_the_tasks_that_have_one() -> None:
-    references = load_references().tasks
-    hopper, striker = (f"gym_extensions/{name}-v0" for name in ("Hopper", "Striker"))
-    assert references[striker].open
-    floor, expert = references[hopper].floor, references[hopper].expert
-    frame = pd.DataFrame({"task": [hopper, striker, hopper], "return": [floor, 5.0, expert]})
-    assert tables.as_scores(frame)["return"].to_list() == [0.0, 1.0]
-
-
 def test_the_numbers_of_the_readme_are_in_the_findings() -> None:
     section = (
         (ROOT / "README.md").read_text("utf-8").partition("Results so far")[2].partition("\n\nAn agent")[0]
@@ -120,13 +97,6 @@ def test_the_landscape_of_the_readme_is_that_of_the_committed_entry(tmp_path: Pa
     assert own[0] == own[1], "run `make findings`"
     assert len(own[0]) == 7
     assert "best of all entries" in committed
-
-
-def test_the_pictures_of_the_readme_are_committed_and_small() -> None:
-    readme = (ROOT / "README.md").read_text("utf-8")
-    for picture in (ROOT / "docs" / "images").iterdir():
-        assert f"](docs/images/{picture.name})" in readme
-        assert picture.stat().st_size < 150_000
 
 
 CELL = reproduction.PaperCell(1000.0, 100.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-import inspect
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,81 +14,26 @@ from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.references import load_references
 
 PUBLIC = {
-    "gym_extensions.envs": [
-        "Gravity",
-        "LimbScale",
-        "MotorNoise",
-        "MovingGoal",
-        "MovingStart",
-        "RangeSensor",
-        "SensorNoise",
-        "Task",
-        "TaskGroup",
-        "TaskId",
-        "TrackingGoal",
-        "VectorTaskId",
-        "Wall",
-        "customize",
-        "group",
-        "load_group",
-        "make",
-        "make_vec",
-    ],
-    "gym_extensions.baselines": [
-        "Agent",
-        "BatchTrained",
-        "Card",
-        "Context",
-        "Factory",
-        "JobFailed",
-        "JobFinished",
-        "Observes",
-        "Resumable",
-        "StageStarted",
-        "TaskEvaluated",
-        "TrainingStarted",
-        "record",
-        "sb3",
-        "train",
-    ],
-    "gym_extensions.metrics": [
-        "FORMULAS",
-        "Interval",
-        "MetricValue",
-        "Profile",
-        "area",
-        "compute",
-        "difference",
-        "interval",
-        "iqm",
-        "profile",
-    ],
-    "gym_extensions.policies": ["OnnxPolicy", "Policy", "from_torch", "load"],
-    "gym_extensions.results": [
-        "ForeignRuns",
-        "board",
-        "core",
-        "core_pairs",
-        "curves",
-        "episodes",
-        "evaluations",
-        "foreign_board",
-        "foreign_runs",
-        "landscapes",
-        "metrics",
-        "metrics_of",
-        "plot_board",
-        "plot_curves",
-        "plot_matrix",
-        "plot_retention",
-        "score_matrix",
-        "scores",
-        "unfinished_curves",
-    ],
-    "gym_extensions.scoring": ["score_folder", "score_folders"],
+    "gym_extensions.envs": """
+        Gravity LimbScale MotorNoise MovingGoal MovingStart RangeSensor SensorNoise Task TaskGroup
+        TaskId TrackingGoal VectorTaskId Wall customize group load_group make make_vec
+    """,
+    "gym_extensions.baselines": """
+        Agent BatchTrained Card Context Factory JobFailed JobFinished Observes Resumable StageStarted
+        TaskEvaluated TrainingStarted record sb3 train
+    """,
+    "gym_extensions.metrics": """
+        FORMULAS Interval MetricValue Profile area compute difference interval iqm profile
+    """,
+    "gym_extensions.policies": "OnnxPolicy Policy from_torch load",
+    "gym_extensions.results": """
+        ForeignRuns board core core_pairs curves episodes evaluations foreign_board foreign_runs
+        landscapes metrics metrics_of plot_board plot_curves plot_matrix plot_retention score_matrix
+        scores unfinished_curves
+    """,
+    "gym_extensions.scoring": "score_folder score_folders",
 }
-NAMES = [(package, name) for package, names in PUBLIC.items() for name in names]
-FUNCTIONS = [(package, name) for package, name in NAMES if name.islower()]
+NAMES = [(package, name) for package, names in PUBLIC.items() for name in names.split()]
 
 NEEDS_SB3 = ("gym_extensions.baselines", "sb3")
 """The name that needs the extra ``sb3``."""
@@ -97,7 +41,7 @@ NEEDS_SB3 = ("gym_extensions.baselines", "sb3")
 
 @pytest.mark.parametrize("package", PUBLIC)
 def test_a_package_exports_these_names(package: str) -> None:
-    assert sorted(importlib.import_module(package).__all__) == PUBLIC[package]
+    assert sorted(importlib.import_module(package).__all__) == PUBLIC[package].split()
 
 
 @pytest.mark.parametrize(("package", "name"), NAMES)
@@ -109,26 +53,6 @@ def test_a_public_name_has_a_docstring_of_its_own(package: str, name: str) -> No
     assert docstring.strip()
     # A dataclass without a docstring has its signature instead.
     assert not (dataclasses.is_dataclass(thing) and docstring.startswith(f"{name}("))
-
-
-@pytest.mark.parametrize(("package", "name"), FUNCTIONS)
-def test_a_public_function_has_typed_parameters(package: str, name: str) -> None:
-    if (package, name) == NEEDS_SB3:
-        pytest.importorskip("stable_baselines3")
-    signature = inspect.signature(getattr(importlib.import_module(package), name))
-    assert signature.return_annotation is not inspect.Signature.empty
-    assert [
-        parameter.name
-        for parameter in signature.parameters.values()
-        if parameter.annotation is inspect.Parameter.empty
-    ] == []
-
-
-@pytest.mark.parametrize(("package", "name"), FUNCTIONS)
-def test_a_signature_fits_on_a_screen(package: str, name: str) -> None:
-    if (package, name) == NEEDS_SB3:
-        pytest.importorskip("stable_baselines3")
-    assert len(str(inspect.signature(getattr(importlib.import_module(package), name)))) < 1200
 
 
 def test_what_scoring_returns_is_short_in_a_notebook(submission: Callable[..., Path]) -> None:

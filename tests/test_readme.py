@@ -31,12 +31,6 @@ def test_the_example_runs_and_its_submission_has_no_problem(
     assert main(["score", "submissions/mine"]) == 0
 
 
-def test_the_command_that_trains_is_that_of_the_page_on_submissions() -> None:
-    """It runs in tests/baselines/test_submit_doc.py."""
-    (command,) = re.findall(r"^gym-extensions train .*$", TEXT, flags=re.MULTILINE)
-    assert command in (Path(__file__).parents[1] / "docs/submit.md").read_text("utf-8")
-
-
 def test_the_number_of_tasks_is_that_of_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["envs", "list"]) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -321,6 +321,7 @@ def stop_of(entry: Path, cache: Path) -> str:
     return REPETITION if is_other else NEW_SEEDS if is_refused else "?"
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.title)
 def test_an_attack_stops_where_its_row_says(attack: Attack, tmp_path: Path) -> None:
     entry = copy(honest(attack.head), tmp_path / "attack")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +11,13 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import Card, Context, Observes, train
-from gym_extensions.baselines.agent import TaskLabel, not_requested
-from gym_extensions.baselines.agent_checks import (
-    action_function,
-    card_of,
-    check_context,
-)
+from gym_extensions.baselines.agent import TaskLabel
+from gym_extensions.baselines.agent_checks import action_function, card_of, check_context
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.submission import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.manifest import SECTIONS, findings
+from gym_extensions.rollouts.manifest import findings
 
 
 class AgentWithCard(Zero):
@@ -209,11 +204,6 @@ def test_agents_of_one_factory_ask_for_the_same(tmp_path: Path) -> None:
     assert error.value.code == "bad-agent"
 
 
-def test_an_agent_can_ask_for_what_the_manifest_declares() -> None:
-    assert [item.name for item in fields(Observes)] == list(SECTIONS["observes"].__struct_fields__)
-    assert Observes() == Observes(False, False, False)
-
-
 def test_the_task_is_in_the_context_of_an_agent_that_asked_for_it_alone() -> None:
     context = Context(CONTEXT.episode_starts, TaskLabel("gym_extensions/Hopper-v0", 2))
     assert (context.task_id, context.task) == ("gym_extensions/Hopper-v0", 2)
@@ -223,9 +213,3 @@ def test_the_task_is_in_the_context_of_an_agent_that_asked_for_it_alone() -> Non
             getattr(CONTEXT, name)
         assert error.value.code == "not-requested"
         assert not hasattr(CONTEXT, name)
-
-
-def test_the_error_reaches_the_parent_of_a_worker_process_unchanged() -> None:
-    error = not_requested("env.stage", "boundaries")
-    copy = pickle.loads(pickle.dumps(error))  # noqa: S301
-    assert (type(copy), str(copy), copy.code) == (type(error), str(error), "not-requested")

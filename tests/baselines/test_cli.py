@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import errno
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import pytest
@@ -146,23 +145,6 @@ def test_an_interrupted_command_continues_if_the_agent_can_be_saved(
     lines = capsys.readouterr().out.splitlines()
     evaluated = {line.partition(":")[0] for line in lines if "mean return" in line and "steps," not in line}
     assert len(evaluated) == stages + (agent is StopsInSecondTask)
-
-
-def raising(error: BaseException) -> Callable[..., NoReturn]:
-    def train(*_: Any, **__: Any) -> NoReturn:
-        raise error
-
-    return train
-
-
-def test_a_full_disk_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    replace_train(monkeypatch, raising(OSError(errno.ENOSPC, "No space left on device")))
-    assert main(command("trpo", out="mine")) == 2
-    message = "error: mine: No space left on device. Free some disk space. "
-    assert capsys.readouterr().err.startswith(message)
 
 
 FAILING = """

@@ -6,7 +6,6 @@ import csv
 import errno
 import io
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -49,22 +48,6 @@ def bars_of(clock: Clock) -> tuple[Bars, Progress]:
     return Bars(progress), progress
 
 
-def test_bars_show_every_job_and_all_together() -> None:
-    bars, progress = bars_of(Clock())
-    bars.show(STARTED)
-    bars.show(StageStarted("group run0", 1, (TASK,), 400))
-    bars.show(batch(100))
-    total, job = progress.tasks
-    work = 800 + 4 * EPISODE_WORK
-    assert (total.completed, total.total) == (100, work)
-    assert (job.completed, job.total, job.description) == (100, work, "group run0 stage 1")
-    assert job.fields["text"] == "return 21.2, 1,234 steps/s"
-    bars.show(TaskEvaluated("group run0", 1, 400, 400, TASK, 2, 30.0, 1.0))
-    assert (total.completed, job.fields["text"]) == (400 + 2 * EPISODE_WORK, "Hopper-v0 30.0")
-    bars.show(JobFinished("group run0"))
-    assert [task.completed for task in progress.tasks] == [total.total]
-
-
 def test_the_time_left_does_not_count_what_an_earlier_call_finished() -> None:
     clock = Clock()
     bars, _ = bars_of(clock)
@@ -77,17 +60,6 @@ def test_the_time_left_does_not_count_what_an_earlier_call_finished() -> None:
     # 10 steps per second; 200 steps and two episodes are left.
     assert bars.time_left() == clock_time((200 + 2 * EPISODE_WORK) / 10)
     assert (clock_time(3723.4), clock_time(None)) == ("1:02:03", "unknown")
-
-
-def test_a_batch_has_a_line_with_return_speed_and_time_left() -> None:
-    lines = list[str]()
-    screen = Lines(lines.append, lambda: "0:00:06", clock=lambda: 0.0)
-    for event in (STARTED, StageStarted("group run0", 1, (TASK,), 400), batch(100)):
-        screen.show(event)
-    assert lines == [
-        "1 job: 800 training steps, 4 evaluation episodes",
-        "group run0 stage 1: 100 steps, mean return 21.2, 1,234 steps per second, time left 0:00:06",
-    ]
 
 
 def test_lines_about_training_come_at_intervals_that_double_up_to_a_minute() -> None:
@@ -128,16 +100,10 @@ def test_a_notebook_has_one_display_that_is_updated_in_place(
     assert capsys.readouterr().out == ""
 
 
-def test_progress_can_be_switched_off(tmp_path: Path) -> None:
-    code = (
-        "from gym_extensions.baselines import train;"
-        "train('zero', 'pusher', 'joint', 'smoke', 0, out='mine', progress=False)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert done.stdout == ""
-    assert "pusher joint-run0: finished\n" in (tmp_path / "mine/.progress/train.log").read_text()
+def test_progress_can_be_switched_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", progress=False)
+    assert capsys.readouterr().out == ""
+    assert "joint-run0: finished\n" in (tmp_path / "mine/.progress/train.log").read_text()
 
 
 def test_the_log_file_has_a_line_per_event_with_its_time(watched: Watched) -> None:

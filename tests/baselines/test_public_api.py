@@ -4,23 +4,11 @@ from __future__ import annotations
 
 import doctest
 import importlib
-import inspect
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-
-from gym_extensions import baselines
-
-
-@pytest.mark.parametrize("name", ["record", "train"])
-def test_a_function_documents_every_argument(name: str) -> None:
-    function = getattr(baselines, name)
-    text = inspect.getdoc(function) or ""
-    for argument in inspect.signature(function).parameters:
-        assert f"\n    {argument}: " in text
-    assert all(section in text for section in ("Args:", "Returns:", "Raises:", "Example:"))
 
 
 @pytest.mark.parametrize("package", ["torch", "stable_baselines3"])
@@ -35,10 +23,6 @@ def loaded(code: str) -> str:
     heavy = "{'mujoco', 'torch', 'stable_baselines3'}"
     code = f"import sys; {code}; print(sorted({heavy} & set(sys.modules)))"
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-
-
-def test_importing_the_package_loads_neither_a_simulator_nor_torch() -> None:
-    assert loaded("import gym_extensions.baselines") == "[]\n"
 
 
 def test_reference_agents_train_without_torch(tmp_path: Path) -> None:

@@ -160,12 +160,6 @@ def test_a_policy_of_another_algorithm_is_refused(recorded: Path) -> None:
     assert (error.code, "hyperparameters.rate" in error.message) == ("mixed-submission", True)
 
 
-def test_an_unfinished_run_has_one_set_of_hyperparameters(tmp_path: Path) -> None:
-    record_stage(tmp_path / "mine", stage=0)
-    error = refusal(tmp_path / "mine", stage=1, card=replace(CARD, hyperparameters={"rate": 0.1}))
-    assert (error.code, "hyperparameters.rate" in error.message) == ("other-run-unfinished", True)
-
-
 class Model:
     """A recurrent model with the method of Stable-Baselines3: its action grows by 0.01 per step."""
 

@@ -9,19 +9,14 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import pytest
 
 from gym_extensions.baselines import Card, Observes, train
 from gym_extensions.baselines.agent_checks import card_of, observes_of
 from gym_extensions.baselines.algorithms import factory, names
-from gym_extensions.baselines.submission import (
-    manifest_tables,
-    read_manifest,
-    require_same,
-    validate,
-)
+from gym_extensions.baselines.submission import manifest_tables, read_manifest, require_same, validate
 from gym_extensions.baselines.training.events import Event, StageStarted
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.fingerprints import published
@@ -62,15 +57,6 @@ def test_a_name_that_a_submission_cannot_have_is_rejected(name: str, tmp_path: P
     error = training_error(tmp_path / name)
     assert (error.code, repr(name) in error.message) == ("bad-out", True)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_folder_that_is_not_writable_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any, **__: Any) -> NoReturn:
-        raise OSError(errno.EROFS, "Read-only file system")
-
-    monkeypatch.setattr(Path, "touch", refuse)
-    error = training_error(tmp_path / "out")
-    assert (error.code, "Read-only file system" in error.message) == ("bad-out", True)
 
 
 def test_the_folder_that_contains_submissions_is_rejected(random_submission: Path, tmp_path: Path) -> None:
@@ -198,10 +184,6 @@ def test_every_stage_has_the_curves_of_its_tasks(trpo_submission: Path, document
     assert all(1000 < curve.steps[-1] <= 2000 * 1.02 for curve in joint)
 
 
-def test_what_is_written_passes_every_rule(trpo_submission: Path) -> None:
-    assert not read(trpo_submission, policies=True).problems
-
-
 def test_a_run_with_a_stage_without_a_policy_publishes_none(tmp_path: Path) -> None:
     class Still:
         def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
@@ -316,23 +298,3 @@ def test_a_committed_entry_can_be_continued(name: str) -> None:
     num_envs = existing["hyperparameters"].get("num_envs")
     stated = Settings(name, existing["protocol"]["budget"], num_envs, observes=observes_of(agent, name))
     require_same(path, existing, manifest_tables(card, stated))
-
-
-def test_unfinished_runs_may_be_on_another_file_system(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out, elsewhere, rename = tmp_path / "mine", tmp_path / "elsewhere", Path.replace
-
-    def replace(path: Path, target: Path) -> Path:
-        if elsewhere in path.resolve().parents and elsewhere not in Path(target).resolve().parents:
-            raise OSError(errno.EXDEV, "Invalid cross-device link")
-        return rename(path, target)
-
-    monkeypatch.setattr(Path, "replace", replace)
-    elsewhere.mkdir()
-    out.mkdir()
-    (out / ".progress").symlink_to(elsewhere)
-    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=out, progress=False)
-    assert [path.name for path in sorted(out.glob("*/joint/*"))] == [
-        f"run0.{kind}" for kind in ("csv", "json", "npz")
-    ]

@@ -7,7 +7,7 @@ import hashlib
 import pytest
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, PAPER_GROUPS, group, groups_named
-from gym_extensions.catalog.protocol import BUDGETS, budget, evaluation_seed, stages
+from gym_extensions.catalog.protocol import BUDGETS, budget, evaluation_seed
 from gym_extensions.catalog.tasks import FAMILIES, TASKS
 from gym_extensions.errors import BenchError
 
@@ -92,11 +92,6 @@ def test_evaluation_seeds_of_a_group_differ() -> None:
     row = group("hopper-gravity")
     seeds = {evaluation_seed(row.id, task_id, episode) for task_id in row.task_ids for episode in range(20)}
     assert len(seeds) == 100
-
-
-def test_a_protocol_has_its_stages() -> None:
-    assert stages("sequential", 5) == (0, 1, 2, 3, 4, 5)
-    assert stages("single", 5) == (1,)
 
 
 def test_a_budget_counts_training_steps_per_task() -> None:

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation import gate
 from gym_extensions.curation import git as plumbing
 from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
@@ -51,12 +50,9 @@ def test_the_files_of_a_pull_request_are_never_checked_out(
     assert not (project / NEW).exists()
 
 
-def test_problems_of_the_submission_are_in_the_report(
-    request_with_entry: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("in_this_process")
+def test_problems_of_the_submission_are_in_the_report(request_with_entry: Path) -> None:
     commit(request_with_entry, {f"{NEW}/hopper-gravity/agent.pkl": b"pickle"})
-    # In this process: the test before starts the limited one.
-    monkeypatch.setattr(gate, "answers", lambda job, call, limits: gate.judge(call))
     report = checked(request_with_entry)
     assert (report.verdict, report.level, report.labels) == ("refused", None, ("refused", "submission"))
     assert rules(report) == [("unexpected-name", "hopper-gravity/agent.pkl")]
@@ -110,6 +106,7 @@ def test_a_submission_that_reaches_a_limit_is_refused(request_with_entry: Path) 
     assert [rule for rule, _ in rules(report)] == ["limit-reached"]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_an_equal_single_task_log_is_no_copy(request_with_entry: Path) -> None:
     """Methods that differ only between tasks have the same bytes there, by the same seeds."""
     path = "hopper-gravity/single/run0"

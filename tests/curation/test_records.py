@@ -8,11 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation import gate
 from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.report import comment
 from gym_extensions.scoring.records import Record, read_review
-from gym_extensions.verification import record_runs
 
 from ..verification.made_records import change_card, claim_more, lower_the_bar, make_record, record_path
 from .repositories import checked, commit, git, make_repository, rules
@@ -23,11 +21,9 @@ HOPPER = "records/Hopper"
 
 
 @pytest.fixture
-def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_this_process: None) -> Path:
     """A repository whose branch ``request``, which is checked out, adds a record. It runs in this process."""
     lower_the_bar(monkeypatch)
-    monkeypatch.setattr(gate, "answers", lambda job, call, limits: gate.judge(call))
-    monkeypatch.setattr(record_runs, "answers", lambda job, call, limits: record_runs.play(call))
     folder = make_repository(tmp_path / "project")
     commit(folder, {"records/README.md": "Records.\n", "scoring/rank.py": "rank = 1\n"})
     git(folder, "switch", "--quiet", "-c", "request")

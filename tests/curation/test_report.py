@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.curation.cli import check_pr as main
-from gym_extensions.curation.pull_request import RULES
 from gym_extensions.curation.report import MAX_BYTES, GateReport, GateScore, code_block, comment, read_report
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
@@ -76,21 +75,6 @@ def test_the_comment_says_what_was_proven() -> None:
     assert "hopper-gravity-v0  sequential  1M  5 runs  final_performance 1.23 [1.00, –]" in text
 
 
-@pytest.mark.parametrize(
-    ("budget", "runs", "sentence"),
-    [
-        ("smoke", 5, "The budget `smoke` is for tests: no board will have the entry."),
-        ("300k", 4, "A rank needs 5 runs."),
-        ("300k", 5, ""),
-    ],
-)
-def test_the_comment_says_what_keeps_an_entry_from_a_rank(budget: str, runs: int, sentence: str) -> None:
-    scores = tuple(replace(score, budget=budget, runs=runs) for score in REPORT.scores)
-    lines = comment(replace(REPORT, scores=scores)).splitlines()
-    shown = [line for line in lines if line.startswith(("The budget", "A rank"))]
-    assert shown == ([sentence] if sentence else [])
-
-
 def test_texts_of_the_pull_request_stay_in_a_code_block() -> None:
     problem = Problem("rule", "a```b", "@alice ![x](https://example.org)\n# heading", "<script>")
     text = comment(replace(REPORT, verdict="refused", problems=(problem,), more_problems=2))
@@ -135,10 +119,3 @@ def test_wrong_arguments_are_named(
 ) -> None:
     assert main(["--repository", str(project), *options]) == 2
     assert message in capsys.readouterr().err
-
-
-def test_every_rule_has_a_text(capfdbinary: pytest.CaptureFixture[bytes]) -> None:
-    assert main(["--rules"]) == 0
-    lines = capfdbinary.readouterr().out.decode().splitlines()
-    assert [line.split(": ")[0] for line in lines] == list(RULES)
-    assert all(line.split(": ", 1)[1].endswith((".", ")")) for line in lines)

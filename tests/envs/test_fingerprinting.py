@@ -79,12 +79,6 @@ def test_fingerprints_of_another_engine_are_not_mixed_with_the_published_ones(
     assert fingerprinting.updated(replace=True)[0]["engine"] == {"mujoco": "9.9.9"}
 
 
-def test_the_published_engine_can_record_and_gives_no_warning(recwarn: pytest.WarningsRecorder) -> None:
-    fingerprinting.require_published_engine()
-    fingerprinting.warn_of_another_engine()
-    assert list(recwarn) == []
-
-
 def other(monkeypatch: pytest.MonkeyPatch, **versions: str) -> None:
     """Pretends that other versions are installed."""
     installed = fingerprinting.engine() | versions

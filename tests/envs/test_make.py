@@ -25,7 +25,11 @@ ID = "gym_extensions/HopperGravityHalf-v0"
 MAP = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
 
 
-@pytest.mark.parametrize("task_id", TASKS)
+CHECKED = [each for each in TASKS if "-Map" not in each or "-Map0-Goal0" in each]
+"""Every task, and of the navigation tasks, which differ in map and goal alone, one of each family."""
+
+
+@pytest.mark.parametrize("task_id", CHECKED)
 def test_every_task_passes_gymnasiums_checker(task_id: str) -> None:
     env = gym.make(task_id)
     with warnings.catch_warnings():
@@ -174,12 +178,6 @@ def test_a_mistake_is_named(mistake: Callable[[], object], code: str, fact: str)
         mistake()
     assert caught.value.code == code
     assert fact in str(caught.value)
-
-
-def test_an_action_out_of_range_is_applied_as_by_gymnasiums_body() -> None:
-    env = make("HopperGravityHalf")
-    env.reset(seed=0)
-    assert env.step(np.full(3, 9.0, np.float32))[4]["reward_ctrl"] == pytest.approx(-1e-3 * 3 * 81)
 
 
 @pytest.mark.parametrize("name", ["Hopper", "State-Based-Navigation-2d-Map0-Goal0"])

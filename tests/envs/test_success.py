@@ -9,9 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.bodies import Height
 from gym_extensions.envs import make, make_vec
-from gym_extensions.envs.protocols import success_test
 
 
 def still(env: Any) -> Any:
@@ -61,18 +59,6 @@ def test_a_humanoid_stands_between_1_and_2_m(name: str, height: float, expected:
         data.qpos[2] = height
 
     assert success_of(name, place) is expected
-
-
-def test_the_limits_of_a_height_are_outside() -> None:
-    rule = Height(1.0, 2.0, "")
-    found = success_test(rule, None)
-    assert found is not None
-    assert found.test(np.array([[0, 0, 1.0], [0, 0, 1.5], [0, 0, 2.0], [0, 0, np.nan]])).tolist() == [
-        0,
-        1,
-        0,
-        0,
-    ]
 
 
 def test_navigation_succeeds_where_it_terminates() -> None:

@@ -14,7 +14,6 @@ import pytest
 from gym_extensions import results
 from gym_extensions.baselines import Context, train
 from gym_extensions.envs import MotorNoise, TaskGroup, customize
-from gym_extensions.rollouts.policies.files import read_policies
 
 GROUP = TaskGroup(  # two tasks whose episodes are short
     "short-hoppers",
@@ -82,23 +81,6 @@ def test_the_agent_learns_the_first_task(submissions: Path, name: str) -> None:
     assert first[1] > 1.2 * first[0]
 
 
-@pytest.mark.parametrize("name", ["ppo", "sac"])
-def test_the_policy_of_every_stage_is_published(submissions: Path, name: str) -> None:
-    policies = read_policies(submissions / name, GROUP, "sequential", 0)
-    assert list(policies) == [(stage, None) for stage in range(3)]
-
-
-@pytest.mark.parametrize(("name", "factory"), [(n, f) for n, f in FACTORIES.items() if n != "sb3_ppo"])
-def test_a_seed_gives_one_agent_and_another_seed_another(load_example: Load, name: str, factory: str) -> None:
-    make = getattr(load_example(name), factory)
-    context = Context(np.ones(4, bool), _label())
-    spaces, observations = _spaces(), np.linspace(-1, 1, 44).reshape(4, 11)
-    arguments = (observations, context) if name in ("multi_head", "recurrent") else (observations,)
-    first, again, other = (make(*spaces, seed).act(*arguments) for seed in (0, 0, 1))
-    np.testing.assert_array_equal(first, again)
-    assert not np.array_equal(first, other)
-
-
 @pytest.mark.parametrize("name", ["ppo", "sac", "ewc", "recurrent"])
 def test_a_saved_agent_acts_and_learns_as_the_original(load_example: Load, tmp_path: Path, name: str) -> None:
     module = load_example(name)
@@ -110,39 +92,6 @@ def test_a_saved_agent_acts_and_learns_as_the_original(load_example: Load, tmp_p
     observations = np.linspace(-1, 1, 44).reshape(4, 11)
     np.testing.assert_array_equal(original.act(observations, *context), copy.act(observations, *context))
     assert bool((original.learning.get_state() == copy.learning.get_state()).all())
-
-
-def test_sac_finds_the_best_action_of_a_bandit(load_example: Load, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gymnasium.spaces import Box
-
-    module = load_example("sac")
-    monkeypatch.setitem(module.SETTINGS, "batch", 64)
-    agent = module.Sac(Box(-1, 1, (1,)), Box(-2, 2, (1,)), 0)
-    observations = np.ones((500, 1))
-    actions = np.random.default_rng(0).uniform(-1, 1, (500, 1))  # before they are scaled to the space
-    rewards = -4 * (actions - 0.5) ** 2
-    agent._store(observations, actions, observations, rewards, np.ones((500, 1)))
-    for _ in range(200):
-        agent._update()
-    assert agent.act(np.ones((1, 1))) == pytest.approx(1.0, abs=0.4)
-
-
-def test_the_penalty_of_ewc_holds_the_parameters_that_mattered(load_example: Load) -> None:
-    import torch
-
-    distances = []
-    for penalty in (0.0, 1e4):
-        module = load_example("ewc")
-        module.SETTINGS["penalty"] = penalty
-        agent = module.Ewc(*_spaces(), 0)
-        data = torch.Generator().manual_seed(0)
-        observations = torch.randn(40, 1, 11, generator=data)
-        actions, rewards = torch.randn(40, 1, 3, generator=data), torch.randn(40, 1, generator=data)
-        agent._consolidate(observations.flatten(0, 1))
-        before = agent.act(observations.flatten(0, 1).numpy())
-        agent._update(observations, actions, rewards, torch.zeros(40, 1))
-        distances.append(float(np.abs(agent.act(observations.flatten(0, 1).numpy()) - before).mean()))
-    assert distances[1] < 0.5 * distances[0]
 
 
 def test_the_recurrent_state_is_kept_in_an_episode_and_cleared_where_one_starts(load_example: Load) -> None:
@@ -161,12 +110,6 @@ def _spaces() -> tuple[Any, Any]:
     spaces = env.single_observation_space, env.single_action_space
     env.close()
     return spaces
-
-
-def _label(index: int = 0) -> Any:
-    from gym_extensions.baselines.agent import TaskLabel
-
-    return TaskLabel(GROUP.task_ids[index], index)
 
 
 def _manifest(folder: Path) -> dict[str, Any]:

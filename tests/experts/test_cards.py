@@ -43,11 +43,6 @@ def make_card(policy: Policy, mean: float = 3600.0, deviation: float = 10.0) -> 
     )
 
 
-def test_an_expert_is_loaded_in_one_line() -> None:
-    policy = experts.load("HopperGravityHalf")
-    assert policy.act(np.zeros((2, 11))).shape == (2, 3)
-
-
 def test_every_published_expert_loads_acts_and_belongs_to_its_task() -> None:
     names = experts.names()
     assert names
@@ -57,10 +52,6 @@ def test_every_published_expert_loads_acts_and_belongs_to_its_task() -> None:
         assert np.isfinite(policy.act(np.zeros((1, policy.num_inputs or 0)))).all()
         assert card.history
         assert card.selection.episodes >= 100 <= card.measurement.episodes
-
-
-def test_the_files_stay_below_10_mb() -> None:
-    assert sum(path.stat().st_size for path in experts.DATA.iterdir()) < 10e6
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:

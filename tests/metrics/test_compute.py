@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -109,10 +107,3 @@ def test_wrong_input_is_an_error_that_names_it(arguments: dict[str, Any], where:
         metrics.compute(**arguments)
     assert caught.value.where == where
     assert fact in str(caught.value)
-
-
-def test_it_loads_neither_pandas_nor_gymnasium() -> None:
-    code = (
-        "import sys, gym_extensions.metrics; print([n for n in ('pandas', 'gymnasium') if n in sys.modules])"
-    )
-    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "[]"

@@ -22,11 +22,6 @@ def test_the_page_shows_what_its_code_prints() -> None:
     assert executed(text) == text, HINT
 
 
-def test_a_wrong_output_is_written_anew() -> None:
-    page = "```python\nx = 2\nx + 1\n```\n\n```text\n4\n```\n\n```python\nx\n```\n\n```text\n```\n"
-    assert executed(page) == page.replace("\n4\n", "\n3\n").replace("text\n```\n", "text\n2\n```\n")
-
-
 def test_the_tables_of_columns_are_those_of_the_docstrings() -> None:
     text = PAGE.read_text(encoding="utf-8")
     assert with_tables(text) == text, HINT

@@ -146,22 +146,6 @@ def test_the_last_line_of_an_unfinished_curve_may_be_incomplete(torn: str, tmp_p
     assert set(frame["group"]) == {GROUP}
 
 
-def test_a_curve_of_a_run_that_is_finished_in_the_meantime_has_no_rows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder = unfinished(tmp_path / "mine", "sequential,3,a,2500,12.5\n")
-    find = Path.glob
-
-    def find_and_remove(path: Path, pattern: str) -> list[Path]:
-        found = list(find(path, pattern))
-        for curve in found:
-            curve.unlink()
-        return found
-
-    monkeypatch.setattr(Path, "glob", find_and_remove)
-    assert len(results.unfinished_curves(folder)) == 0
-
-
 def test_a_folder_that_does_not_exist_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(BenchError, match=r"The folder does not exist\. Name the folder of --out\."):
         results.unfinished_curves(tmp_path / "nothing")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -11,30 +9,21 @@ import pandas as pd
 import pytest
 
 from gym_extensions import results
-from gym_extensions.catalog.groups import CORE, CORES, groups_named
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.formulas import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
-from gym_extensions.scoring.references import Reference, References
-
-from ..conftest import MANIFEST, write_submission
+from gym_extensions.scoring.references import References
 
 Write = Callable[..., Path]
 ROOT = Path(__file__).resolve().parents[2]
 SUBMISSIONS = ROOT / "submissions"
-GROUP = "hopper-gravity-v0"
 
 
 @pytest.fixture(autouse=True)
 def synthetic(known: None) -> None:
     """Scores with the synthetic references."""
-
-
-def improving(factor: float) -> Callable[[str, int, int, int, int], float]:
-    """Returns that grow with the stage, times a factor; runs differ by 1."""
-    return lambda protocol, run, stage, position, episode: factor * 100.0 * stage + run
 
 
 def names(frame: pd.DataFrame) -> list[str]:
@@ -98,16 +87,6 @@ def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
         for column, end in {"": "mean", "_low": "low", "_high": "high"}.items():
             expected = [getattr(entry.metrics[metric.name], end) for entry in published.rows]
             assert [*map(number, frame[f"{metric.name}{column}"])] == expected
-
-
-def test_the_best_entry_is_first(submission: Write) -> None:
-    for name, factor in {"low": 1.0, "high": 3.0, "middle": 2.0}.items():
-        submission(name=name, runs=(0, 1, 2, 3, 4), value=improving(factor))
-    frame = results.board("hopper-gravity", submission(name="last").parent, budget="smoke")
-    frame = frame[frame["runs"] > 0]
-    assert frame["name"].tolist() == ["high", "middle", "low", "last"]
-    assert [*map(number, frame["rank_first"])] == [1, 2, 3, None]
-    assert frame["ranked"].tolist() == [True, True, True, False]
 
 
 def test_a_suite_has_a_board(submission: Write) -> None:
@@ -190,46 +169,6 @@ def test_metrics_of_a_matrix_worked_by_hand() -> None:
     without = results.metrics_of(R[0][1:]).set_index("metric")["mean"]
     assert without["forgetting"] == frame["mean"]["forgetting"]
     assert pd.isna(without["asymptotic_transfer"])
-
-
-def test_the_core_has_a_row_per_method_and_a_row_per_pair(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    tasks = [task for member in groups_named("core") for task in member.task_ids]
-    known = References("synthetic", dict.fromkeys(tasks, Reference(0.0, 1000.0)), "0" * 64)
-    monkeypatch.setattr("gym_extensions.scoring.pipeline.load_references", lambda: known)
-    manifest = MANIFEST.replace('"smoke"', '"300k"')
-    groups = tuple(name.removesuffix("-v0") for name in CORES[CORE])
-    for name, factor, members in (("low", 1, groups), ("high", 3, groups), ("part", 3, groups[:1])):
-        write_submission(
-            tmp_path,
-            name=name,
-            groups=members,
-            runs=(0, 1, 2, 3, 4),
-            protocols=("sequential",),
-            manifest=manifest,
-            value=improving(factor),
-        )
-    frame = results.core(tmp_path).set_index("name")
-    assert list(frame.index) == ["high", "low", "part"]
-    assert frame["rank_first"].tolist()[:2] == [1, 2]
-    assert frame["look"].tolist() == [5, 5, 0]
-    assert frame["vs_first"].tolist()[1] == "separated"
-    assert frame["final_performance"].isna().tolist() == [False, False, True]
-    means = frame[list(CORES[CORE])].mean(axis=1)
-    assert means["high"] == pytest.approx(frame["final_performance"]["high"])
-    pairs = results.core_pairs(tmp_path, columns=["metric", "first", "second", "verdict"])
-    assert pairs.to_numpy()[0].tolist() == ["final_performance", "high", "low", "separated"]
-
-
-def test_frames_load_no_simulator_and_no_torch(submission: Write) -> None:
-    code = (
-        "import sys\nfrom gym_extensions import results\n"
-        "results.episodes(sys.argv[1])\nresults.board('hopper-gravity', sys.argv[1])\n"
-        "print([name for name in ('gymnasium', 'mujoco', 'torch') if name in sys.modules])"
-    )
-    shown = subprocess.run([sys.executable, "-c", code, submission()], capture_output=True, check=True)
-    assert shown.stdout == b"[]\n"
 
 
 def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:

@@ -13,7 +13,7 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
 from gym_extensions.rollouts.log import Log
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.submission import SubmittedGroup, first_identical_runs, scored_runs, select_runs
+from gym_extensions.rollouts.submission import SubmittedGroup, first_identical_runs, scored_runs
 
 HOPPER = group("hopper-gravity")
 
@@ -98,18 +98,6 @@ def test_each_set_of_identical_runs_is_merged_and_joint_runs_by_themselves() -> 
         "Runs 1, 3 are identical in every episode and count as one.",
         "Joint runs 0, 1 are identical in every episode and count as one.",
     )
-
-
-def test_selecting_runs_keeps_their_rows_in_every_column() -> None:
-    runs = log("single", {0: 1.0, 1: 2.0, 2: 3.0})
-    selected, size = select_runs(runs, {0, 2}), len(HOPPER.tasks) * EVALUATION_EPISODES
-    rows = [*range(size), *range(2 * size, 3 * size)]
-    assert selected.runs == (0, 2)
-    assert selected.run.tolist() == [0] * size + [2] * size
-    assert selected.return_.tolist() == [1.0] * size + [3.0] * size
-    for name in ("stage", "position", "episode", "seed", "length", "terminated", "success"):
-        assert np.array_equal(getattr(selected, name), getattr(runs, name)[rows])
-    assert selected.task == [runs.task[row] for row in rows]
 
 
 def test_the_reader_reports_a_pair_with_one_identical_log(submission: Callable[..., Path]) -> None:

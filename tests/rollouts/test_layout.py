@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -52,31 +51,6 @@ def test_a_linked_submission_is_refused(good: CopySubmission, tmp_path: Path, ta
     problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
     assert problems["entry"] == ()
     assert found(problems["other"]) == [("other", "not-a-regular-file")]
-
-
-def test_a_folder_that_cannot_be_opened_is_a_problem(
-    good: CopySubmission, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    good(GROUP, tmp_path)
-    closed = tmp_path / "closed"
-    closed.mkdir()
-    real_stat, real_scandir = os.stat, os.scandir
-
-    def stat(path: Any, **options: Any) -> os.stat_result:
-        if isinstance(path, str | Path) and Path(path).parent == closed:
-            raise PermissionError(13, "Permission denied")
-        return real_stat(path, **options)
-
-    def scandir(path: Any) -> Any:
-        if Path(path) == closed:
-            raise PermissionError(13, "Permission denied")
-        return real_scandir(path)
-
-    monkeypatch.setattr(os, "stat", stat)
-    monkeypatch.setattr(os, "scandir", scandir)
-    problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
-    assert problems["entry"] == ()
-    assert found(problems["closed"]) == [("closed", "not-a-regular-file")]
 
 
 def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:

@@ -97,11 +97,6 @@ def test_the_first_wrong_line_is_named(
     assert error.value.where == f"{path}, line {line}"
 
 
-def test_a_file_that_cannot_be_read_is_an_error_too(tmp_path: Path) -> None:
-    with pytest.raises(BenchError, match="No such file"):
-        read_log(tmp_path / "run0.csv")
-
-
 def test_runs_follow_each_other_in_the_columns_and_rows_keep_their_lines() -> None:
     frame = log_frame(TEXT.encode())
     log = log_of({3: frame, 0: frame.iloc[:2]}, "sequential", group("hopper-gravity"))

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from gym_extensions.rollouts.problem import PROBLEMS_LISTED, Problem, escape, quote, summarize
+from gym_extensions.rollouts.problem import Problem, escape, summarize
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import VERIFIED, level
 from gym_extensions.rollouts.rules import RULES
 
 from .examples import (
-    DOCUMENT,
     GROUP,
-    LOG,
     POLICIES,
     TOML,
     CopySubmission,
@@ -103,42 +101,6 @@ def test_problems_of_all_files_are_reported_at_once(submission: Callable[..., Pa
     }
 
 
-def test_each_rule_lists_twenty_problems_and_counts_the_rest(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    for number in range(5000):
-        (folder / f"notes{number:04}.txt").touch()
-    cell(2, 5, "nan")(folder)
-    problems = read(folder).problems
-    assert [problem.where for problem in problems[:PROBLEMS_LISTED]] == [
-        f"notes{number:04}.txt" for number in range(PROBLEMS_LISTED)
-    ]
-    assert [problem.where for problem in problems[PROBLEMS_LISTED:]] == [LOG, f"{LOG}, line 2", "entry"]
-    assert "4980 more" in problems[-1].message
-
-
-def test_logs_are_checked_without_a_manifest(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    (folder / TOML).unlink()
-    redigest(cell(2, 5, "nan"))(folder)
-    assert rules(read(folder).problems) == ["not-a-submission", "not-finite"]
-
-
-def test_a_link_is_not_reported_as_a_missing_file_too(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    for path in (TOML, LOG, DOCUMENT):
-        (folder / path).rename(tmp_path / Path(path).name)
-        (folder / path).symlink_to(tmp_path / Path(path).name)
-    assert rules(read(folder).problems) == ["not-a-regular-file"] * 3
-
-
-def test_the_return_of_an_episode_of_impossible_length_is_not_checked(
-    good: CopySubmission, tmp_path: Path
-) -> None:
-    folder = good(GROUP, tmp_path)
-    redigest(cell(2, 4, "-5"))(folder)
-    assert rules(read(folder).problems) == ["impossible-length"]
-
-
 def problem(rule: str, where: str) -> Problem:
     return Problem(rule, where, "It is wrong.", "Mend it.")
 
@@ -151,18 +113,6 @@ def test_unprintable_characters_are_escaped() -> None:
 def test_a_problem_is_printable() -> None:
     escaped = Problem("rule", "a\nb", "\x1b[31m", "\u202e")
     assert (escaped.where, escaped.message, escaped.hint) == ("a\\nb", "\\x1b[31m", "\\u202e")
-
-
-def test_a_quoted_value_has_at_most_80_characters() -> None:
-    assert quote("short") == "'short'"
-    assert quote("x" * 10**6) == f"'{'x' * 79}…"
-    assert quote([1] * 1000) == f"[{'1, ' * 26}1…"
-    assert quote(10**6000) == "An integer with too many digits to print"
-
-
-def test_up_to_twenty_problems_per_rule_are_listed_in_order() -> None:
-    problems = [problem(rule, str(number)) for number in range(20) for rule in "ab"]
-    assert summarize(problems, "entry") == tuple(problems)
 
 
 def test_further_problems_are_counted_per_rule_after_the_listed_ones() -> None:

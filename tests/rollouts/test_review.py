@@ -10,7 +10,6 @@ import pytest
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.review import (
     CLAIMED,
-    LEVELS,
     REPRODUCED,
     VERIFIED,
     Decision,
@@ -30,10 +29,6 @@ FAILED = msgspec.structs.replace(PASSED, passed=False, p_value=1e-4, second_p_va
 ACCEPTED = Decision(action="accepted", by="A", date="2026-11-26", reason="Ü\n")
 
 
-def test_the_levels_in_order() -> None:
-    assert LEVELS == ("reported", "claimed", "verified", "reproduced")
-
-
 @pytest.mark.parametrize(
     "review",
     [Review(), Review(verifications=[PASSED, FAILED], decisions=[ACCEPTED]), Review(decisions=[ACCEPTED])],
@@ -42,10 +37,6 @@ def test_a_review_is_read_as_it_was_written(tmp_path: Path, review: Review) -> N
     write_review(tmp_path, review)
     assert read_review(tmp_path) == review
     assert review_text(read_review(tmp_path)) == (tmp_path / "review.toml").read_text(encoding="utf-8")
-
-
-def test_without_a_file_nothing_is_verified(tmp_path: Path) -> None:
-    assert read_review(tmp_path) == Review()
 
 
 @pytest.mark.parametrize(

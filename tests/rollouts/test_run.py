@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import msgspec
@@ -52,15 +51,6 @@ def test_a_document_is_read_as_it_was_written(tmp_path: Path, document: runs.Run
     assert runs.read_run(tmp_path / "run3.json") == document
 
 
-def test_the_text_has_a_key_per_line_and_a_curve_per_line() -> None:
-    text = runs.run_text(FULL)
-    assert json.loads(text) == msgspec.to_builtins(FULL)
-    lines = text.splitlines()
-    assert len(lines) == 2 + len(runs.RunDocument.__struct_fields__) + 3 + 2
-    assert [line for line in lines if line.startswith('  {"stage"')][1].endswith("-1e+300]}")
-    assert "ü" in text
-
-
 def test_a_number_that_is_not_finite_is_not_written() -> None:
     with pytest.raises(ValueError, match="JSON"):
         runs.run_text(msgspec.structs.replace(PLAIN, cpu_seconds=float("nan")))
@@ -93,11 +83,6 @@ def test_the_digest_is_about_the_log_and_the_policies_alone() -> None:
     assert msgspec.structs.replace(FULL, policies=None).digest != digest
     other = runs.PolicyFile(sha256="b" * 64, size=99)  # packed anew, and elsewhere
     assert msgspec.structs.replace(FULL, policies=other).digest == digest
-
-
-def test_the_sha256_of_a_file(tmp_path: Path) -> None:
-    (tmp_path / "empty").write_bytes(b"")
-    assert runs.file_sha256(tmp_path / "empty").startswith("e3b0c442")
 
 
 def test_memory_of_several_runs() -> None:

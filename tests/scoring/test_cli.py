@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import re
@@ -13,18 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.errors import working
 from gym_extensions.rollouts.review import Decision, Review, read_review, write_review
 from gym_extensions.scoring import cli
 
 Write = Callable[..., Path]
-
-
-def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: None) -> None:
-    folder = submission()
-    assert cli.main([str(folder)]) == 0
-    (folder / "notes.txt").write_text("")
-    assert cli.main([str(folder)]) == 1
 
 
 GROUP_SCREEN = """\
@@ -195,7 +186,6 @@ def test_a_place_that_cannot_be_written_is_told(
 
 
 NASTY = {
-    "nothing": b"",
     "a picture": b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
     "half a surrogate": b"\xed\xa0\x80\n\xed\xa0\x80\n",
     "huge numbers": b"stage,task,episode,seed,length,return,terminated,success\n" + b"9" * 10_000 + b"\n",
@@ -219,9 +209,6 @@ def test_no_input_gives_a_traceback_or_passes(
     (folder / name).write_bytes(NASTY[nasty])
     status = cli.main([str(folder)])
     shown = capsys.readouterr()
-    if (name, nasty) == ("review.toml", "nothing"):  # an empty review says nothing
-        assert status == 0
-        return
     assert status == 1
     assert "problem" in shown.out
     assert "Traceback" not in shown.out + shown.err
@@ -295,27 +282,3 @@ def test_help_loads_no_table_library_and_no_simulator() -> None:
         "print([name for name in heavy if name in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout == b"[]\n"
-
-
-def test_scoring_loads_no_simulator_and_no_torch(submission: Write) -> None:
-    code = (
-        "import sys\nfrom pathlib import Path\n"
-        "from gym_extensions.scoring.pipeline import score_folders\n"
-        "score_folders([Path(sys.argv[1])])\n"
-        "heavy = ('scipy.stats', 'gymnasium', 'mujoco', 'torch')\n"
-        "print([name for name in heavy if name in sys.modules])"
-    )
-    found = subprocess.run([sys.executable, "-c", code, submission()], capture_output=True, check=True)
-    assert found.stdout == b"[]\n"
-
-
-@pytest.mark.parametrize("is_terminal", [True, False])
-def test_a_command_that_works_shows_it_on_a_terminal(
-    is_terminal: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    errors = io.StringIO()
-    monkeypatch.setattr(errors, "isatty", lambda: is_terminal)
-    monkeypatch.setattr(sys, "stderr", errors)
-    with working("scoring mine"):
-        pass
-    assert ("scoring mine" in errors.getvalue()) == is_terminal

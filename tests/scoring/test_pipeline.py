@@ -15,14 +15,7 @@ from gym_extensions.experts.references import REFERENCES
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import pipeline
-from gym_extensions.scoring.pipeline import (
-    Scorer,
-    find_submissions,
-    make_scorer,
-    score_folders,
-    scorecard_document,
-    scorecards,
-)
+from gym_extensions.scoring.pipeline import Scorer, make_scorer, score_folders, scorecard_document, scorecards
 from gym_extensions.scoring.references import References, load_references
 
 Write = Callable[..., Path]
@@ -55,13 +48,6 @@ def test_an_unforeseen_error_is_a_problem_of_that_submission_alone(
     assert "ZeroDivisionError" in problem.message
     assert "please report it" in problem.hint
     assert good.level == "claimed"
-
-
-def test_a_path_that_does_not_exist_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(BenchError) as raised:
-        find_submissions([tmp_path / "nowhere"])
-    assert raised.value.code == "no-such-folder"
-    assert "nowhere" in str(raised.value)
 
 
 def test_the_path_and_the_order_of_folders_do_not_matter(many: Path, references: References) -> None:

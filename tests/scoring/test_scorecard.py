@@ -200,24 +200,6 @@ def test_a_submission_with_problems_has_no_score(submission: Write, references: 
     assert (problem.rule, problem.where) == ("unexpected-name", "notes.txt")
 
 
-def test_the_scorecard_has_the_text_of_the_readme(submission: Write, references: References) -> None:
-    folder = submission(protocols=("joint",))
-    assert score_folder(str(folder), references).readme == ""
-    (folder / "README.md").write_bytes("# Überblick\r\n".encode())
-    assert score_folder(str(folder), references).readme == "# Überblick\n"
-    (folder / "README.md").write_bytes(b"\x1b[31m")
-    card = score_folder(str(folder), references)
-    assert ([problem.rule for problem in card.problems], card.readme) == (["readme-character"], "")
-
-
-def test_no_number_moves_when_somebody_joins(submission: Write, references: References) -> None:
-    first, second = submission(name="a"), submission(name="b", value=lambda p, r, s, j, e: 5.0 * s + j + r)
-    alone = score_folder(first, references)
-    together = score_folders([second, first], references).submissions
-    assert [card.name for card in together] == ["a", "b"]
-    assert together[0] == alone
-
-
 def test_a_suite_is_the_mean_over_its_groups_and_needs_them_all(
     submission: Write, references: References
 ) -> None:
@@ -293,14 +275,6 @@ def test_the_level_of_an_entry_is_the_lowest_of_its_logs(
     card = score_folder(folder, references)
     logs = card.groups[GROUP]
     assert (card.level, logs["sequential"].level, logs["single"].level) == levels
-
-
-def test_a_changed_run_is_claimed_again(submission: Write, references: References) -> None:
-    reviewed(submission())
-    changed = submission(value=lambda *key: float(sum(key[1:])))
-    card = score_folder(changed, references)
-    assert card.level == "claimed"
-    assert [(part.runs, part.current) for part in card.verifications] == [(4, 0)]
 
 
 def test_a_scorecard_has_what_the_review_says(submission: Write, references: References) -> None:

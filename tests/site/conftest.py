@@ -30,6 +30,11 @@ def estimate(runs: list[float]) -> Document:
     return {"mean": mean, "low": mean - half, "high": mean + half, "runs": runs}
 
 
+def missing(why: str) -> Document:
+    """A metric without a value."""
+    return {"mean": None, "low": None, "high": None, "runs": [], "why": why}
+
+
 def sequential(group_name: str, matrices: list[list[list[float]]], budget: str = "100k") -> Document:
     """Scores of a sequential log whose floor is 0 and whose expert is 1000 on every task."""
     tasks = list(group(group_name).task_ids)
@@ -39,13 +44,6 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
     learning = [statistics.fmean(run[j + 1][j] for j in range(count)) for run in share]
     forgetting = [statistics.fmean(run[j + 1][j] - run[count][j] for j in range(count - 1)) for run in share]
     zero_shot = [statistics.fmean(run[j][j] - run[0][j] for j in range(1, count)) for run in share]
-    absent: Document = {
-        "mean": None,
-        "low": None,
-        "high": None,
-        "runs": [],
-        "why": "there is no single.csv to pair with",
-    }
 
     def spread(stage: Callable[[int], int], j: int) -> Document:
         return {"mean": statistics.fmean(run[stage(j)][j] for run in matrices), "std": 120.5}
@@ -78,7 +76,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
                 "final_performance": estimate(final),
                 "learning_performance": estimate(learning),
                 "forgetting": estimate(forgetting),
-                "asymptotic_transfer": absent,
+                "asymptotic_transfer": missing("there is no single.csv to pair with"),
                 "zero_shot_transfer": estimate(zero_shot),
             },
         ),
@@ -127,13 +125,7 @@ def single(group_name: str, returns: list[list[float]], budget: str = "100k") ->
 
 def complete(protocol: str, metrics: Document) -> Document:
     """The metrics, and all others of the protocol as missing values."""
-    absent: Document = {
-        "mean": None,
-        "low": None,
-        "high": None,
-        "runs": [],
-        "why": "It is not part of the example.",
-    }
+    absent = missing("It is not part of the example.")
     return {metric.name: metrics.get(metric.name, absent) for metric in METRICS[protocol]}
 
 
@@ -244,15 +236,8 @@ def entry(document: Document) -> Make:
         runs = final or [0.0] * 5
         scores.update(level=card["level"], budget=budget, runs=list(range(len(runs))))
         scores["episode_sketches"] = [[repr(value)] for value in final or []]
-        null: Document = {
-            "mean": None,
-            "low": None,
-            "high": None,
-            "runs": [],
-            "why": "Every task is open.",
-        }
         scores["metrics"] |= {
-            "final_performance": estimate(final) if final else null,
+            "final_performance": estimate(final) if final else missing("Every task is open."),
             "learning_performance": estimate(learning or around(0.9, len(runs))),
             "forgetting": estimate(around(0.1, len(runs))),
         }

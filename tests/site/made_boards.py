@@ -35,8 +35,3 @@ def only(*cards: Card) -> BoardView:
     """The only board of these cards."""
     (board,) = boards_of(*cards)
     return board
-
-
-def names(board: BoardView) -> list[str]:
-    """Its entries from top to bottom."""
-    return [row.entry.name for row in board.rows]

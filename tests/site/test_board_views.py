@@ -8,46 +8,7 @@ from gym_extensions.site.entry_results import nothing_to_forget
 from gym_extensions.site.text import rank
 
 from .conftest import Make, estimate
-from .made_boards import around, boards_of, names, only
-
-
-def test_a_board_is_sorted_by_final_performance_then_name(entry: Make) -> None:
-    board = only(entry("b", around(0.3)), entry("c", around(0.9)), entry("a", around(0.3)))
-    assert names(board) == ["c", "a", "b"]
-
-
-def test_an_entry_without_a_value_is_last_and_not_at_zero(entry: Make) -> None:
-    board = only(entry("unscored", None), entry("worse", around(-0.5)))
-    assert names(board) == ["worse", "unscored"]
-    assert [row.entry.why for row in board.rows] == ["", "Every task is open."]
-
-
-def test_each_entry_without_a_rank_has_its_own_reason(entry: Make) -> None:
-    cards = [entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)), entry("open", None)]
-    assert [(row.entry.name, row.entry.why) for row in only(*cards).rows] == [
-        ("full", ""),
-        ("lucky", "Fewer than 5 runs."),
-        ("open", "Every task is open."),
-    ]
-
-
-def test_task_conditioned_entries_have_a_separate_board(entry: Make) -> None:
-    conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
-    first, second = boards_of(entry("a", around(0.5)), entry("b", around(0.9), observes=conditioned))
-    assert (names(first), first.task_conditioned) == (["a"], False)
-    assert (names(second), second.task_conditioned) == (["b"], True)
-    assert second.id == "hopper-gravity-v0-sequential-100k-task-conditioned"
-
-
-def test_every_budget_has_its_board_except_smoke(entry: Make) -> None:
-    boards = boards_of(
-        *(entry(f"at-{name}", around(0.5), budget=name) for name in ("smoke", "100k", "1M", "paper"))
-    )
-    assert [(board.budget, names(board)) for board in boards] == [
-        ("paper", ["at-paper"]),
-        ("1M", ["at-1M"]),
-        ("100k", ["at-100k"]),
-    ]
+from .made_boards import around, only
 
 
 def test_ranks_are_intervals_and_a_single_entry_has_none(entry: Make) -> None:

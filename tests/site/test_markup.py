@@ -5,7 +5,6 @@ from __future__ import annotations
 import posixpath
 import re
 from itertools import pairwise
-from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
@@ -15,7 +14,8 @@ from gym_extensions.site.charts.tasks import pictures
 from gym_extensions.site.pages.page import TASK_LIST
 from gym_extensions.site.paths import task_path
 
-from .browser import files, read
+from .browser import Pages, files, read
+from .conftest import everything
 
 BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
 POLICY = (
@@ -26,21 +26,26 @@ POLICY = (
 LOADING = {"src", "srcset", "data", "poster", "action", "formaction", "background", "xlink:href"}
 
 
-def test_every_page_has_valid_markup(document: dict[str, Any]) -> None:
-    assert {path: page.errors for path, page in read(document).items() if page.errors} == {}
+@pytest.fixture(scope="module")
+def pages() -> Pages:
+    return read(everything())
 
 
-def test_ids_are_unique_on_every_page(document: dict[str, Any]) -> None:
-    for path, page in read(document).items():
+def test_every_page_has_valid_markup(pages: Pages) -> None:
+    assert {path: page.errors for path, page in pages.items() if page.errors} == {}
+
+
+def test_ids_are_unique_on_every_page(pages: Pages) -> None:
+    for path, page in pages.items():
         assert sorted(set(page.ids)) == sorted(page.ids), path
 
 
-def test_every_internal_link_leads_to_an_existing_page_and_anchor(document: dict[str, Any]) -> None:
-    paths = {*dict(files(document)), *(f"pictures/{file.name}" for file in pictures().values())}
+def test_every_internal_link_leads_to_an_existing_page_and_anchor(pages: Pages) -> None:
+    paths = {*dict(files(everything())), *(f"pictures/{file.name}" for file in pictures().values())}
     paths |= {TASK_LIST, *map(task_path, TASKS)}
-    ids = {path: page.ids for path, page in read(document).items()}
+    ids = {path: page.ids for path, page in pages.items()}
     followed = 0
-    for path, page in read(document).items():
+    for path, page in pages.items():
         for _, attributes in page.elements:
             address = urlsplit(attributes.get("href", ""))
             if not attributes.get("href") or address.scheme:
@@ -57,16 +62,16 @@ def test_every_internal_link_leads_to_an_existing_page_and_anchor(document: dict
     assert followed > 50
 
 
-def test_every_aria_label_refers_to_an_element_of_the_page(document: dict[str, Any]) -> None:
-    for path, page in read(document).items():
+def test_every_aria_label_refers_to_an_element_of_the_page(pages: Pages) -> None:
+    for path, page in pages.items():
         for tag, attributes in page.elements:
             label = attributes.get("aria-labelledby")
             assert label is None or label in page.ids, f"{path}: <{tag}> is labelled by {label}"
 
 
-def test_no_page_loads_anything_from_another_host(document: dict[str, Any]) -> None:
-    paths = {*dict(files(document)), *(f"pictures/{file.name}" for file in pictures().values())}
-    for path, page in read(document).items():
+def test_no_page_loads_anything_from_another_host(pages: Pages) -> None:
+    paths = {*dict(files(everything())), *(f"pictures/{file.name}" for file in pictures().values())}
+    for path, page in pages.items():
         assert page.policy == POLICY, path
         for tag, attributes in page.elements:
             loaded = {attributes[name] for name in LOADING & set(attributes)}
@@ -81,7 +86,7 @@ def test_no_page_loads_anything_from_another_host(document: dict[str, Any]) -> N
                 assert attributes["href"] == "data:,", f"{path}: <{tag}> {attributes['href']}"
             if tag == "a" and address.scheme:
                 assert address.scheme in {"http", "https"}, f"{path}: {attributes['href']}"
-    sheet = dict(files(document))["static/style.css"]
+    sheet = dict(files(everything()))["static/style.css"]
     assert "url(" not in sheet
     assert "@import" not in sheet
 
@@ -89,8 +94,8 @@ def test_no_page_loads_anything_from_another_host(document: dict[str, Any]) -> N
 @pytest.mark.parametrize(
     "path", ["index.html", "groups/hopper-gravity-v0.html", BOARD, "submissions/agile.html", "metrics.html"]
 )
-def test_a_page_is_accessible_to_screen_readers(document: dict[str, Any], path: str) -> None:
-    page = read(document)[path]
+def test_a_page_is_accessible_to_screen_readers(pages: Pages, path: str) -> None:
+    page = pages[path]
     tags = [tag for tag, _ in page.elements]
     assert dict(page.elements)["html"] == {"lang": "en"}
     assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in [
@@ -107,8 +112,8 @@ def test_a_page_is_accessible_to_screen_readers(document: dict[str, Any], path: 
             )
 
 
-def test_headings_skip_no_level(document: dict[str, Any]) -> None:
-    for path, page in read(document).items():
+def test_headings_skip_no_level(pages: Pages) -> None:
+    for path, page in pages.items():
         levels = [int(tag[1]) for tag, _ in page.elements if re.fullmatch("h[1-6]", tag)]
         assert levels[0] == 1
         assert all(after <= before + 1 for before, after in pairwise(levels)), path

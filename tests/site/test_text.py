@@ -27,28 +27,6 @@ def test_a_number_has_fixed_digits_and_a_minus_sign(value: float, digits: int, s
 
 
 @pytest.mark.parametrize(
-    ("values", "digits"), [([], 2), ([0.3, -1.2], 2), ([9.0, -10.0], 1), ([999.0], 1), ([-1000.0, 2.0], 0)]
-)
-def test_larger_values_have_fewer_decimals(values: list[float], digits: int) -> None:
-    assert text.digits_for(values) == digits
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (True, "yes"),
-        (False, "no"),
-        (50000, "50\u202f000"),
-        (1e-05, "1e−05"),
-        ([100, 50, 25], "100, 50, 25"),
-        ("Linux-x86_64", "Linux-x86_64"),
-    ],
-)
-def test_a_manifest_value_is_readable(value: object, shown: str) -> None:
-    assert text.readable(value) == shown
-
-
-@pytest.mark.parametrize(
     ("task_id", "label"),
     [
         ("gym_extensions/HopperWall-v0", "Hopper<wbr>Wall"),

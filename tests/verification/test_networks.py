@@ -16,7 +16,6 @@ pytest.importorskip("onnxruntime", reason="needs the extra onnx")
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import RUN_FILE
 from gym_extensions.rollouts.policies.files import content_sha256, network_files, read_arrays
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import read_review
@@ -113,11 +112,3 @@ def test_where_the_runtime_is_missing_nothing_is_decided(
     request = run.request(submission, entry, run.prescribed[:1])
     with pytest.raises(BenchError, match=r"gym-extensions\[onnx\]"):
         episodes.played(request, episodes.Player(group("hopper-wall")))
-
-
-@pytest.mark.parametrize(
-    "name", ["run0.stage5.onnx", "run12.stage1.HopperGravityHalf.onnx", "run0.stage1.Hopper.Gravity-0.8.onnx"]
-)
-def test_a_network_has_the_name_of_its_stage(name: str) -> None:
-    assert RUN_FILE.fullmatch(name)
-    assert not RUN_FILE.fullmatch(name.replace("stage", "step"))

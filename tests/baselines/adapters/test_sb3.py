@@ -156,16 +156,6 @@ def test_a_loaded_agent_acts_and_learns_as_the_saved_one(name: str, env: Any, tm
     assert np.array_equal(agent.act(observations), loaded.act(observations))
 
 
-def test_a_checkpoint_has_the_filled_part_of_the_replay_buffer_alone(env: Any, tmp_path: Path) -> None:
-    sizes = []
-    for buffer_size in (100, 100_000):
-        agent = create(env, sb3(SAC, **OFF_POLICY | {"buffer_size": buffer_size}))
-        learn(agent, env)
-        agent.save(tmp_path / "agent.npz")
-        sizes.append((tmp_path / "agent.npz").stat().st_size)
-    assert sizes[1] == pytest.approx(sizes[0], rel=0.01)
-
-
 def test_acting_does_not_change_what_an_sb3_agent_learns(env: Any) -> None:
     results = []
     for num_actions in (3, 0):
@@ -176,26 +166,6 @@ def test_acting_does_not_change_what_an_sb3_agent_learns(env: Any) -> None:
             learn(agent, env, seed)
         results.append(parameters(agent))
     assert results[0] == results[1]
-
-
-def test_statistics_change_in_training_only_and_persist(env: Any) -> None:
-    agent = create(env, sb3(PPO, normalize_observations=True, **SMALL))
-    learn(agent, env, 1)
-    statistics = agent._normalizer.obs_rms
-    mean, count = statistics.mean.copy(), statistics.count
-    agent.act(np.ones((4, 11)))
-    assert np.array_equal(agent._normalizer.obs_rms.mean, mean)
-    learn(agent, env, 2)
-    # 30 steps and the first reset of two environments
-    assert agent._normalizer.obs_rms.count - count == 62
-
-
-def test_rewards_are_scaled_for_the_model_and_not_in_the_training_curve(env: Any) -> None:
-    curves = []
-    for normalize in (False, True):
-        agent = create(env, sb3(PPO, normalize_rewards=normalize, **SMALL | {"learning_rate": 0.0}))
-        curves.append(learn(agent, env, 1, steps=120).points)
-    assert curves[0] == curves[1] != []
 
 
 def test_another_number_of_environments_after_training_is_an_error(env: Any) -> None:
@@ -276,23 +246,6 @@ def test_callbacks_are_called_as_in_sb3(env: Any) -> None:
     assert (first.steps, first.rollouts, first.ends) == (240, 4, 1)
     assert first.episodes > 0
     assert second.steps == 240
-    calls = []
-
-    def stop(local_variables: dict[str, Any], global_variables: dict[str, Any]) -> bool:
-        calls.append(local_variables["n_steps"])
-        return len(calls) < 10
-
-    learn(create(env, sb3(PPO, callback=stop, **SMALL)), env, steps=240)
-    assert len(calls) == 10
-
-
-def test_tensorboard_logs_have_a_folder_per_run(env: Any, tmp_path: Path) -> None:
-    pytest.importorskip("tensorboard")
-    agent = create(env, sb3(PPO, tensorboard_log=tmp_path, log_interval=1, **SMALL), seed=4)
-    learn(agent, env, steps=240)
-    agent.save(tmp_path / "agent.npz")
-    (events,) = (tmp_path / "ppo-seed4_1").iterdir()
-    assert b"rollout/ep_rew_mean" in events.read_bytes()
 
 
 def test_what_the_run_sets_and_a_missing_tensorboard_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -301,15 +254,6 @@ def test_what_the_run_sets_and_a_missing_tensorboard_are_errors(monkeypatch: pyt
     monkeypatch.setattr(adapter, "find_spec", lambda name: None)
     with pytest.raises(BenchError, match="tensorboard"):
         sb3(PPO, tensorboard_log="logs")
-
-
-def test_the_card_has_the_settings_as_passed_even_if_the_model_changes_them(env: Any) -> None:
-    network = {"net_arch": [8]}
-    make = sb3(SAC, policy_kwargs=network, buffer_size=100)
-    for _ in range(2):
-        settings = create(env, make).card().hyperparameters
-        assert settings == {"policy_kwargs": "{'net_arch': [8]}", "buffer_size": 100}
-    assert network == {"net_arch": [8]}
 
 
 class Relu:

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
+from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv
 from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.envs import make_vec
 
@@ -28,18 +28,3 @@ def test_an_environment_whose_episode_ended_is_reset_and_its_info_has_the_last_o
     assert infos[i]["TimeLimit.truncated"] is False
     assert infos[i]["episode"]["l"] > 0
     assert 1.2 < observations[i][0] < 1.3, "a hopper starts 1.25 m above the ground"
-
-
-def test_attributes_are_read_per_environment_and_cannot_be_set() -> None:
-    env = BatchVecEnv(make_vec("Hopper", 3))
-    assert env.get_attr("num_envs", indices=[0, 2]) == [3, 3]
-    with pytest.raises(NotImplementedError, match="one environment in a batch"):
-        env.set_attr("num_envs", 4)
-
-
-def test_a_vec_env_of_spaces_cannot_be_stepped() -> None:
-    batch = make_vec("Hopper", 1)
-    env = SpacesVecEnv(batch.single_observation_space, batch.single_action_space, 2)
-    assert env.num_envs == 2
-    with pytest.raises(NotImplementedError, match="no environment"):
-        env.reset()

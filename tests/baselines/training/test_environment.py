@@ -161,11 +161,6 @@ def test_an_agent_that_asks_for_everything_reads_the_tasks_and_the_stage() -> No
     assert (env.stage, env.num_tasks) == (3, 5)
 
 
-def test_every_agent_reads_the_budget_and_the_batch_size() -> None:
-    env = training(Observes())
-    assert (env.budget_steps, env.batch_steps) == (400, 50)
-
-
 @pytest.mark.parametrize(("name", "needed"), NEEDS.items())
 def test_an_attribute_that_was_not_asked_for_is_refused(name: str, needed: str) -> None:
     env = training(Observes(**{field: field != needed for field in NEEDS.values()}))

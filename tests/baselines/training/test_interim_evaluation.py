@@ -103,11 +103,3 @@ def test_a_sampled_agent_that_can_be_saved_learns_and_acts_the_same(tmp_path: Pa
     assert numbers == same
     assert np.array_equal(first._theta, second._theta)
     assert np.array_equal(first.act(np.ones((3, 11))), second.act(np.ones((3, 11))))
-
-
-def test_an_agent_that_cannot_be_saved_acts_itself() -> None:
-    def mean_returns(agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
-        yield float(agent is original)
-
-    original: Any = object()
-    assert [*isolated(original, object, Path("unused"), mean_returns)([], 1)] == [1.0]  # type: ignore[arg-type]

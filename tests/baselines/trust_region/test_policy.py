@@ -18,7 +18,6 @@ from gym_extensions.baselines.trust_region.policy import (
     forward,
     gradient,
     initial,
-    initial_policy,
     layers,
     log_density,
     mean_and_log_sigma,
@@ -46,11 +45,6 @@ def test_a_network_of_one_hidden_unit_by_hand(activation: str, expected: list[fl
     views = layers((1, 1, 1), np.array([2.0, 1.0, -3.0, 0.5]))
     output = forward(views, np.array([[1.0], [-1.0]]), ACTIVATIONS[activation])[-1]
     np.testing.assert_allclose(output.ravel(), expected)
-
-
-def test_parameters_are_counted_with_biases() -> None:
-    assert parameter_count((1, 1, 1)) == 4
-    assert parameter_count((3, 6, 2)) == 3 * 6 + 6 + 6 * 2 + 2
 
 
 @pytest.mark.parametrize("name", ACTIVATIONS)
@@ -81,15 +75,6 @@ def test_the_last_layer_starts_smaller_by_its_scale() -> None:
     assert not last_small[1].any()
 
 
-def test_merged_moments_by_hand() -> None:
-    # 1, 3 have mean 2 and squares 2; with 8 they have mean 4 and squares 9 + 1 + 16.
-    first = merge(no_moments(1), np.array([[1.0], [3.0]]))
-    assert (first.count, first.mean.tolist(), first.squares.tolist()) == (2, [2.0], [2.0])
-    second = merge(first, np.array([[8.0]]))
-    assert (second.count, second.mean.tolist()) == (3, [4.0])
-    np.testing.assert_allclose(second.squares, [26.0])
-
-
 @pytest.mark.parametrize("cuts", [[], [1], [10, 11, 500]])
 @pytest.mark.parametrize("offset", [0.0, 1e4])
 def test_merged_moments_are_those_of_all_observations_at_once(cuts: list[int], offset: float) -> None:
@@ -116,11 +101,6 @@ def test_outliers_are_clipped() -> None:
     np.testing.assert_allclose(scaled.ravel(), [0, 2, CLIP, -CLIP], rtol=1e-6)
 
 
-def test_rounding_errors_of_constant_observations_stay_small() -> None:
-    moments = merge(no_moments(1), np.full((50, 1), 3.0))
-    assert abs(standardize(moments, np.array([[3.0 + 1e-9]]))[0, 0]) < 1e-5
-
-
 each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
 
 
@@ -131,13 +111,6 @@ def test_the_mean_is_the_output_or_its_tanh() -> None:
     mean, _ = mean_and_log_sigma(squashed, theta, observations)
     assert np.abs(output).max() > 1
     np.testing.assert_allclose(mean, np.tanh(output))
-
-
-def test_the_initial_log_sigma_is_the_argument() -> None:
-    theta = initial_policy(Architecture(SIZES), np.random.default_rng(0), 0.01, log_sigma=-1.0)
-    mean, log_sigma = mean_and_log_sigma(Architecture(SIZES), theta, random_batch().observations)
-    assert log_sigma.tolist() == [-1.0, -1.0]
-    assert np.abs(mean).max() < 0.1
 
 
 def test_the_log_density_of_a_gaussian_by_hand() -> None:

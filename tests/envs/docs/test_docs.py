@@ -11,15 +11,13 @@ import pytest
 from gymnasium.spaces import Box
 
 from gym_extensions.catalog import sheets
-from gym_extensions.catalog.sheets import picture_file, sheet, summary
+from gym_extensions.catalog.sheets import summary
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.envs import cli, make
-from gym_extensions.envs.docs.sheets import action_fields, observation_fields, rectangles, table
+from gym_extensions.envs.docs.sheets import action_fields, observation_fields, table
 from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.navigation.geometry import load
 
 DOCS = Path(__file__).parents[3] / "docs" / "environments"
-PICTURES = DOCS / "pictures"
 ONE_PER_BASE = list({each.base: each.id for each in TASKS.values()}.values())
 
 
@@ -43,13 +41,6 @@ def test_the_committed_pages_and_sheets_are_up_to_date(written: Path, text_by_na
     assert (written / "sheets.json").read_bytes() == sheets.PATH.read_bytes(), (
         "run `gym-extensions envs docs`"
     )
-
-
-def test_exactly_the_pictures_on_the_pages_are_committed(text_by_name: dict[str, str]) -> None:
-    shown = {name for text in text_by_name.values() for name in re.findall(r'"pictures/([^"]+)"', text)}
-    committed = {path.name for path in PICTURES.iterdir()}
-    assert shown == committed
-    assert {"hopperbigfoot.webp", "humanoidsmallhand.webp", "halfcheetahwall.webp", "map9.png"} <= shown
 
 
 @pytest.mark.parametrize("task_id", ONE_PER_BASE)
@@ -97,36 +88,3 @@ def test_the_example_of_the_python_api_runs(text_by_name: dict[str, str]) -> Non
     assert [row.name for row in names["envs"].tasks[:2]] == ["Hopper.Gravity-0.8", "Hopper"]
     assert names["env"].spec.max_episode_steps == 500
     compile(code[1], "docs/environments/README.md", "exec")  # test_wrappers records one, where moviepy is
-
-
-def test_every_task_has_a_sheet_that_draws_it() -> None:
-    for task_id, row in TASKS.items():
-        facts = sheet(task_id)
-        assert facts is not None
-        if row.body.family == "navigation":
-            assert facts.goal is not None and facts.obstacles
-        else:
-            assert facts.skeleton is not None and facts.actions
-
-
-def test_the_part_that_differs_is_marked() -> None:
-    facts = sheet(task("Walker2dBigFoot").id)
-    assert facts is not None and facts.skeleton is not None
-    shapes = [shape for link in facts.skeleton.links for shape in link.shapes]
-    assert [(shape.role, shape.radius) for shape in shapes if shape.role == "changed"] == [
-        ("changed", 0.075)
-    ] * 2
-
-
-def test_rectangles_cover_every_obstacle_once() -> None:
-    cells = load(3).cells
-    covered = np.zeros(cells.shape, dtype=int)
-    for x, y, width, height in rectangles(cells):
-        covered[y : y + height, x : x + width] += 1
-    np.testing.assert_array_equal(covered, cells)
-
-
-def test_the_picture_of_every_task_is_committed() -> None:
-    names = {picture_file(row) for row in TASKS.values()} - {""}
-    assert {path.name for path in PICTURES.glob("*.webp")} == names
-    assert sum(path.stat().st_size for path in PICTURES.iterdir()) < 400_000

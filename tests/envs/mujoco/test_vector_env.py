@@ -155,20 +155,3 @@ def test_a_varied_task_differs_from_its_base(task_id: str) -> None:
         )
         differs = reward != base_reward or not np.array_equal(seen, base_seen)
     assert differs
-
-
-def test_tasks_of_a_wall_group_are_stepped_in_one_batch_and_other_walls_in_another() -> None:
-    env: Any = envs.make_vec(["HopperWithSensor", "HopperWall", envs.customize("HopperWithSensor")], 3)
-    assert len(env._shards) == 1
-    wide = Task("HopperWide", "Hopper", (RangeSensor(), Wall(2.0)))
-    mixed: Any = envs.make_vec(["HopperWall", wide, "HopperNoisyWall"], 3)
-    assert len(mixed._shards) == 3
-
-
-def test_stable_baselines3_vector_environments_accept_the_tasks() -> None:
-    vec = pytest.importorskip("stable_baselines3.common.vec_env")
-    env = vec.DummyVecEnv([lambda: envs.make("HopperWall"), lambda: envs.make("HopperWithSensor")])
-    env.seed(0)
-    assert env.reset().shape == (2, 21)
-    assert env.step(np.zeros((2, 3), np.float32))[0].shape == (2, 21)
-    env.close()

@@ -50,13 +50,3 @@ def test_cached_code_is_reused_until_a_constant_in_another_file_changes(
     module = copy / "geometry.py"
     module.write_text(module.read_text("utf-8").replace("CELL = 10.0", "CELL = 14.0"), "utf-8")
     assert run(tmp_path) == ["0.0", "0", "1"]
-
-
-def test_functions_are_compiled_even_if_no_cache_can_be_written(tmp_path: Path) -> None:
-    shutil.copytree(HERE, tmp_path / "navigation", ignore=shutil.ignore_patterns("__pycache__"))
-    # Files stand where numba would make its folders, so that neither can be made, not even by root.
-    (tmp_path / "navigation" / "__pycache__").write_text("", encoding="ascii")
-    (tmp_path / "home").write_text("", encoding="ascii")
-    home = str(tmp_path / "home")
-    environment = {"HOME": home, "XDG_CACHE_HOME": home, "PYTHONDONTWRITEBYTECODE": "1"}
-    assert run(tmp_path, **environment) == ["4.0", "0", "1"]

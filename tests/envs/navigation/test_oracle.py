@@ -96,21 +96,6 @@ def test_every_goal_is_reached_from_every_free_cell_without_a_collision(number: 
     assert returns.tolist() == (10.0 - steps).tolist()
 
 
-def test_every_action_leaves_one_step_less_even_beside_obstacles() -> None:
-    oracle = Oracle.at(8, 0)
-    solid, generator = oracle.arena.grid, np.random.default_rng(4)
-    world = World([oracle.arena], "state")
-    # Starts a hair away from edges and corners.
-    for row, column in np.argwhere(~solid.cells)[::40]:
-        offset = generator.choice([1e-9, 5.0, 10.0 - 1e-9], 2)
-        start = np.array([column, row]) * 10.0 + offset
-        before = oracle.steps_from(start)
-        world.positions[0] = start
-        rewards, _ = world.advance(oracle.act(start)[None], np.zeros(1, dtype=bool))
-        assert rewards[0] > -6
-        assert oracle.steps_from(world.positions[0]) <= max(before - 1, 0)
-
-
 def test_the_oracles_returns_are_those_of_single_episodes_and_the_same_in_every_family() -> None:
     seeds = [3, 4, 2**31 - 1]
     returns = oracle_returns(task("Limited-Range-Based-Navigation-2d-Map5-Goal1"), seeds)

@@ -29,16 +29,6 @@ def test_a_frame_shows_the_world_at_one_pixel_per_unit(family: str) -> None:
     assert frame[480 - round(goal_y), round(goal_x)].tolist() == [255, 0, 0]
 
 
-def test_frames_follow_the_agent() -> None:
-    env = make(NAME, render_mode="rgb_array")
-    env.reset(seed=3)
-    frames = [env.render()]
-    for action in np.full((3, 2), 2.0, np.float32):
-        env.step(action)
-        frames.append(env.render())
-    assert len({np.asarray(frame).tobytes() for frame in frames}) == 4
-
-
 @pytest.mark.parametrize(("mode", "hint"), [("human", "HumanRendering"), ("ansi", "rgb_array")])
 def test_another_render_mode_raises_an_error_that_says_what_to_use(mode: str, hint: str) -> None:
     with pytest.raises(BenchError) as caught:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.policies.mlp_arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, array_errors
+from gym_extensions.rollouts.policies.mlp_arrays import ACTIVATIONS, array_errors
 
 from .test_mlp import SMALL, TASKED
 
@@ -31,11 +29,6 @@ Arrays = dict[str, Any]
 def test_each_activation(name: str, expected: list[float]) -> None:
     np.testing.assert_allclose(ACTIVATIONS[name](np.array([-2.0, 0.0, 2.0])), expected, atol=1e-10)
     assert ACTIVATIONS[name](np.ones(1, np.float32)).dtype == np.float32
-
-
-def test_every_field_is_an_array_of_the_file() -> None:
-    names = {LAYER_FIELDS.get(field.name, field.name) for field in fields(Policy)}
-    assert names | {"format"} == set(KEYS)
 
 
 def text(value: str) -> Any:

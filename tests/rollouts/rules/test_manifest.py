@@ -8,19 +8,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from gym_extensions.catalog.protocol import REPORTS, TABLES
-from gym_extensions.rollouts.manifest import (
-    FORMAT,
-    Manifest,
-    Observes,
-    findings,
-    hyperparameter_error,
-    manifest_of,
-    parse,
-)
+from gym_extensions.rollouts.manifest import findings, hyperparameter_error, manifest_of, parse
 from gym_extensions.rollouts.reader import read
 
-from ...conftest import MANIFEST
 from ..examples import GROUP, TOML, Change, Check, CopySubmission, Example, all_of, edit, parametrize, put
 
 SUBMISSIONS = Path(__file__).parents[3] / "submissions"
@@ -167,10 +157,6 @@ def test_the_readme_is_read_as_it_is_but_for_its_line_ends(good: CopySubmission,
     assert read(folder).readme == "# Wörter\n\tText\n"
 
 
-def test_every_published_table_has_its_entry() -> None:
-    assert set(REPORTS) == set(TABLES)
-
-
 @pytest.mark.parametrize(
     ("setting", "error"),
     [
@@ -188,15 +174,6 @@ def test_what_a_hyperparameter_may_be(setting: object, error: str) -> None:
     assert bool(hyperparameter_error(setting)) == bool(error)
 
 
-def test_a_manifest_has_the_values_of_its_tables() -> None:
-    parsed = manifest_of(parse(MANIFEST.encode()))
-    assert (parsed.format, parsed.title, parsed.authors) == (FORMAT, "An entry", ("A. Nonymous",))
-    assert (parsed.protocol.budget, parsed.protocol.algorithm) == ("smoke", "formula")
-    assert (parsed.protocol.steps, parsed.reported) == ("recorded", "")
-    assert parsed.observes == Observes(False, False, False)
-    assert parsed.hyperparameters == {"step": 0.01}
-
-
 @pytest.mark.parametrize("path", sorted(SUBMISSIONS.glob("*/submission.toml")), ids=lambda p: p.parent.name)
 def test_a_committed_manifest_is_read_whole(path: Path) -> None:
     tables = parse(path.read_bytes())
@@ -204,8 +181,3 @@ def test_a_committed_manifest_is_read_whole(path: Path) -> None:
     read = msgspec.json.decode(msgspec.json.encode(manifest_of(tables)))
     for name, value in tables.items():
         assert read[name] == (read[name] | value if isinstance(value, dict) else value), name
-
-
-def test_every_key_has_a_kind_in_words() -> None:
-    for name in Manifest.__struct_fields__:
-        assert [rule for rule, _ in findings({name: object()}) if rule == "bad-value"], name

@@ -134,10 +134,3 @@ def test_every_type_of_the_documents_has_a_table() -> None:
     text = "".join((DOCS / page).read_text(encoding="utf-8") for page in PAGES)
     absent = {name for name in tables() if f"<!-- table: {name} -->" not in text}
     assert absent == HAND_WRITTEN
-
-
-def test_every_key_of_a_table_has_a_description() -> None:
-    rows = [row for name, table in tables().items() if name not in HAND_WRITTEN for row in table.splitlines()]
-    assert [
-        row for row in rows if row.endswith("| |") or (row.endswith("|  |") and row.count("|") == 3)
-    ] == []

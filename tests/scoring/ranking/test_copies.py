@@ -13,7 +13,7 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Decision
 from gym_extensions.rollouts.run import PolicyFile
-from gym_extensions.scoring.entry.signs import SIZE, Sketch, is_common, run_sketches
+from gym_extensions.scoring.entry.signs import Sketch, is_common, run_sketches
 from gym_extensions.scoring.ranking.copies import duplicate_entries
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.scorecard import Scorecard
@@ -130,12 +130,6 @@ def test_of_identical_verified_entries_the_one_that_was_accepted_first_counts(en
     ):
         rows = board(cards, KEY).rows
         assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
-
-
-def test_a_sketch_has_sixteen_sorted_digests(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
-    made = sketches("a")
-    assert [len(run) for run in made] == [SIZE] * len(RUNS)
-    assert all(list(run) == sorted(run) for run in made)
 
 
 @pytest.mark.parametrize(("count", "expected"), [(16, True), (8, True), (7, False), (0, False)])

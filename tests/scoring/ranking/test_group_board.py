@@ -251,14 +251,6 @@ def with_error(references: References) -> References:
     return References("x", {**references.tasks, first: Reference(0.0, 1000.0, {}, 100.0, 999.0)})
 
 
-def test_the_row_alone_says_why_it_has_no_value(enter: Enter, references: References) -> None:
-    tasks = {name: Reference(0.0, None) for name in references.tasks}
-    made = board([at_300k(enter("a", 300))], KEY_300K, References("x", tasks))
-    (alone,) = made.computed
-    assert alone.metrics["final_performance"].mean is None
-    assert "Every task of this group is open" in alone.metrics["final_performance"].why
-
-
 def test_without_its_budget_or_beside_an_entry_of_that_name_there_is_no_row_alone(
     enter: Enter, references: References
 ) -> None:

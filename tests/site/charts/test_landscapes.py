@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.worlds import axes
-from gym_extensions.site.charts.landscapes import large, small
+from gym_extensions.site.charts.landscapes import small
 
 (AXIS,) = axes(group("hopper-gravity"))
 POINTS = len(AXIS.points)
@@ -30,13 +30,3 @@ def test_a_map_has_cells_where_the_tint_changes_and_a_dot_per_trained_value() ->
 def test_a_world_without_a_share_is_hatched_and_shares_are_cut_at_zero_and_one() -> None:
     drawing = str(small(AXIS, [[None, -0.5, 1.5, *[0.5] * (POINTS - 3)]], ""))
     assert [drawing.count(f'class="{kind}"') for kind in ("unknown", "t0", "t10", "t5")] == [1, 1, 1, 1]
-
-
-def test_the_label_of_a_map_has_the_main_numbers() -> None:
-    returns = [tuple(100.0 * at for at in range(POINTS))]
-    stages = ["untrained", *"12345"]
-    drawing = ElementTree.fromstring(large(AXIS, [[0.5] * POINTS] * 6, stages, returns, returns[0]))
-    label = drawing.get("aria-label", "")
-    assert label.startswith("Mean return after the last stage by gravity: 0 at 0.3 g, best of all entries 0;")
-    assert "700 at 1 g (trained)" in label
-    assert label.count("(trained)") == 5

@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gym_extensions.site.board_views import Leaderboard, shortened
 from gym_extensions.site.charts import lines as line_charts
 from gym_extensions.site.charts.lines import line_chart
 from gym_extensions.site.charts.svg import Scale
@@ -79,46 +78,6 @@ def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, A
     texts = [element.text for element in drawing]
     for label in ("0\u202f%", "100\u202f%", "−0.5", "0", "2", "share of runs and tasks above the score"):
         assert label in texts
-
-
-def test_points_between_two_of_the_same_share_are_omitted(document: dict[str, Any]) -> None:
-    flat = tuple((step / 20, 1.0) for step in range(-10, 41))
-    (line,) = of_profile(document, flat).findall("polyline")
-    assert line.get("points") == "40.0,24.0 372.0,24.0"
-
-
-def test_the_first_entry_is_drawn_last_and_six_lines_are_drawn(
-    document: dict[str, Any],
-) -> None:
-    profiled(document, 0, 1)
-    whole = typed(document)
-    boards = Leaderboard(whole.references, tuple(map(shortened, whole.submissions))).boards
-    (row, *_) = next(board for board in boards if board.group == "hopper-gravity-v0").rows
-    lines = line_charts.profiles([row] * 8)
-    assert [line.kind for line in lines] == ["p1", "p2", "p3", "p4", "p5", "p6"]
-    drawn = ElementTree.fromstring(line_charts.of_board(lines)).findall("polyline")
-    assert [polyline.get("class") for polyline in drawn] == [f"line {line.kind}" for line in reversed(lines)]
-
-
-def test_the_page_of_an_entry_has_its_profile_and_interquartile_mean(
-    document: dict[str, Any],
-) -> None:
-    page = profiled(document, 0)["submissions/agile.html"]
-    assert page.count('<svg class="profile"') == 1
-    assert "Above 0: 100 %, above 0.5: 50 %, above 1: 25 %, above 2: 0 %" in text(page)
-    row = page.split("#final_performance")[-1].split("</tr>")[0]
-    assert "interquartile mean 0.43" in text(row)
-    assert "interquartile mean" not in text(page.split("#learning_performance")[-1].split("</tr>")[0])
-
-
-def test_a_board_draws_and_names_the_entries_that_have_a_profile(document: dict[str, Any]) -> None:
-    board = profiled(document, 0, 1)[GROUP]
-    drawing, key = board.split('<svg class="profile"')[1].split("</details>")[0].split("</svg>", 1)
-    assert drawing.count("<polyline") == 2
-    assert re.findall(r"<title>(\w+)</title>", drawing) == ["Keeper", "Agile"]
-    named = re.findall(r'class="line (p\d)".*?</svg> (\w+)', key)
-    assert named == [("p1", "Agile"), ("p2", "Keeper")]
-    assert "0.43" in text(key)
 
 
 @pytest.mark.parametrize("entry", ["Title & sons", HOSTILE])

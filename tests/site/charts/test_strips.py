@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from xml.etree import ElementTree
 
 import pytest
 
 from gym_extensions.scoring.formulas import MetricValue
-from gym_extensions.site.charts.strips import dumbbell, metric_scale, ruler, strip
+from gym_extensions.site.charts.strips import dumbbell, metric_scale, strip
 from gym_extensions.site.charts.svg import Scale
 
 UNIT = Scale(0.0, 1.0, 0.0, 100.0)
@@ -40,10 +39,6 @@ def test_one_run_has_a_mean_and_no_interval() -> None:
     assert "one run, no interval" in svg
 
 
-def test_a_metric_without_a_value_is_not_drawn() -> None:
-    assert strip(MetricValue(why="All tasks are open."), UNIT) == ""
-
-
 def test_a_shared_scale_contains_means_and_runs_but_not_wide_intervals() -> None:
     scale = metric_scale([MetricValue(0.5, -9.0, 9.0, (0.2, 2.0)), MetricValue(why="missing")])
     assert (scale.low, scale.high) == pytest.approx((-0.12, 2.12))
@@ -58,9 +53,3 @@ def test_a_disc_to_the_left_of_its_ring_is_a_loss(after: float, kind: str) -> No
     assert ElementTree.fromstring(svg).get("aria-label") == (
         f"learned 0.50, one run, no interval; at the end {after:.2f}, one run, no interval"
     )
-
-
-def test_a_ruler_labels_floor_and_reference_even_on_a_long_scale() -> None:
-    labels = re.findall(r">([^<]+)</text>", ruler(Scale(-1.0, 30.0, 12, 268)))
-    assert labels[0] == "0"
-    assert "1" in labels

@@ -5,10 +5,9 @@ from __future__ import annotations
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.experts.references import Expert, Floor
 from gym_extensions.experts.references import Task as Reference
-from gym_extensions.site.charts.tasks import gravity_arrows, reference_dots, task_picture
+from gym_extensions.site.charts.tasks import reference_dots, task_picture
 
 SOLVED = Reference(Floor(10.0), Expert(200.0, agent="expert"))
-OPEN = Reference(Floor(10.0), None)
 
 
 def test_every_task_has_a_picture_or_a_drawn_map() -> None:
@@ -17,19 +16,8 @@ def test_every_task_has_a_picture_or_a_drawn_map() -> None:
     assert all(map(task_picture, TASKS))
 
 
-def test_the_arrow_of_half_gravity_is_half_as_long() -> None:
-    assert "V60" in gravity_arrows(0.5)
-
-
 def test_the_expert_is_marked_1_and_runs_on_the_task_alone_are_dots() -> None:
     drawing = reference_dots(SOLVED, (90.0, 110.0))
     assert drawing.count("<circle") == 2
     assert ">1</text>" in drawing
     assert "floor 10.0; expert 200.0; trained alone 90.0, 110.0" in drawing
-
-
-def test_an_open_task_has_no_1() -> None:
-    drawing = reference_dots(OPEN, (9.0, 12.0))
-    assert drawing.count("<circle") == 2
-    assert 'class="tick key"' in drawing
-    assert ">1</text>" not in drawing

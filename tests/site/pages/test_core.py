@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 from xml.etree import ElementTree
 
-import pytest
-
 from gym_extensions.catalog.groups import CORE, CORES, SUITES, group
 from gym_extensions.catalog.groups import GROUPS as GROUP_IDS
-from gym_extensions.scoring.ranking.boards import CoreBoard, CoreCost
+from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.site.pages import core
 from gym_extensions.site.text import split_version
@@ -103,21 +101,6 @@ def test_a_point_lies_at_learned_and_kept_below_the_line_where_nothing_is_lost()
     assert len(drawing.findall("line[@class='whisker first']")) == 2
     assert [label.text for label in drawing.findall("text[@class='label']")] == ["keeper", "loser"]
     assert core.figure(board.rows[2:]) == ""
-
-
-def test_names_cover_neither_points_nor_each_other() -> None:
-    rows = board_of(KEEPER).rows * 9
-    labels = core._labels(rows, [(200.0 + at, 200.0) for at in range(9)])
-    assert 0 < len(labels) < 9
-
-
-@pytest.mark.parametrize(
-    ("seconds", "price"), [(None, "8.7M steps"), (1260.0, "21 min"), (12_240.0, "3.4 h")]
-)
-def test_a_cost_is_a_time_or_where_none_is_stated_steps(seconds: float | None, price: str) -> None:
-    cost = CoreCost(steps=8.7e6, cpu_seconds=seconds, peak_memory_mb=None, stored_steps=2000, parameters=10)
-    assert core.price(cost) == price
-    assert core.size(cost) == "2\u202f000 transitions stored, 10 parameters"
 
 
 def test_the_overview_has_twenty_methods_and_at_most_forty_kilobytes() -> None:

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
@@ -53,18 +52,6 @@ def test_every_document_satisfies_its_published_schema(written: dict[str, str]) 
         parts = path.split("/")
         if parts[0] == "api" and len(parts) == 3 and path.endswith(".json"):
             validators[parts[1]].validate(json.loads(text))
-
-
-def test_a_document_of_a_board_has_that_board_alone(written: dict[str, str]) -> None:
-    (board,) = BoardsDocument.from_json(written[f"api/boards/{BOARD}.json"]).boards
-    assert (board.group, board.protocol, board.budget) == ("hopper-gravity-v0", "sequential", "100k")
-    assert [entry.name for entry in board.rows] == ["agile", "keeper", "zero"]
-
-
-def test_no_document_but_the_index_holds_every_entry(written: dict[str, str]) -> None:
-    names = ("agile", "broken", "keeper", "oracle", "trial", "zero")
-    holding = [path for path, text in written.items() if all(f'"{name}"' in text for name in names)]
-    assert holding == ["api/index.json"]
 
 
 def test_the_csv_of_a_board_has_a_row_per_entry(document: dict[str, Any]) -> None:

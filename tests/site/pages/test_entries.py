@@ -36,43 +36,6 @@ def test_a_refused_submission_is_listed_with_its_problems_and_hints(document: di
     assert "1 refused" in pages["index.html"].text
 
 
-@pytest.mark.parametrize(
-    ("code", "shown"),
-    [
-        (
-            {"url": "https://example.org/agent", "commit": "abc1"},
-            "Code https://example.org/agent commit abc1",
-        ),
-        ({"url": "https://example.org/agent", "commit": ""}, "Code https://example.org/agent"),
-        ({"url": "", "commit": "abc1"}, "Code commit abc1"),
-    ],
-)
-def test_the_commit_of_the_code_is_shown_with_and_without_a_url(
-    document: dict[str, Any], code: dict[str, str], shown: str
-) -> None:
-    document["submissions"][0]["manifest"]["code"] = code
-    assert shown in read(document)["submissions/agile.html"].text
-    document["submissions"][0]["manifest"]["code"] = {"url": "", "commit": ""}
-    assert " Code " not in read(document)["submissions/agile.html"].text
-
-
-def test_an_agent_that_learned_nothing_is_marked_next_to_its_forgetting(
-    document: dict[str, Any],
-) -> None:
-    assert "nothing learned to forget" in read(document)["submissions/zero.html"].text
-    assert "nothing learned to forget" not in read(document)["submissions/agile.html"].text
-
-
-def test_training_curves_of_the_document_are_drawn(document: dict[str, Any]) -> None:
-    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
-    assert "Learning curves" not in read(document)["submissions/agile.html"].text
-    points = [[2000 * step, 10.0 * step] for step in range(1, 11)]
-    scores["curves"] = [{"run": 0, "task": "gym_extensions/Hopper-v0", "points": points}]
-    page = read(document)["submissions/agile.html"]
-    assert "Learning curves" in page.text
-    assert "gym_extensions/Hopper-v0: training returns, at the end 100" in str(page.elements)
-
-
 def test_a_copy_stands_below_the_other_entry_without_a_rank(document: dict[str, Any]) -> None:
     assert "Has most episodes" not in read(document)[GROUP].text
     for protocols in document["submissions"][0]["groups"].values():
@@ -124,13 +87,6 @@ def test_an_entry_shows_what_its_verification_found(document: dict[str, Any]) ->
     assert "changed since" not in text
 
 
-def test_runs_that_changed_since_their_verification_are_counted(document: dict[str, Any]) -> None:
-    document["submissions"][0]["verifications"] = [{**FOUND, "current": 3, "second_p_value": 0.0001}]
-    text = text_of(document)
-    assert "2 changed since" in text
-    assert "second draw < 0.001" in text
-
-
 @pytest.mark.parametrize("level", ["claimed", "verified", "reproduced"])
 def test_the_level_of_an_entry_is_shown_and_verified_ones_are_counted(
     document: dict[str, Any], level: str
@@ -161,34 +117,3 @@ def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -
     assert "challenged" in text_of(document, GROUP)
     decisions.append({"action": "withdrawn", "by": "one", "date": "2026-11-24", "reason": "An error."})
     assert "withdrawn" in text_of(document, "entries.html")
-
-
-def test_how_the_runs_were_made_is_a_folded_table(document: dict[str, Any]) -> None:
-    made = {
-        "run": 3,
-        "command": "gym-extensions train trpo --runs 3",
-        "commit": "0123456789abcdef",
-        "by": "",
-        "date": None,
-        "versions": {"mujoco": "4.0.0", "python": "3.11.7", "blas": ""},
-        "processor": "",
-        "steps": 1_500_000,
-        "cpu_seconds": 1234.5,
-        "peak_memory_mb": None,
-        "memory": {"stored_steps": 2000, "parameters_first": 10, "parameters_last": 10},
-        "policies": True,
-    }
-    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
-    scores.update(provenance=[made], why_claimed="Nobody has verified it.")
-    page = dict(files(document))["submissions/agile.html"]
-    table = page.split("How the runs were made</summary>")[1].split("</details>")[0]
-    for fact in ("gym-extensions train trpo --runs 3", "0123456789<", "mujoco 4.0.0, python 3.11.7"):
-        assert fact in table
-    assert "1\u202f500\u202f000" in table
-    assert "Nobody has verified it." in page
-
-
-def test_related_entries_are_counted_on_the_row(document: dict[str, Any]) -> None:
-    for entry in document["submissions"][:2]:
-        entry["manifest"]["protocol"]["algorithm"] = "trpo"
-    assert "1 related entry on this board" in text_of(document, GROUP)

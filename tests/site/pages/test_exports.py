@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.scoring.output.tables import csv_text
 from gym_extensions.site.pages.entries import bibtex, commands
 
 from ..browser import Reader, files, typed
@@ -27,11 +26,6 @@ def test_the_commands_check_and_repeat_an_entry(document: dict[str, Any]) -> Non
     text = commands(typed(document).submissions[0])
     assert "# what trained run 0 on hopper-gravity-v0\ngym-extensions train mine\n" in text
     assert "policies.load('submissions/a b; rm', 'hopper-gravity', run=0, stage=5)" in text
-
-
-def test_the_csv_has_the_rows_of_score(document: dict[str, Any]) -> None:
-    rows = [line for line in csv_text(typed(document)).splitlines() if line.startswith(("name,", "agile,"))]
-    assert dict(files(document))["submissions/agile/metrics.csv"].splitlines() == rows
 
 
 def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> None:
@@ -80,14 +74,3 @@ def test_a_title_cannot_become_a_command(document: dict[str, Any], title: str, e
 def test_an_address_that_would_end_its_field_is_left_out(document: dict[str, Any]) -> None:
     document["submissions"][0]["manifest"]["code"]["url"] = "https://example.org/},evil={"
     assert "url" not in bibtex(typed(document).submissions[0])
-
-
-def test_the_page_of_an_entry_links_to_its_files(document: dict[str, Any]) -> None:
-    texts = dict(files(document))
-    page = Reader(texts["submissions/agile.html"])
-    links = {attributes.get("href") for _, attributes in page.elements}
-    for name in ("metrics.csv", "citation.bib"):
-        assert f"../submissions/agile/{name}" in links
-        assert f"submissions/agile/{name}" in texts
-    assert "gym-extensions verify submissions/agile" in page.text
-    assert "repeat, download, cite" not in Reader(texts["submissions/broken.html"]).text

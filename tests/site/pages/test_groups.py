@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from typing import Any
 
 from gym_extensions.scoring.references import load_references
 
-from ..browser import Pages, read
-from ..conftest import everything, learner, sequential, submission
+from ..browser import read
 
 
 def test_an_open_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> None:
@@ -21,23 +19,6 @@ def test_an_open_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> 
     assert any(
         attributes.get("class", "").startswith("open") for tag, attributes in page.elements if tag == "td"
     )
-
-
-def test_a_group_without_references_has_raw_returns(document: dict[str, Any]) -> None:
-    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
-    for task in scores["tasks"]:
-        scores["reference"][task] = {"floor": None, "expert": None, "open": None}
-    for name in scores["metrics"]:
-        scores["metrics"][name] = {
-            "mean": None,
-            "low": None,
-            "high": None,
-            "runs": [],
-            "why": "There is no reference.",
-        }
-    page = read(document)["submissions/agile.html"]
-    assert "No metrics. There is no reference." in page.text
-    assert "900" in page.text
 
 
 def test_a_published_table_shows_what_it_has_and_lists_what_is_missing(document: dict[str, Any]) -> None:
@@ -98,19 +79,6 @@ def test_an_entry_on_several_groups_has_a_page_of_results_per_group(document: di
     assert not [path for path in built if path.startswith("submissions/agile/")]
 
 
-def test_a_page_has_a_tab_per_board_and_one_of_its_tasks(document: dict[str, Any]) -> None:
-    page = read(document)["groups/hopper-gravity-v0.html"]
-    tabs = [a["href"] for tag, a in page.elements if a.get("class", "").startswith("to-")]
-    panels = [f"#{a['id']}" for tag, a in page.elements if a.get("class", "").startswith("panel-")]
-    boards = (
-        "sequential-100k",
-        "sequential-100k-task-conditioned",
-        "single-100k",
-        "single-100k-task-conditioned",
-    )
-    assert tabs == panels == [*(f"#hopper-gravity-v0-{board}" for board in boards), "#tasks"]
-
-
 def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> None:
     current = load_references()
     document["references"] = {"version": current.version, "sha256": current.digest}
@@ -120,58 +88,3 @@ def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> Non
     text = read(document)["groups/halfcheetah-gravity-v0.html"].text
     assert "No reference has been measured." in text
     assert "measured.." not in text
-
-
-def test_a_group_page_names_provisional_experts_and_open_tasks(document: dict[str, Any]) -> None:
-    current = load_references()
-    document["references"] = {"version": current.version, "sha256": current.digest}
-    pages = read(document)
-    assert "(provisional: it rarely passes the wall)" in pages["groups/hopper-wall-v0.html"].text
-    assert "Open: no expert is known that is clearly better than 0" in pages["groups/striker-v0.html"].text
-
-
-def test_a_group_page_has_the_numbers_of_a_publication_beside_those_of_the_first_entries(
-    document: dict[str, Any],
-) -> None:
-    printed = copy.deepcopy(document["submissions"][0])
-    printed.update(name="printed", title="Printed", level="reported")
-    printed["groups"]["hopper-gravity-v0"].pop("single")
-    printed["groups"]["hopper-gravity-v0"]["sequential"]["level"] = "reported"
-    document["submissions"].append(printed)
-    page = read(document)["groups/hopper-gravity-v0.html"]
-    assert "The paper’s four columns" in page.text
-    assert "Gravity Half Printed printed" in page.text
-    assert "Agile agile" in page.text.split("four columns")[1]
-    assert "four columns" not in read(document)["groups/walker2d-gravity-v0.html"].text
-
-
-BOARD = "boards/hopper-gravity-v0-sequential-100k"
-
-
-def thirty() -> dict[str, Any]:
-    """A document of thirty entries with one run and different scores."""
-    scores = sequential("hopper-gravity", learner(0.9, 0.75, 1))
-    final = scores["metrics"]["final_performance"]
-    entries = []
-    for number in range(30):
-        value = {**final, "runs": [number / 100], "mean": number / 100}
-        metrics = {**scores["metrics"], "final_performance": value}
-        groups = {"hopper-gravity-v0": {"sequential": {**scores, "metrics": metrics}}}
-        entries.append(submission(f"e{number:02d}", groups, f"Entry {number}"))
-    return {**everything(), "submissions": entries}
-
-
-def listed(pages: Pages, path: str) -> int:
-    """The number of rows of a lean table."""
-    return sum(tag == "i" for tag, _ in pages[path].elements)
-
-
-def test_a_group_draws_twenty_rows_and_its_board_lists_all() -> None:
-    pages = read(thirty())
-    group = pages["groups/hopper-gravity-v0.html"]
-    drawn = [attributes["data-entry"] for _, attributes in group.elements if "data-entry" in attributes]
-    assert drawn == [f"e{number}" for number in range(29, 9, -1)]
-    assert "the first 20 of 30" in group.text
-    assert "All 30 entries: sort, search, filter, compare" in group.text
-    assert listed(pages, f"{BOARD}.html") == 30
-    assert any("data-table" in a for tag, a in pages[f"{BOARD}.html"].elements if tag == "table")

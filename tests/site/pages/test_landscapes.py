@@ -67,23 +67,6 @@ def test_a_board_shows_both_numbers_as_never_trained_on(
     assert table.index("keeper") < table.index("agile")
 
 
-@pytest.mark.parametrize("policies", [True, False])
-def test_an_entry_without_a_landscape_says_why(
-    document: dict[str, Any], tmp_path: Path, policies: bool
-) -> None:
-    texts: dict[str, Any] = dict.fromkeys(("command", "commit", "by", "processor"), "") | {
-        "date": None,
-        "versions": {},
-    }
-    memory = {"stored_steps": 0, "parameters_first": 1, "parameters_last": 1}
-    costs = {"run": 0, "steps": 1, "cpu_seconds": None, "peak_memory_mb": None, "memory": memory}
-    scores = document["submissions"][0]["groups"][GROUP.id]["sequential"]
-    scores["provenance"] = [{**texts, **costs, "policies": policies}]
-    text = Reader(dict(files(document, agile=tmp_path))[PAGE]).text
-    assert ("Not measured yet." in text) == policies
-    assert ("they are not published" in text) != policies
-
-
 def test_a_landscape_of_other_policies_is_not_drawn(document: dict[str, Any], tmp_path: Path) -> None:
     scored.write(tmp_path, landscape(900.0))
     texts = dict(files(document, agile=tmp_path))

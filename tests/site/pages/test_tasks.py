@@ -17,7 +17,7 @@ from gym_extensions.scoring.records import Record, RecordReview
 from gym_extensions.scoring.references import load_references
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST
-from gym_extensions.site.pages.tasks import TaskView, best_entries, origin
+from gym_extensions.site.pages.tasks import TaskView, best_entries
 from gym_extensions.site.paths import task_path
 
 from ..browser import Reader, site_files
@@ -61,11 +61,6 @@ def test_a_page_says_what_differs_and_by_how_much(pages: dict[str, str]) -> None
     text = page(pages, "HopperBigFoot").text
     assert "radius and mass × 1.25 (radius: foot_geom 0.06 → 0.075 m; mass 5.316 → 6.644 kg)" in text
     assert "Nothing: it is the base body." in page(pages, "Hopper").text
-
-
-def test_gravity_is_shown_as_two_arrows(pages: dict[str, str]) -> None:
-    labels = [attributes.get("aria-label") for _, attributes in page(pages, "HopperGravityHalf").elements]
-    assert "gravity 0.5 times that of the base body" in labels
 
 
 def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dict[str, str]) -> None:
@@ -150,20 +145,7 @@ def test_the_expert_and_the_best_record_play_side_by_side(recorded: dict[str, st
     assert script.count("ACMM") == 2, "two clips"
 
 
-def test_a_page_without_records_says_so_and_maps_have_none(recorded: dict[str, str]) -> None:
-    assert "Nobody holds a record yet." in Reader(recorded[task_path(task("Walker2d").id)]).text
-    assert (
-        "Nobody holds a record"
-        not in recorded[task_path("gym_extensions/Image-Based-Navigation-2d-Map1-Goal2-v0")]
-    )
-
-
 def test_poses_of_another_policy_are_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     assert TaskView(task("Hopper"), None, (), ()).watch is not None
     monkeypatch.setattr("gym_extensions.experts.DATA", Path("nowhere"))
     assert TaskView(task("Hopper"), None, (), ()).watch is None
-
-
-def test_an_origin_names_agents_and_steps() -> None:
-    assert origin((Step("a", "trpo", 300_000), Step("b", "trpo", 1_000_000))) == "trpo, 1.3 million steps"
-    assert origin((Step("a", "sac"),)) == "sac"

@@ -143,18 +143,6 @@ def test_an_entry_is_offered_with_its_first_run(
     assert len(header["policies"]) == 6
 
 
-def test_the_best_entry_comes_first_where_there_is_no_room_for_all(
-    built: Callable[..., dict[str, bytes | str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folders = {name: write_run(tmp_path / name) for name in ("better", "worse")}
-    used = sum(len(content) for path, content in built(folders).items() if path.endswith(".bin"))
-    monkeypatch.setattr(offer, "MAX_BYTES", used - 1)
-    files = built(folders)
-    assert "play/better/hopper-gravity-v0.bin" in files
-    assert "play/worse/hopper-gravity-v0.bin" not in files
-    assert f"<dt>{offer.NO_ROOM}</dt>\n<dd><bdi>worse</bdi> on {GROUP}</dd>" in str(files["play.html"])
-
-
 @pytest.mark.parametrize(
     ("damage", "why"),
     [

@@ -11,17 +11,10 @@ import pytest
 
 from gym_extensions.catalog.sheets import sheet
 from gym_extensions.scoring.poses import motion_of
-from gym_extensions.site.play.stroboscopes import episode_dots, stroboscopes
+from gym_extensions.site.play.stroboscopes import stroboscopes
 from gym_extensions.site.play.watch import Episode, WatchedTask
 
 from .test_watch import panel_of, poses_of
-
-
-def test_a_picture_has_twelve_poses_the_last_one_opaque(document: dict[str, Any]) -> None:
-    [drawing, _] = stroboscopes(panel_of(document, poses_of(document)).tasks[0])
-    opacities = re.findall(r'<path( opacity="\.\d")? d="', drawing)
-    assert len(opacities) == 12
-    assert opacities[-1] == ""
 
 
 @pytest.mark.parametrize(
@@ -50,10 +43,3 @@ def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) ->
     assert 'd="M100 400l3-4"' in drawing
     assert 'href="../pictures/map0-goal0.svg"' in drawing
     assert episode.facts.endswith("500 steps")
-
-
-def test_episodes_of_equal_returns_are_one_dot(document: dict[str, Any]) -> None:
-    drawing, _ = episode_dots(panel_of(document, poses_of(document)).tasks[0].episodes)
-    [dots] = re.findall(r'class="episodes" d="([^"]*)"', drawing)
-    assert dots.count("M") == 1
-    assert "Returns of the 20 episodes" in drawing

@@ -8,12 +8,7 @@ import pytest
 from gym_extensions.baselines.algorithms.cloning import Divergence
 from gym_extensions.baselines.algorithms.continual import Quadratic, StateSample
 from gym_extensions.baselines.algorithms.online_ewc import diagonal_fisher
-from gym_extensions.baselines.algorithms.packnet import (
-    claimed,
-    no_owners,
-    trainable,
-    visible,
-)
+from gym_extensions.baselines.algorithms.packnet import claimed, no_owners, trainable, visible
 from gym_extensions.baselines.trust_region.policy import Architecture, log_density, mean_and_log_sigma
 
 from ...trust_region.policies import ARCHITECTURES, numeric_gradient, random_policy
@@ -102,27 +97,22 @@ def test_the_importance_does_not_depend_on_the_scale_of_the_means_part(scale: fl
     assert agent._stored["importance"].mean() == pytest.approx(agent.decay)
 
 
-def sampled(size: int, steps: int, batch: int) -> list[int]:
+@pytest.mark.parametrize(
+    ("size", "steps", "batch", "sampled"),
+    [
+        (4, 24, 5, [12, 15, 18, 21]),  # every kth of the last half
+        (3, 24, 24, [12, 15, 18]),  # an even distance is made odd
+        (100, 6, 2, [3, 4, 5]),  # a short task gives what it has
+        (0, 10, 5, []),
+    ],
+)
+def test_observations_of_the_last_half_are_sampled(
+    size: int, steps: int, batch: int, sampled: list[int]
+) -> None:
     sample = StateSample(size, steps)
     for start in range(0, steps, batch):
         sample.add(np.arange(start, min(start + batch, steps))[:, None])
-    return sample.observations[:, 0].tolist()  # type: ignore[no-any-return]
-
-
-def test_every_kth_observation_of_the_last_half_is_sampled() -> None:
-    assert sampled(size=4, steps=24, batch=5) == [12, 15, 18, 21]
-
-
-def test_an_even_distance_is_made_odd() -> None:
-    assert sampled(size=3, steps=24, batch=24) == [12, 15, 18]
-
-
-def test_a_short_task_gives_what_it_has() -> None:
-    assert sampled(size=100, steps=6, batch=2) == [3, 4, 5]
-
-
-def test_a_method_that_needs_no_states_samples_none() -> None:
-    assert sampled(size=0, steps=10, batch=5) == []
+    assert sample.observations[:, 0].tolist() == sampled
 
 
 each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
@@ -192,24 +182,14 @@ SIZES = (2, 2, 2, 1)
 HIDDEN = np.array([0.1, -0.9, 0.5, 0.2, 9, 9, -4.0, 3.0, 1.0, 2.0, 9, 9])
 
 
-def test_before_the_first_task_the_weights_are_free_and_all_can_be_trained() -> None:
+def test_a_task_keeps_the_largest_weights_of_each_layer_and_leaves_the_others() -> None:
     owners = no_owners(SIZES)
     assert owners.tolist() == [0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1, -1]
     assert trainable(owners, 1, pruned=False).all()
-
-
-def test_a_task_keeps_the_largest_weights_of_each_layer() -> None:
-    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 0.5)
+    owners = claimed(SIZES, owners, HIDDEN, 1, 0.5)
     assert owners.tolist() == [0, 1, 1, 0, -1, -1, 1, 1, 0, 0, -1, -1]
-
-
-def test_a_pruned_task_trains_its_own_weights_and_no_bias() -> None:
-    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 0.5)
+    # Then it trains its own weights, the next task the free ones, and neither a bias.
     assert np.flatnonzero(trainable(owners, 1, pruned=True)).tolist() == [1, 2, 6, 7]
-
-
-def test_the_next_task_trains_the_free_weights_and_no_bias() -> None:
-    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 0.5)
     assert np.flatnonzero(trainable(owners, 2, pruned=False)).tolist() == [0, 3, 8, 9]
 
 
