@@ -1,6 +1,6 @@
 """Train agents, or record policies, through the protocols of a task group and write their submissions.
 
-Importing this package loads neither a simulator nor torch; each name is imported on first use.
+Importing this package loads neither a simulator nor torch: agents and training are imported on first use.
 
 Example:
     >>> from gym_extensions.baselines import train
@@ -12,19 +12,20 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from gym_extensions.baselines.training.events import (
+    BatchTrained,
+    JobFailed,
+    JobFinished,
+    StageStarted,
+    TaskEvaluated,
+    TrainingStarted,
+)
+
 if TYPE_CHECKING:
     from gym_extensions.baselines.adapters.sb3 import sb3
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
     from gym_extensions.baselines.record_policies import record
     from gym_extensions.baselines.train_agent import train
-    from gym_extensions.baselines.training.events import (
-        BatchTrained,
-        JobFailed,
-        JobFinished,
-        StageStarted,
-        TaskEvaluated,
-        TrainingStarted,
-    )
 
 __all__ = [
     "Agent",
@@ -44,9 +45,7 @@ __all__ = [
     "train",
 ]
 
-EVENTS = ("BatchTrained", "JobFailed", "JobFinished", "StageStarted", "TaskEvaluated", "TrainingStarted")
 MODULES = {"record": "record_policies", "sb3": "adapters.sb3", "train": "train_agent"}
-MODULES |= dict.fromkeys(EVENTS, "training.events")
 """The module of each public name; the others are in ``agent``."""
 
 

@@ -123,11 +123,7 @@ class PolicyAgent:
             raise BenchError("bad-policy", message, "policy", SIGNATURE)
 
     def begin(self, seed: int) -> None:
-        """Begins the evaluation of a task: forgets the state of a recurrent policy.
-
-        Args:
-            seed: of the generator that a policy of :mod:`gym_extensions.rollouts` samples with.
-        """
+        """Begins the evaluation of a task: forgets the state of a recurrent policy, seeds its sampling."""
         self._rng, self._state = np.random.default_rng(seed), None
         if isinstance(self._policy, AnyPolicy):
             self._policy.reset()

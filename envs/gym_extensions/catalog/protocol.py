@@ -74,18 +74,15 @@ def budget(name: str) -> Budget:
     return BUDGETS[name]
 
 
-TABLES = {"henderson2017": "henderson2017.csv"}
-"""The files of published tables, in ``scoring/published_data/``, by the name that submission.toml gives."""
-
-
 @dataclass(frozen=True)
 class Report:
-    """The fixed facts of the entry that shows a published table."""
+    """A published table, and the fixed facts of the entry that shows it."""
 
+    file: str  # in ``scoring/published_data/``
     entry: str
     budget: str
     algorithm: str
 
 
-REPORTS = {"henderson2017": Report("henderson2017-trpo", "paper", "trpo")}
-"""The entry of every published table, by the name in submission.toml."""
+REPORTS = {"henderson2017": Report("henderson2017.csv", "henderson2017-trpo", "paper", "trpo")}
+"""The published tables, by the name that submission.toml gives."""

@@ -122,7 +122,6 @@ def mujoco_tasks() -> list[Task]:
     return tasks + [_task("", name) for name, body in BODIES.items() if body.asset and name not in bases]
 
 
-BASE = "Navigation"
 MAPS, GOALS = range(10), range(3)
 
 FAMILIES = {
@@ -138,7 +137,7 @@ FAMILIES = {
 def navigation_tasks() -> list[Task]:
     """Every navigation task, family by family, then map by map, then goal by goal."""
     return [
-        Task(pattern.format(map=number, goal=goal), BASE, (Course(family, number, goal),))
+        Task(pattern.format(map=number, goal=goal), "Navigation", (Course(family, number, goal),))
         for family, pattern in FAMILIES.items()
         for number in MAPS
         for goal in GOALS
@@ -147,6 +146,15 @@ def navigation_tasks() -> list[Task]:
 
 TASKS: dict[str, Task] = {each.id: each for each in (*mujoco_tasks(), *navigation_tasks())}
 """Every published task by its id."""
+
+
+def tasks_by_base() -> dict[str, list[Task]]:
+    """Every published task by the name of its base body, in the order of ``TASKS``."""
+    bases: dict[str, list[Task]] = {}
+    for each in TASKS.values():
+        bases.setdefault(each.base, []).append(each)
+    return bases
+
 
 VERSIONS = {0: "first published version"}
 """What changed with each version number of a task."""

@@ -227,10 +227,6 @@ def board_views(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tu
     """The scorer's boards by protocol, budget (longest first), suites, groups; task-conditioned ones last.
 
     Boards that have only published tables without logs are omitted.
-
-    Args:
-        scored: the scorer's boards.
-        cards: the scorecards of their entries.
     """
     by_name = {card.name: card for card in cards}
     budgets = list(BUDGETS)

@@ -18,33 +18,16 @@ def parser() -> argparse.ArgumentParser:
         description="Score submissions and build the pages of the leaderboard.",
         epilog="Exit status: 0 success, 1 built but at least one submission was refused, 2 usage error.",
     )
-    options.add_argument(
-        "submissions",
-        nargs="*",
-        type=Path,
-        default=[Path("submissions")],
-        help="submission folders, or folders that contain them (default: submissions/)",
-    )
-    options.add_argument(
-        "--records",
-        type=Path,
-        default=Path("records"),
-        metavar="DIR",
-        help="folder of records (default: records/)",
-    )
-    options.add_argument("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
-    options.add_argument(
-        "--mujoco",
-        type=Path,
-        default=FOLDER,
-        metavar="FOLDER",
-        help=f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {FOLDER}, if it exists)",
-    )
-    options.add_argument(
-        "--docs",
-        action="store_true",
-        help="link to the documentation, which `make docsite` builds into OUT/docs",
-    )
+    add = options.add_argument
+    submissions = "submission folders, or folders that contain them (default: submissions/)"
+    records = "folder of records (default: records/)"
+    mujoco = f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {FOLDER}, if it exists)"
+    docs = "link to the documentation, which `make docsite` builds into OUT/docs"
+    add("submissions", nargs="*", type=Path, default=[Path("submissions")], help=submissions)
+    add("--records", type=Path, default=Path("records"), metavar="DIR", help=records)
+    add("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
+    add("--mujoco", type=Path, default=FOLDER, metavar="FOLDER", help=mujoco)
+    add("--docs", action="store_true", help=docs)
     return options
 
 

@@ -207,11 +207,7 @@ def scorecards_since(
 ) -> Iterator[Scorecard]:
     """The scorecards of submissions in the order of their folders. Only changed ones are scored.
 
-    Args:
-        out: the folder of the earlier site, or one without a site.
-        folders: the submissions.
-        keys: ``folder_key`` of each by its name.
-        scorer: scores the changed ones.
+    ``out`` is the folder of the earlier site, and ``keys`` has the ``folder_key`` of each by its name.
     """
 
     def earlier(folder: Path) -> Scorecard | None:

@@ -20,12 +20,9 @@ LARGEST_CHANGE = 1.0
 
 
 def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> str:
-    """A class of the style sheet: ``h0`` (floor) … ``h10``, ``below`` or ``open``.
+    """A class of the style sheet for a raw return: ``h0`` (floor) … ``h10``, ``below`` or ``open``.
 
-    Args:
-        value: a raw return.
-        reference: floor and expert of the task.
-        top: the score with the strongest tint, the highest of the matrix or 1 if that is higher.
+    ``top`` is the score with the strongest tint, the highest of the matrix or 1 if that is higher.
     """
     share = reference.normalize(value) if reference else None
     if share is None:

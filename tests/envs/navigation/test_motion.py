@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from gym_extensions.envs.navigation.env import World
 from gym_extensions.envs.navigation.geometry import (
     Arena,
     Grid,
@@ -15,7 +16,6 @@ from gym_extensions.envs.navigation.geometry import (
     parse,
     touches,
 )
-from gym_extensions.envs.navigation.simulation import World
 
 # Free inside: x and y from 10 to 60, but for the block x 30–40, y 30–40.
 BLOCK = parse(["#######", "#.....#", "#.....#", "#..#..#", "#.....#", "#.....#", "#######"])

@@ -11,6 +11,7 @@ import pytest
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.tasks import FAMILIES
 from gym_extensions.envs import make_vec
+from gym_extensions.envs.navigation.env import World
 from gym_extensions.envs.navigation.geometry import (
     Arena,
     Grid,
@@ -18,7 +19,6 @@ from gym_extensions.envs.navigation.geometry import (
     load,
     parse,
 )
-from gym_extensions.envs.navigation.simulation import World
 
 OPEN = ["#" + "." * 28 + "#"] * 28
 ROOM = parse(["#" * 30, *OPEN, "#" * 30])

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs.navigation.env import Navigation
+from gym_extensions.envs.navigation.env import Navigation, World
 from gym_extensions.envs.navigation.geometry import Arena, goals, parse
 from gym_extensions.envs.navigation.planner import FINENESS, Oracle, oracle_returns
-from gym_extensions.envs.navigation.simulation import World
 
 ROOM = parse(["#" * 40, *["#" + "." * 38 + "#"] * 38, "#" * 40])
 # One wall across the room at x 200-210, with a passage of one cell at y 380-390 (the room's top).

@@ -25,11 +25,7 @@ class StateSample:
 
     The last half is many episodes long, also where all environments reset together, and its states are near
     those of the final policy. No random number is drawn. k is odd, so that it is not a multiple of an even
-    number of environments.
-
-    Args:
-        size: observations to sample.
-        steps: transitions of the task.
+    number of environments. The task has ``steps`` transitions.
     """
 
     def __init__(self, size: int, steps: int) -> None:

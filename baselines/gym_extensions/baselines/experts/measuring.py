@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
 import re
@@ -69,6 +70,7 @@ def episodes(policy: Policy, task: Task, seeds: Sequence[int]) -> tuple[list[flo
     return [outcome.return_ for outcome in outcomes], [outcome.success for outcome in outcomes]
 
 
+@functools.cache
 def sizes(task: Task) -> tuple[int, int]:
     """The numbers of the task's observations and actions."""
     env: Any = make_vec(task, 1)
@@ -116,7 +118,6 @@ class Workplace:
 
     def __init__(self, folder: Path, submissions: Path = Path("submissions")) -> None:
         self.folder, self._submissions = folder, submissions
-        self._sizes: dict[str, int] = {}
 
     def policy(self, candidate: str, task: Task) -> Policy:
         """The policy of a candidate, fitted to the task's observations."""
@@ -125,10 +126,7 @@ class Workplace:
         else:
             run, steps = candidate.rsplit("@", 1)
             policy = experts.read_policy(self.folder / "policies" / run / f"{steps}.npz")
-        if task.name not in self._sizes:
-            self._sizes[task.name], _ = sizes(task)
-        policy = fitted(policy, self._sizes[task.name])
-        return replace(policy, head="deterministic")
+        return replace(fitted(policy, sizes(task)[0]), head="deterministic")
 
     def returns(self, candidate: str, task: Task, purpose: str) -> dict[str, Any]:
         """What is known of a candidate: ``returns``, ``success`` and ``cpu_seconds``."""

@@ -90,10 +90,6 @@ def _large(name: str, tasks: tuple[str, ...], parent: str | None, steps: int, **
     return Recipe(name, tasks, parent, steps=steps, **(size | others))
 
 
-def _wall(body: str) -> tuple[str, str]:
-    return f"{body}WithSensor", f"{body}Wall"
-
-
 HUMANOID_PARTS = ("Foot", "Leg", "Thigh", "Torso", "Head", "Arm", "Hand")
 HUMANOID_BODIES = (
     *("HumanoidMotorNoise", "HumanoidGravityThreeQuarters"),
@@ -124,11 +120,16 @@ TABLE = (
         **HUGE | {"checkpoint": 600_000, "targets": HUMANOID_HARD, "bonus": WALK},
     ),
     _large(
-        *("trpo-HumanoidWall-joint", _wall("Humanoid"), "best:HumanoidWall", 600_000),
+        *("trpo-HumanoidWall-joint", ("HumanoidWithSensor", "HumanoidWall"), "best:HumanoidWall", 600_000),
         targets=("HumanoidWall", "HumanoidNoisyWall"),
     ),
     _large(
-        *("trpo-HalfCheetahWall-joint", _wall("HalfCheetah"), "best:HalfCheetahWall", 4_000_000),
+        *(
+            "trpo-HalfCheetahWall-joint",
+            ("HalfCheetahWithSensor", "HalfCheetahWall"),
+            "best:HalfCheetahWall",
+            4_000_000,
+        ),
         **HUGE | {"targets": ("HalfCheetahWall", "HalfCheetahNoisyWall")},
     ),
     Recipe(

@@ -60,9 +60,8 @@ class PendingJob:
             mean_returns = isolated(agent, create, folder.path / "acting.npz", evaluator.mean_returns)
             for stage in stages[len(done) :]:
                 job_step = sum(earlier.steps for earlier in stages if earlier.number < stage.number)
-                curve = folder.new_curve(stage.number)
-                monitor = StageMonitor(job, stage, job_step, curve, listen, self.interim, mean_returns)
-                record = self._run_stage(agent, monitor, evaluator, folder, first_parameters)
+                monitor = StageMonitor(folder, stage, job_step, listen, self.interim, mean_returns)
+                record = self._run_stage(agent, monitor, evaluator, first_parameters)
                 folder.finish(record, agent, last=stage is stages[-1])
                 done.append(record)
             evaluator.close()
@@ -88,12 +87,7 @@ class PendingJob:
         return agent
 
     def _run_stage(
-        self,
-        agent: Agent,
-        monitor: StageMonitor,
-        evaluator: Evaluator,
-        folder: JobFolder,
-        first_parameters: int,
+        self, agent: Agent, monitor: StageMonitor, evaluator: Evaluator, first_parameters: int
     ) -> FinishedStage:
         started, stage = time.process_time(), monitor.stage
         ids = tuple(task.id for task in stage.trained)
@@ -107,7 +101,7 @@ class PendingJob:
             mean_return = sum(episode.return_ for episode in new) / len(new)
             monitor.evaluated(stage.steps, (task.id, len(new), mean_return, time.perf_counter() - start))
             episodes += new
-        folder.store_policy(stage.number, policy)
+        monitor.folder.store_policy(stage.number, policy)
         card = card_of(agent, self.settings.agent)
         parameters, used = (first_parameters, card.parameters), usage.since(started, taken)
         curves, evaluations = monitor.curves, monitor.evaluations
@@ -138,16 +132,16 @@ class PendingJob:
 class StageMonitor:
     """Stores and sends what happens in a stage, and evaluates the agent during training."""
 
-    job: TrainingJob
+    folder: JobFolder
     stage: Stage
     job_step: int  # training steps of the stages before
-    curve: Path  # the file to which the points of the curve are appended
     listen: events.Listener
     interim: Interim | None  # None evaluates at the end of the stage only
     mean_returns: Callable[[Sequence[Task], int], Iterable[float]]  # of tasks, over episodes per task
 
     def __post_init__(self) -> None:
         number, episodes = self.stage.number, self.interim.episodes if self.interim else 0
+        self._file = self.folder.new_curve(number)  # to which the points of the curves are appended
         self._next = self.interim.every if self.interim else 0
         self._curves = {
             task.id: Curve(stage=number, task=task.id, steps=[], returns=[]) for task in self.stage.trained
@@ -173,8 +167,8 @@ class StageMonitor:
         for task_id, value in batch.returns.items():
             self._curves[task_id].steps.append(step)
             self._curves[task_id].returns.append(value)
-        point = partial(CurvePoint, self.job.protocol, self.job.run)
-        append_curves(self.curve, [point(task_id, step, value) for task_id, value in batch.returns.items()])
+        point = partial(CurvePoint, self.folder.job.protocol, self.folder.job.run)
+        append_curves(self._file, [point(task_id, step, value) for task_id, value in batch.returns.items()])
         speed = batch.steps / max(batch.seconds, 1e-9)
         self.listen(events.BatchTrained(*self._where(step), batch.mean_return, speed, batch.seconds))
         if interim is not None and self._next <= step < stage.steps:
@@ -192,4 +186,4 @@ class StageMonitor:
         self.listen(events.TaskEvaluated(*self._where(step), *result, in_training))
 
     def _where(self, step: int) -> tuple[str, int, int, int]:
-        return self.job.title, self.stage.number, step, self.job_step + step
+        return self.folder.job.title, self.stage.number, step, self.job_step + step

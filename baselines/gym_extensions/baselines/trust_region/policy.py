@@ -122,11 +122,6 @@ def forward(views: Layers, inputs: Array, activation: Activation) -> list[Array]
     return values
 
 
-def slopes(values: list[Array], activation: Activation) -> list[Array]:
-    """Derivative of every hidden activation at the values that ``forward`` returned."""
-    return [activation.slope(hidden) for hidden in values[1:-1]]
-
-
 def tangent(views: Layers, values: list[Array], hidden_slopes: list[Array], direction: Layers) -> Array:
     """Derivative of the output (n, out) along a direction of the parameters."""
     change = np.zeros_like(values[0])
@@ -173,7 +168,7 @@ def passed(
     """The layers, their values at the observations (n, o), and the slopes of the hidden activations."""
     views, activation = layers(architecture.sizes, theta), ACTIVATIONS[architecture.activation]
     values = forward(views, observations, activation)
-    return views, values, slopes(values, activation)
+    return views, values, [activation.slope(hidden) for hidden in values[1:-1]]
 
 
 @dataclass(frozen=True)

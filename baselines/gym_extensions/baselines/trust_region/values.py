@@ -9,7 +9,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, VectorEnv
 from gym_extensions.baselines.trust_region import policy as policies
-from gym_extensions.baselines.trust_region.policy import ACTIVATIONS, Layers, Moments, Sizes
+from gym_extensions.baselines.trust_region.policy import ACTIVATIONS, Architecture, Moments
 
 
 @dataclass(frozen=True)
@@ -98,9 +98,9 @@ class ValueFunction:
     """Predicts discounted returns; its whole state is the arrays in ``state``."""
 
     def __init__(self, observations: int, rng: np.random.Generator, fit: ValueFit) -> None:
-        self._fit, self._activation = fit, ACTIVATIONS[fit.activation]
-        self._sizes: Sizes = (observations, *fit.hidden, 1)
-        theta = policies.initial(self._sizes, rng)
+        self._fit = fit
+        self._architecture = Architecture((observations, *fit.hidden, 1), fit.activation)
+        theta = policies.initial(self._architecture.sizes, rng)
         self.state: dict[str, Array] = {
             "theta": theta,
             "first": np.zeros_like(theta),
@@ -122,8 +122,8 @@ class ValueFunction:
         """
         inputs = policies.standardize(self._moments(), observations, least=0.0)
         mean, deviation = self.state["level"]
-        views = policies.layers(self._sizes, self.state["theta"])
-        output = policies.forward(views, inputs, self._activation)[-1][:, 0]
+        views = policies.layers(self._architecture.sizes, self.state["theta"])
+        output = policies.forward(views, inputs, ACTIVATIONS[self._fit.activation])[-1][:, 0]
         values: Array = output.astype(np.float64) * deviation + mean
         return values
 
@@ -136,19 +136,18 @@ class ValueFunction:
         scaled = ((targets - mean) / deviation).astype(np.float32)
         fit, count = self._fit, len(inputs)
         size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
-        views = policies.layers(self._sizes, self.state["theta"])
         for _ in range(max(2, min(fit.epochs, fit.samples // count))):
             order = rng.permutation(count)
             shuffled, goals = inputs[order], scaled[order, None]
             for start in range(0, count, size):
-                self._descend(views, shuffled[start : start + size], goals[start : start + size])
+                self._descend(shuffled[start : start + size], goals[start : start + size])
 
-    def _descend(self, views: Layers, inputs: Array, targets: Array) -> None:
-        """One step of Adam on the parameters, whose views are ``views``; all arrays are changed in place."""
+    def _descend(self, inputs: Array, targets: Array) -> None:
+        """One step of Adam on the parameters; all arrays are changed in place."""
         state = self.state
-        values = policies.forward(views, inputs, self._activation)
+        views, values, slopes = policies.passed(self._architecture, state["theta"], inputs)
         upstream = (values[-1] - targets) * np.float32(2 / len(inputs))
-        slope = policies.gradient(views, values, policies.slopes(values, self._activation), upstream)
+        slope = policies.gradient(views, values, slopes, upstream)
         state["updates"] += 1
         count = float(state["updates"][0])
         state["first"] += np.float32(1 - FIRST_DECAY) * (slope - state["first"])
@@ -170,7 +169,7 @@ class ValueFunction:
         """
         mean, deviation = self.state["level"]
         new_mean, new_deviation = float(targets.mean()), max(float(targets.std()), 1e-6)
-        weights, bias = policies.layers(self._sizes, self.state["theta"])[-1]
+        weights, bias = policies.layers(self._architecture.sizes, self.state["theta"])[-1]
         weights *= np.float32(deviation / new_deviation)
         bias[:] = (bias * deviation + mean - new_mean) / new_deviation
         self.state["level"] = np.array([new_mean, new_deviation])

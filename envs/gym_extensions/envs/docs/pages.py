@@ -9,7 +9,7 @@ from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import EXTRAS, PAPER_GROUPS, TaskGroup
 from gym_extensions.catalog.sheets import PICTURE, Row, Sheet, picture_file
-from gym_extensions.catalog.tasks import FAMILIES, MAPS, TASKS, VERSIONS, Task, task
+from gym_extensions.catalog.tasks import FAMILIES, MAPS, TASKS, VERSIONS, Task, task, tasks_by_base
 from gym_extensions.catalog.variations import RangeSensor
 from gym_extensions.envs.docs.pictures import map_picture
 
@@ -20,9 +20,7 @@ Sheets = Mapping[str, Sheet]
 
 def pages(sheets: Sheets) -> dict[str, str]:
     """Returns the text of the index and of one page per base body, by file name."""
-    tasks: dict[str, list[Task]] = {}
-    for each in TASKS.values():
-        tasks.setdefault(each.base, []).append(each)
+    tasks = tasks_by_base()
     texts = {_file(base): _page(members, sheets) for base, members in tasks.items()}
     return {"README.md": _index(tasks), **texts}
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from gym_extensions.catalog.protocol import REPORTS, TABLES
+from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import MANIFEST, README, WRITTEN, Folder
 from gym_extensions.rollouts.manifest import HYPERPARAMETERS, findings, where_of
@@ -61,7 +61,7 @@ def unknown_report(manifest: ManifestInFolder) -> Iterator[Finding]:
         return
     report = REPORTS.get(name)
     if report is None:
-        hint = did_you_mean(name[:MAX_QUOTE], TABLES)
+        hint = did_you_mean(name[:MAX_QUOTE], REPORTS)
         yield Finding(where_of("", "reported"), f"Unknown table {quote(name)}.", hint)
         return
     if manifest.folder.name != report.entry:

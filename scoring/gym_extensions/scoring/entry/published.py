@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from gym_extensions.catalog.protocol import TABLES
+from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.catalog.tasks import NAMESPACE
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.entry.normalization import Results
@@ -85,7 +85,7 @@ def group_id(name: str) -> str:
 
 def table_path(name: str) -> Path:
     """The CSV file of a published table; its findings lie beside it."""
-    return Path(__file__).parents[1] / "published_data" / TABLES[name]
+    return Path(__file__).parents[1] / "published_data" / REPORTS[name].file
 
 
 def findings(name: str) -> dict[str, Finding]:

@@ -13,7 +13,7 @@ from typing import Any, get_args
 
 import msgspec
 
-from gym_extensions.catalog.protocol import TABLES
+from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.problem import Scope
@@ -35,7 +35,7 @@ def submission_schema() -> Schema:
     for part in parts.values():
         part["additionalProperties"] = False
     manifest = parts["Manifest"]
-    manifest["properties"]["reported"]["enum"] = list(TABLES)
+    manifest["properties"]["reported"]["enum"] = list(REPORTS)
     manifest["required"] = sorted({*manifest["required"], "format"})
     manifest |= {"if": {"not": {"required": ["reported"]}}, "then": {"required": ["tuning"]}}
     return {"$schema": DIALECT, "title": MANIFEST, **schema}

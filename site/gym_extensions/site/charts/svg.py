@@ -68,15 +68,7 @@ def px(value: float) -> str:
 
 
 def picture(kind: str, width: str, height: str, label: str, body: str) -> Markup:
-    """An ``svg`` element of class ``kind`` with a label for screen readers.
-
-    Args:
-        kind: the class in the style sheet.
-        width: the width of the view box.
-        height: the height of the view box.
-        label: the chart in words; it is escaped.
-        body: the elements inside, as markup.
-    """
+    """An ``svg`` element of class ``kind`` with a label for screen readers, which is escaped."""
     return Markup(
         f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" '
         f'aria-label="{escape(label)}">{body}</svg>'

@@ -116,11 +116,10 @@ def _certainty(
     note = Markup(' (<a href="metrics.html#core">exploratory</a>)') if early else ""
     if not tied:
         return Markup("That is significantly {} every other method{}.").format(relation, note)
-    names = (
-        f"{len(tied)} of {count(len(compared), 'other method')}"
-        if len(tied) > MOST_NAMED
-        else _listed([short(entry.title, 40) for entry in tied])
-    )
+    *others, last = [short(entry.title, 40) for entry in tied]
+    names = f"{', '.join(others)} and {last}" if others else last
+    if len(tied) > MOST_NAMED:
+        names = f"{len(tied)} of {count(len(compared), 'other method')}"
     if len(tied) == len(compared):
         return Markup("The lead is not certain: {} {} not separated from it.").format(
             names, "is" if len(tied) == 1 else "are"
@@ -130,10 +129,6 @@ def _certainty(
 
 def _name(entry: CoreEntry) -> Markup:
     return Markup("<strong><bdi>{}</bdi></strong>").format(short(entry.title, 40))
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 SIDE, LEFT, TOP, BOTTOM = 400.0, 46.0, 16.0, 44.0
@@ -147,10 +142,7 @@ def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = (
     """Learned (x) against kept at the end (y): a point per method with both intervals.
 
     On the diagonal nothing is lost; the best corner is at the top right. Empty without a ranked method.
-
-    Args:
-        entries: methods, best first; those without a score are left out.
-        references: the reference agent trained in other ways, as levels.
+    Entries are best first; those without a score are left out. References are drawn as levels.
     """
     shown = [entry for entry in entries if entry.metrics[FINAL].mean is not None]
     if not shown:

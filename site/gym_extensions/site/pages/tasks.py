@@ -13,7 +13,7 @@ from gym_extensions.catalog import tasks as catalog
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.sheets import sheet
-from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task
+from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task, tasks_by_base
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.experts import Step
 from gym_extensions.experts.references import REFERENCES, parse_file
@@ -35,7 +35,7 @@ from gym_extensions.site.text import inline, is_verified, short
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The list of tasks, then a page per published task."""
-    yield TASK_LIST, render("tasks.html", TASK_LIST, bases=by_base())
+    yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks_by_base())
     references, best = measured(site.references), best_entries(site.boards)
     for task in TASKS.values():
         path = paths.task_path(task.id)
@@ -53,7 +53,7 @@ def publish_references(site: Leaderboard, render: Render) -> Iterator[File]:
     known = measured(site.references)
     tables = {
         base: [(task.id, known[task.id], alone(task.id)) for task in tasks if task.id in known]
-        for base, tasks in by_base().items()
+        for base, tasks in tasks_by_base().items()
     }
     bases = {base: rows for base, rows in tables.items() if rows}
     missing = [base for base, rows in tables.items() if not rows]
@@ -209,14 +209,6 @@ def best_entries(boards: Sequence[BoardView]) -> dict[str, tuple[BestEntry, ...]
         name: tuple(sorted(rows, key=lambda best: (-best.end, best.row.card.name))[:BEST])
         for name, rows in by_task.items()
     }
-
-
-def by_base() -> dict[str, tuple[Task, ...]]:
-    """Every published task by the name of its base body, in the order of the catalog."""
-    bases: dict[str, list[Task]] = {}
-    for row in TASKS.values():
-        bases.setdefault(row.base, []).append(row)
-    return {base: tuple(rows) for base, rows in bases.items()}
 
 
 def origin(history: tuple[Step, ...]) -> str:

@@ -69,13 +69,7 @@ class Offer(NamedTuple):
 
 
 def offer(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) -> Offer:
-    """The index, models, policies and the simulator.
-
-    Args:
-        site: the boards, whose order decides which entries come first.
-        folders: the folder of each entry.
-        simulator: MuJoCo for the browser.
-    """
+    """The index, models, policies and the simulator. The order of the boards decides who comes first."""
     files = _models()
     tasks = {task.name: _task(task) for task in TASKS.values() if is_playable(task)}
     room = MAX_BYTES
@@ -85,7 +79,10 @@ def offer(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) 
             files[path] = policy_file([experts.load(name)])
             tasks[name] |= {"expert": path, "provisional": bool(experts.card(name).provisional)}
             room -= len(files[path])
-    groups = {group.id: _group(group) for group in playable_groups()}
+    groups: dict[str, dict[str, Any]] = {
+        group.id: {"id": group.id, "tasks": [task.name for task in group.tasks], "entries": []}
+        for group in playable_groups()
+    }
     boards = [board for board in site.boards if board.protocol == SEQUENTIAL and board.group in groups]
     absent: dict[str, list[tuple[str, str]]] = {}
     for board, row in _in_turn(boards):
@@ -215,7 +212,3 @@ def _task(task: Task) -> dict[str, Any]:
         elif isinstance(variation, Wall):
             facts["wall"] = not variation.parked
     return facts
-
-
-def _group(group: TaskGroup) -> dict[str, Any]:
-    return {"id": group.id, "tasks": [task.name for task in group.tasks], "entries": []}

@@ -128,12 +128,7 @@ def _index(values: list[Any], value: Any) -> int:
 
 
 def watches(entry: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
-    """The panels of an entry by group id, for the groups with poses of the entry's present results.
-
-    Args:
-        entry: the scorecard.
-        poses: the poses of the entry by group id.
-    """
+    """The panels of an entry by group id, for the groups with poses of the entry's present results."""
     panels = {
         result.group: _watch(entry.name, result, poses.get(result.group))
         for result in results_of(entry.groups)
