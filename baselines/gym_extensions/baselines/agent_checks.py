@@ -121,8 +121,7 @@ def card_of(agent: Agent, name: str) -> Card:
 
     If the agent has none, a card with only ``name``.
 
-    Raises:
-        BenchError: scoring would refuse a value, or a package is not installed.
+    Raises ``BenchError`` if scoring would refuse a value, or a package is not installed.
     """
     card: object = agent.card() if isinstance(agent, Described) else Card(algorithm=name)
     if not isinstance(card, Card):

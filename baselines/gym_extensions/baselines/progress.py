@@ -242,8 +242,7 @@ class TensorBoard:
 def parse_logs(log: str | Iterable[str] | None) -> tuple[str, ...]:
     """The chosen logs without duplicates.
 
-    Raises:
-        BenchError: an unknown name, or a package that a log needs is missing.
+    Raises ``BenchError`` for an unknown name, or if a package that a log needs is missing.
     """
     chosen = () if log is None else tuple(dict.fromkeys(listed(log, str, "log", "a name")))
     for name in chosen:

@@ -106,8 +106,7 @@ def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterato
     The operating system releases a lock when its process ends, so that a lock is never stale. ``seconds`` is
     how long to wait for another process.
 
-    Raises:
-        BenchError: another process holds a lock.
+    Raises ``BenchError`` if another process holds a lock.
     """
     with ExitStack() as locks:
         for title in titles:
@@ -197,8 +196,7 @@ def write_run_files(
         settings: how they ran.
         command, commit, by: what trains the run, the commit of the code, and who trained it.
 
-    Raises:
-        BenchError: another process has made the folder the submission of another agent.
+    Raises ``BenchError`` if another process has made the folder the submission of another agent.
     """
     jobs = sorted(finished, key=lambda job: job.task or 0)
     records = [record for job in jobs for record in finished[job]]

@@ -30,8 +30,8 @@ class Variation(Protocol):
 class BaseVariation:
     """A variation that changes nothing, fits every body, and describes itself by its values."""
 
-    needs: ClassVar[Any] = staticmethod(lambda body: True)
-    """What a base body needs for the variation, as a function of the body."""
+    fits: ClassVar[Any] = staticmethod(lambda body: True)
+    """Whether the variation can be applied to a base body: a function of the body, true or false."""
     sentence: ClassVar[str] = ""
     """The documentation's sentence, with the variation's values in braces."""
     signed: ClassVar[tuple[str, ...]] = ()
@@ -41,11 +41,6 @@ class BaseVariation:
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Leaves the model as it is."""
-
-    @classmethod
-    def fits(cls, body: Body) -> bool:
-        """Returns whether the variation can be applied to the base body."""
-        return bool(cls.needs(body))
 
     def __post_init__(self) -> None:
         """Stores all numbers as floats, so that equal numbers of any type give one task.
@@ -81,7 +76,7 @@ class Gravity(BaseVariation):
     """Multiplies gravity, 9.81 m/s² straight down, by a factor (the paper's gravity tasks)."""
 
     factor: float
-    needs = staticmethod(lambda body: body.has_gravity)
+    fits = staticmethod(lambda body: body.has_gravity)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Multiplies z-gravity in decimal arithmetic: 9.81 × 1.25 is the float nearest 12.2625."""
@@ -105,7 +100,7 @@ class LimbScale(BaseVariation):
     part: str
     factor: float
 
-    needs = staticmethod(lambda body: body.parts)
+    fits = staticmethod(lambda body: body.parts)
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
@@ -184,7 +179,7 @@ class Wall(BaseVariation):
     nearest: float = 1.8
     farthest: float = 3.8
     parked: bool = False
-    needs = staticmethod(lambda body: body.beams)
+    fits = staticmethod(lambda body: body.beams)
     signed: ClassVar[tuple[str, ...]] = ("centre_height",)
 
     def __post_init__(self) -> None:
@@ -235,7 +230,7 @@ class Wall(BaseVariation):
 class RangeSensor(BaseVariation):
     """Appends ten range beams from the torso to the observation: distance to the wall / 10 m, or 0."""
 
-    needs = staticmethod(lambda body: body.beams)
+    fits = staticmethod(lambda body: body.beams)
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         plane = "the world's x–z plane" if body.beams == "world" else "the torso's x–z plane"
@@ -255,7 +250,7 @@ class SensorNoise(BaseVariation):
         "and N(0, {noise:g}²) is added to beams that hit."
     )
 
-    needs = staticmethod(lambda body: body.beams)
+    fits = staticmethod(lambda body: body.beams)
     largest: ClassVar[Mapping[str, float]] = {"dropout": 1.0}
 
     dropout: float = 0.05
@@ -275,7 +270,7 @@ class MotorNoise(BaseVariation):
         "clipped to the motor's range. All noise of an episode is drawn at reset."
     )
 
-    needs = staticmethod(lambda body: body.family != "navigation")
+    fits = staticmethod(lambda body: body.family != "navigation")
 
     scale: float = 0.1
 
@@ -292,7 +287,7 @@ class MovingGoal(BaseVariation):
         "The goal is drawn at reset, at offsets y ~ U(−0.2, 0), x ~ U(−0.1, 0.3) from (0.45, −0.05). "
         "The object is then drawn until its distance from the goal exceeds 0.17 m."
     )
-    needs = staticmethod(lambda body: body.name == "Pusher")
+    fits = staticmethod(lambda body: body.name == "Pusher")
 
 
 @dataclass(frozen=True)
@@ -303,7 +298,7 @@ class MovingStart(BaseVariation):
         "The ball is drawn at reset, x ~ U(0.43, 0.55), y ~ U(−0.3, −0.05). The goal is drawn again "
         "while it is within 0.17 m of the ball."
     )
-    needs = staticmethod(lambda body: body.name == "Striker")
+    fits = staticmethod(lambda body: body.name == "Striker")
 
 
 @dataclass(frozen=True)
@@ -320,7 +315,7 @@ class TrackingGoal(BaseVariation):
         "which its start is drawn."
     )
 
-    needs = staticmethod(lambda body: body.goal_area)
+    fits = staticmethod(lambda body: body.goal_area)
     largest: ClassVar[Mapping[str, float]] = {"speed": MAX_SPEED}
 
     speed: float = 0.2
@@ -333,7 +328,7 @@ class Course(BaseVariation):
     family: str
     map: int
     goal: int
-    needs = staticmethod(lambda body: body.family == "navigation")
+    fits = staticmethod(lambda body: body.family == "navigation")
 
 
 KINDS: dict[str, type] = {

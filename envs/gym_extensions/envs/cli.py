@@ -80,9 +80,9 @@ def _write(replace: bool) -> int:
 
 
 def _docs(args: argparse.Namespace) -> int:
+    from gym_extensions.envs.docs.describe import sheets as sheets_text
     from gym_extensions.envs.docs.pages import pages
     from gym_extensions.envs.docs.pictures import map_pictures, task_pictures
-    from gym_extensions.envs.docs.sheets import sheets as sheets_text
 
     described = sheets_text()
     write_text(args.sheets, described)

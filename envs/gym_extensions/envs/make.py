@@ -22,9 +22,9 @@ from gym_extensions.catalog.tasks import (
 )
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.catalog.variations import KINDS, Variation
+from gym_extensions.envs.interfaces import Template
 from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.mujoco.vector_env import MujocoVectorEnv
-from gym_extensions.envs.protocols import Template
 from gym_extensions.envs.vector_env import WHERE
 from gym_extensions.errors import BenchError
 

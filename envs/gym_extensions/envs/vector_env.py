@@ -13,8 +13,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs import protocols
-from gym_extensions.envs.protocols import Array, Flags, IndependentCopies, Indices
+from gym_extensions.envs import interfaces
+from gym_extensions.envs.interfaces import Array, Flags, IndependentCopies, Indices
 from gym_extensions.errors import BenchError
 
 WHERE = "make_vec"
@@ -136,7 +136,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         self._seeds: list[int | None] = [None] * self.num_envs
 
     def __getstate__(self) -> dict[str, Any]:
-        protocols.require_open(self.closed, WHERE)
+        interfaces.require_open(self.closed, WHERE)
         return self.__dict__.copy()
 
     def reset(
@@ -154,9 +154,9 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
             BenchError: seeds, mask or start are invalid. Nothing has changed then.
             ResetNeededError: the first reset leaves out environments.
         """
-        protocols.require_open(self.closed, WHERE)
+        interfaces.require_open(self.closed, WHERE)
         mask = reset_mask(options, self.num_envs)
-        protocols.require_reset(self._is_set or bool(mask.all()), WHERE)
+        interfaces.require_reset(self._is_set or bool(mask.all()), WHERE)
         seeds, indices = seed_of_each(seed, self.num_envs), np.flatnonzero(mask)
         self._check_options(options or {}, indices)
         for index in indices.tolist():
@@ -184,12 +184,12 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
                 environment was not reset.
         """
         self._require_state()
-        checked = np.ascontiguousarray(protocols.check_actions(actions, self._actions_shape, WHERE))
+        checked = np.ascontiguousarray(interfaces.check_actions(actions, self._actions_shape, WHERE))
         starting = self._ended if self._ended.any() else None
         if starting is not None and self.autoreset_mode is AutoresetMode.DISABLED:
             message = f"The episode of environment {np.flatnonzero(starting)[0]} has ended."
             hint = 'Call reset(options={"reset_mask": ...}) first.'
-            raise protocols.ResetNeededError("reset-needed", message, WHERE, hint)
+            raise interfaces.ResetNeededError("reset-needed", message, WHERE, hint)
         rewards, terminations = self._advance(checked, starting)
         parts = self._step_infos()
         self._elapsed += 1
@@ -222,8 +222,8 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         return infos | last_step
 
     def _require_state(self) -> None:
-        protocols.require_open(self.closed, WHERE)
-        protocols.require_reset(self._is_set, WHERE)
+        interfaces.require_open(self.closed, WHERE)
+        interfaces.require_reset(self._is_set, WHERE)
 
     def _check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
         """Raises ``BenchError`` for reset options with which these environments cannot start."""
@@ -281,7 +281,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         if name not in ("task", "np_random", "np_random_seed") or args or kwargs:
             hint = "Call one of task, np_random, np_random_seed, without arguments."
             raise BenchError("unknown-call", f"The environments have no {name!r}.", WHERE, hint)
-        protocols.require_open(self.closed, WHERE)
+        interfaces.require_open(self.closed, WHERE)
         if name == "np_random":
             return tuple(map(self._generator, range(self.num_envs)))
         return self.tasks if name == "task" else tuple(self._seeds)

@@ -228,24 +228,14 @@ def board_views(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tu
 
     Boards that have only published tables without logs are omitted.
     """
-    by_name = {card.name: card for card in cards}
-    budgets = list(BUDGETS)
-    return tuple(
-        sorted(
-            (
-                _board(board, by_name)
-                for board in scored
-                if any(entry.level != REPORTED for entry in board.rows)
-            ),
-            key=lambda board: (
-                board.task_conditioned,
-                PROTOCOLS.index(board.protocol),
-                budgets.index(board.budget),
-                not board.suite,
-                group_order(board.group),
-            ),
-        )
-    )
+    by_name, budgets = {card.name: card for card in cards}, list(BUDGETS)
+    shown = [board for board in scored if any(entry.level != REPORTED for entry in board.rows)]
+
+    def order(view: BoardView) -> tuple[bool, int, int, bool, tuple[int, str]]:
+        place = (PROTOCOLS.index(view.protocol), budgets.index(view.budget))
+        return view.task_conditioned, *place, not view.suite, group_order(view.group)
+
+    return tuple(sorted((_board(board, by_name) for board in shown), key=order))
 
 
 def _board(board: model.Board, cards: Mapping[str, Scorecard]) -> BoardView:

@@ -16,7 +16,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site import FOLDER
 from gym_extensions.site.board_views import Leaderboard, shortened
-from gym_extensions.site.output import Output, digest, encoded, kept, kept_path
+from gym_extensions.site.output import Output, digest, encoded, kept_path
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import Draft, File, Render
 from gym_extensions.site.pages.tasks import Records
@@ -54,7 +54,7 @@ class Site:
             self.render.inputs[card.name] = digest(encoded(card)).encode()
             for page in self.render.pages:
                 yield from page.publish_entry(card, self.render) if page.publish_entry else ()
-            yield kept_path(card.name), kept(self.keys.get(card.name, ""), card)
+            yield kept_path(card.name), encoded((self.keys.get(card.name, ""), card))
             self.cards[card.name] = shortened(card)
         for page in self.render.pages:
             yield from page.publish(self.leaderboard, self.render) if page.publish else ()

@@ -164,16 +164,8 @@ Kept = tuple[str, Scorecard]
 
 
 def kept_path(name: str) -> str:
-    """The path in the site of the kept scorecard of a submission."""
+    """The path in the site of the kept scorecard of a submission, a :data:`Kept` as ``encoded`` writes it."""
     return f".scorecards/{slug(name)}"
-
-
-def kept(key: str, card: Scorecard) -> bytes:
-    """The content of that file; empty if the scorecard has a whole number of more than 64 bits."""
-    try:
-        return msgspec.msgpack.encode((key, card))
-    except OverflowError:
-        return b""
 
 
 def folder_key(folder: Path, base: str) -> str:

@@ -14,7 +14,7 @@ from gym_extensions.catalog import sheets
 from gym_extensions.catalog.sheets import summary
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.envs import cli, make
-from gym_extensions.envs.docs.sheets import action_fields, observation_fields, table
+from gym_extensions.envs.docs.describe import action_fields, observation_fields, table
 from gym_extensions.envs.make import construct_mujoco
 
 DOCS = Path(__file__).parents[3] / "docs" / "environments"

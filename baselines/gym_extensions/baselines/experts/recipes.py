@@ -165,8 +165,7 @@ def recipe(name: str) -> Recipe:
 
     ``trpo-<task>-walk`` does so with the bonus ``WALK``.
 
-    Raises:
-        BenchError: there is no such run.
+    Raises ``BenchError`` if there is no such run.
     """
     for run in TABLE:
         if run.name == name:

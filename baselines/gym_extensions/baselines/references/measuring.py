@@ -289,8 +289,7 @@ def differences(tasks: Iterable[Task], path: Path, jobs: int, episodes: int = EP
 
     Of every agent the first ``episodes`` of 1,000 are used. Returns a sentence for each that differs.
 
-    Raises:
-        BenchError: the file does not have a task, or has another definition of one.
+    Raises ``BenchError`` if the file does not have a task, or has another definition of one.
     """
     chosen = list(tasks)
     found = read_file(path, chosen)

@@ -159,8 +159,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
     def step(self, actions: Array) -> tuple[Any, Array, Array, Array, dict[str, Any]]:
         """Steps all environments with clipped actions.
 
-        Raises:
-            BenchError: the agent exceeded its budget, or the actions have the wrong shape.
+        Raises ``BenchError`` if the agent exceeded its budget, or the actions have the wrong shape.
         """
         applied = clip_actions(actions, self.env, "env.step() in learn()")
         observations, rewards, terminated, truncated, infos = self.env.step(applied)

@@ -114,8 +114,7 @@ def policy_of(agent: Agent) -> AnyPolicy | None:
 
     An attribute ``policy`` that is not a method, such as a torch module, is something else.
 
-    Raises:
-        BenchError: the method returns neither a policy nor None.
+    Raises ``BenchError`` if the method returns neither a policy nor None.
     """
     method = getattr(agent, "policy", None)
     if not inspect.isroutine(method):

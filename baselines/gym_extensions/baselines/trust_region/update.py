@@ -97,13 +97,8 @@ def step_within(
 ) -> Array | None:
     """The step of an update, or None if it is not finite or not uphill.
 
-    Without a penalty it is √(2δ / gᵀF⁻¹g) F⁻¹g (Schulman et al. 2015).
-
-    Args:
-        region: the limits.
-        product: the map v → (F + damping · I) v.
-        slope: gradient of surrogate − penalty (p,).
-        curvature: of the penalty.
+    Without a penalty it is √(2δ / gᵀF⁻¹g) F⁻¹g (Schulman et al. 2015). ``product`` is the map
+    v → (F + damping · I) v, ``slope`` (p,) the gradient of surrogate − penalty.
     """
     direction = conjugate_gradient(product, slope, region.iterations)
     length = dot(direction, product(direction))

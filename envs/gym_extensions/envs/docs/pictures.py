@@ -115,8 +115,7 @@ def _encoded(frame: NDArray[np.uint8], kind: str, colors: int = 0, **options: An
 
 def _frame(task: Task) -> NDArray[np.uint8]:
     env = construct_mujoco(task)
-    _plain_floor(env.model)
-    _color_changes(task, env.model)
+    _paint(task, env.model)
     has_wall = any(isinstance(variation, Wall) for variation in task.variations)
     view = WALL_CAMERA if has_wall or task.body.camera is None else task.body.camera
     if view.after_reset:
@@ -124,21 +123,15 @@ def _frame(task: Task) -> NDArray[np.uint8]:
     return _render(env.model, env.data, view, [*_beams(task, env), *_goal_area(task)])
 
 
-def _plain_floor(model: Any) -> None:
-    """Removes the texture and the reflection of the floor, so that lines are seen and files are small."""
+def _paint(task: Task, model: Any) -> None:
+    """Colors the parts that differ, and the floor plainly, so that lines are seen and files are small."""
+    limbs = [each for each in task.variations if isinstance(each, LimbScale)]
+    changed = {name for limb in limbs for name in task.body.parts[limb.part]}
     for geom in range(model.ngeom):
-        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+        is_floor = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
+        if is_floor or model.geom(geom).name in changed:
             model.geom_matid[geom] = -1
-            model.geom_rgba[geom] = FLOOR
-
-
-def _color_changes(task: Task, model: Any) -> None:
-    for variation in task.variations:
-        if isinstance(variation, LimbScale):
-            for name in task.body.parts[variation.part]:
-                geom = model.geom(name).id
-                model.geom_matid[geom] = -1
-                model.geom_rgba[geom] = CHANGED
+            model.geom_rgba[geom] = FLOOR if is_floor else CHANGED
 
 
 def _beams(task: Task, env: Any) -> list[Line]:

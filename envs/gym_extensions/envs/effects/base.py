@@ -9,7 +9,7 @@ from typing import Any, ClassVar, TypeVar
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs.protocols import Array, Fields, Generators, Indices, Steps, Template
+from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
 
 Kind = TypeVar("Kind")
 NOISE_SEEDS = 2**32

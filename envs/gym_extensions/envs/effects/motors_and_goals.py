@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import Body, Rectangle
 from gym_extensions.catalog.variations import MotorNoise, TrackingGoal
 from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, required
-from gym_extensions.envs.protocols import Array, Fields, Generators, Indices, Steps, Template
+from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
 
 
 @functools.lru_cache(maxsize=CACHED_EPISODES)

@@ -9,7 +9,7 @@ from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.effects import motors_and_goals, wall_and_sensor
 from gym_extensions.envs.effects.base import Effect, EffectKind, variation_of
-from gym_extensions.envs.protocols import Fields, Template
+from gym_extensions.envs.interfaces import Fields, Template
 from gym_extensions.errors import BenchError
 
 KINDS: tuple[EffectKind, ...] = tuple(

@@ -12,7 +12,7 @@ from gym_extensions.catalog.bodies import Frame
 from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Wall
 from gym_extensions.envs.effects import base
 from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, required
-from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Steps, Template
+from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Steps, Template
 
 
 class WallEffect(Effect):

@@ -14,8 +14,8 @@ from gym_extensions.catalog.bodies import Rectangle, body
 from gym_extensions.catalog.variations import MovingGoal, MovingStart
 from gym_extensions.envs.effects.base import variation_of
 from gym_extensions.envs.effects.motors_and_goals import goal_area
+from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules
-from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Template
 
 APART = 0.17
 """Least distance between object and goal at reset, m (the arm tasks of 2017 and of Gymnasium)."""

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Template
+from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 
 
 class Rules:

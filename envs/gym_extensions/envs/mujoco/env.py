@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs import protocols
+from gym_extensions.envs import interfaces
 from gym_extensions.envs.effects.registry import check_variations, effects_of
+from gym_extensions.envs.interfaces import Array, IndependentCopies, Template, check_actions, require_reset
 from gym_extensions.envs.mujoco import arms, humanoid, planar
 from gym_extensions.envs.mujoco.base import Rules, kept, restore
 from gym_extensions.envs.mujoco.model import asset, compile_model
-from gym_extensions.envs.protocols import Array, IndependentCopies, Template, check_actions, require_reset
 
 
 class Implementation(NamedTuple):
@@ -77,7 +77,7 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         camera = {"default_camera_config": body.camera}
         super().__init__(str(asset(task.body)), body.frame_skip, None, **(camera | rendering))
         self.metadata = self.metadata | {"render_fps": round(1 / self.dt)}
-        self._success = protocols.success_test(task.body.success, self.model)
+        self._success = interfaces.success_test(task.body.success, self.model)
         self.observation_space = Box(-np.inf, np.inf, (0,))  # until the size is known
         self._rules = body.rules(self, [self.template()])
         self._effects = effects_of(self, [self.template()])

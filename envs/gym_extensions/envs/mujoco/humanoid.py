@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules, uniform_state
-from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Template
 
 CONTACT_WEIGHT, MAX_CONTACT_COST = 5e-7, 10.0
 

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules, uniform_rows, uniform_state
-from gym_extensions.envs.protocols import Array, Fields, Flags, Generators, Indices, Template
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from gym_extensions.envs.protocols import MOCAP, Array, Indices, Starts
+from gym_extensions.envs.interfaces import MOCAP, Array, Indices, Starts
 
 _THREADED: weakref.WeakSet[Physics] = weakref.WeakSet()
 """All simulations with threads of their own."""

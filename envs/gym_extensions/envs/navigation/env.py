@@ -13,6 +13,14 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Course
+from gym_extensions.envs.interfaces import (
+    Array,
+    Flags,
+    IndependentCopies,
+    Indices,
+    check_actions,
+    require_reset,
+)
 from gym_extensions.envs.navigation.geometry import Arena, advance, arena, map_bytes, touches
 from gym_extensions.envs.navigation.rendering import background, move_agents, with_agent
 from gym_extensions.envs.navigation.sensors import (
@@ -23,14 +31,6 @@ from gym_extensions.envs.navigation.sensors import (
     cast_ranges,
     find_nearest,
     observation_space,
-)
-from gym_extensions.envs.protocols import (
-    Array,
-    Flags,
-    IndependentCopies,
-    Indices,
-    check_actions,
-    require_reset,
 )
 from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
 from gym_extensions.errors import BenchError
@@ -169,8 +169,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         task: a task whose one variation is a ``Course``.
         render_mode: ``"rgb_array"`` (frames of 480 × 640 pixels) or None.
 
-    Raises:
-        BenchError: the task is not a navigation task, or the render mode is not supported.
+    Raises ``BenchError`` if the task is not a navigation task, or the render mode is not supported.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
@@ -196,8 +195,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
 
         The option ``start`` is a free point (x, y) in units, instead of a random one.
 
-        Raises:
-            BenchError: the start is not a free point. Nothing has changed then.
+        Raises ``BenchError`` if the start is not a free point. Nothing has changed then.
         """
         start = None
         if options and "start" in options:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.interfaces import Flags
 from gym_extensions.envs.navigation import geometry
 from gym_extensions.envs.navigation.env import NavigationVectorEnv, course
 from gym_extensions.envs.navigation.geometry import (
@@ -22,7 +23,6 @@ from gym_extensions.envs.navigation.geometry import (
     crosses,
     touches,
 )
-from gym_extensions.envs.protocols import Flags
 from gym_extensions.envs.rollout import run_episodes
 
 FINENESS = 2

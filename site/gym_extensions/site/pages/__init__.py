@@ -80,9 +80,5 @@ PAGES = (
 
 
 def docs_masthead(url: str) -> str:
-    """The masthead of a page of the documentation, with the menu of all other pages.
-
-    Args:
-        url: the page relative to ``docs/`` of the site.
-    """
+    """The masthead of a page of the documentation, ``docs/url``, with the menu of all other pages."""
     return Render(ReferencesInfo("", ""), PAGES, docs=True)("masthead.html", f"{DOCS}{url}")

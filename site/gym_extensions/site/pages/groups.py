@@ -151,18 +151,13 @@ def _group(
         id=name,
         tasks=tuple(TaskRow(task, task_picture(task), known.get(task)) for task in tasks),
         members=SUITES.get(name, ()),
-        boards=tuple(
-            sorted(
-                boards,
-                key=lambda board: (
-                    PROTOCOLS.index(board.protocol),
-                    board.task_conditioned,
-                    -len(board.rows),
-                ),
-            )
-        ),
+        boards=tuple(sorted(boards, key=_place)),
         paper=_paper(name, tasks, boards, entries),
     )
+
+
+def _place(board: BoardView) -> tuple[int, bool, int]:
+    return PROTOCOLS.index(board.protocol), board.task_conditioned, -len(board.rows)
 
 
 def _paper(

@@ -66,8 +66,7 @@ def integrity(content: bytes) -> str:
 def load(folder: Path) -> Simulator | None:
     """The files of a folder; None if there is no such folder.
 
-    Raises:
-        BenchError: a file is missing, or is not the pinned one.
+    Raises ``BenchError`` if a file is missing, or is not the pinned one.
     """
     if not folder.is_dir():
         return None
@@ -103,8 +102,7 @@ def _check(name: str, content: bytes, where: Path) -> None:
 def fetch(folder: Path) -> None:
     """Fetches the package with npm, checks the two files and writes them.
 
-    Raises:
-        BenchError: npm is missing or fails, or a file is not the pinned one.
+    Raises ``BenchError`` if npm is missing or fails, or a file is not the pinned one.
     """
     npm = shutil.which("npm")
     if npm is None:
