@@ -184,6 +184,9 @@ def test_welchs_test_by_hand() -> None:
     # Squared errors 1/3 and 4/3, difference -2: t = -2 / √(5/3), df = (5/3)² / ((1/3)²/2 + (4/3)²/2).
     t, df = welch([summary([0.0, 1.0, 2.0]), summary([1.0, 3.0, 5.0])])
     assert (t.tolist(), df.tolist()) == (pytest.approx([-2 / math.sqrt(5 / 3)]), pytest.approx([50 / 17]))
+    # Squared errors 25 with one degree of freedom and 1/3 with two: the result lies between one and two.
+    _, df = welch([summary([0.0, 10.0]), summary([1.0, 2.0, 3.0])])
+    assert df.tolist() == pytest.approx([(25 + 1 / 3) ** 2 / (25**2 + (1 / 3) ** 2 / 2)])
 
 
 @pytest.mark.parametrize("spread", [0.0, 1.0, 3.0, 10.0, 30.0])
