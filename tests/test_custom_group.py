@@ -1,4 +1,4 @@
-"""A custom group from training to the comparison of two submissions."""
+"""A custom group from training to its board."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The documentation as a site: links, formulas, docstrings, navigation, and nothing from other hosts."""
+"""The documentation as a site: links, nothing from other hosts, and the lowest versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A test runs the Python of each page of the documentation, and the options of each command exist."""
+"""The options of each documented command exist, and the documented files and programs work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an installed copy must be: one namespace package from four roots, a command that answers at once."""
+"""What an installed copy must be: a command that names its sub-commands and its version, typed packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that describe the project: links, folders, versions, workflows and commands agree with the tree."""
+"""Files that describe the project: links, versions and workflows agree with the tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The example and the commands of the README run as printed, and its counts are those of the catalog."""
+"""The example of the README runs as printed, and its number of tasks is that of the catalog."""
 
 from __future__ import annotations
 

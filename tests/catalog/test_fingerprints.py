@@ -1,4 +1,4 @@
-"""The committed table of fingerprints, read without a simulator."""
+"""The committed table of fingerprints."""
 
 from __future__ import annotations
 

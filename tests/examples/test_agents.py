@@ -40,7 +40,7 @@ QUICK = {
 }
 """Settings that save time in the tests."""
 LEARN = ("ppo", "ewc", "multi_head", "recurrent")
-"""The agents whose first task shows progress after its 1000 steps; SAC has its own test."""
+"""The agents whose first task shows progress after its 1000 steps. SAC learns later."""
 
 Load = Callable[[str], ModuleType]
 

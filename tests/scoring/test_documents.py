@@ -1,4 +1,4 @@
-"""Documents: the same value after writing and reading, sorted keys, no NaN, and errors that name the path."""
+"""Documents: the same value after writing and reading, no NaN, and keys of other versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ten maps and their thirty goals are what the rule draws, which has the properties of the paper."""
+"""The ten maps and their thirty goals have the properties of the rule that drew them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The map of a landscape: cells, dots and its label."""
+"""The map of a landscape: cells and dots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of metrics, and its worked example."""
+"""The page of metrics has every formula."""
 
 from __future__ import annotations
 
