@@ -40,15 +40,12 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
     return f"Choose one of: {', '.join(ordered)}." if 0 < len(ordered) <= 25 else ""
 
 
-Command = Callable[..., int]
-"""``main(argv=None)`` runs a command line (``sys.argv[1:]`` if None) and returns the exit status."""
-
-
-def reports_mistakes(main: Command) -> Command:
+def reports_mistakes(main: Callable[..., int]) -> Callable[..., int]:
     """Wraps a command so that a ``BenchError`` is printed to standard error, with exit status 2.
 
-    If the reader of the output is gone (``| head``), the rest is discarded and the exit status is 1. A
-    character that the output's encoding lacks becomes ``?``.
+    ``main(argv=None)`` runs a command line (``sys.argv[1:]`` if None) and returns the exit status. If the
+    reader of the output is gone (``| head``), the rest is discarded and the exit status is 1. A character
+    that the output's encoding lacks becomes ``?``.
     """
 
     @functools.wraps(main)

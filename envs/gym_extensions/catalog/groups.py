@@ -41,19 +41,6 @@ HUMANOID_BODY_ORDER = (
     *(f"{{B}}{size}{part}" for part in FURTHER_LIMBS["Humanoid"] for size in SIZES),
 )
 STANDING_UP = ("Humanoid", "HumanoidStandup", "HumanoidStandupAndRun")
-SINGLE_GROUPS = {
-    "humanoid-standup-run": STANDING_UP,
-    "humanoid-standup-run-wall": (
-        *(f"{body}WithSensor" for body in STANDING_UP),
-        "HumanoidStandupAndRunWall",
-    ),
-    "striker": ("Striker", "StrikerMovingStart"),
-    "pusher": ("Pusher", "PusherMovingGoal"),
-}
-EXTRA_GROUPS = {
-    "pusher-tracking": ("Pusher", "PusherTrackingGoal"),
-    "striker-tracking": ("Striker", "StrikerTrackingGoal"),
-}
 
 
 @dataclass(frozen=True)
@@ -128,7 +115,17 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
     *_per_body("body", PLANAR_BODIES, BODY_ORDER),
     *_per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER),
     *_per_body("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
-    *_named(SINGLE_GROUPS),
+    *_named(
+        {
+            "humanoid-standup-run": STANDING_UP,
+            "humanoid-standup-run-wall": (
+                *(f"{body}WithSensor" for body in STANDING_UP),
+                "HumanoidStandupAndRunWall",
+            ),
+            "striker": ("Striker", "StrikerMovingStart"),
+            "pusher": ("Pusher", "PusherMovingGoal"),
+        }
+    ),
     *_named(
         {
             f"nav-{family}": tuple(pattern.format(map=number, goal=goal) for number in MAPS for goal in GOALS)
@@ -141,7 +138,12 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
 EXTRAS: tuple[TaskGroup, ...] = (
     *_per_body("motor-noise", RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
     *_per_body("noisy-wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
-    *_named(EXTRA_GROUPS),
+    *_named(
+        {
+            "pusher-tracking": ("Pusher", "PusherTrackingGoal"),
+            "striker-tracking": ("Striker", "StrikerTrackingGoal"),
+        }
+    ),
 )
 """Groups that are not in the paper."""
 

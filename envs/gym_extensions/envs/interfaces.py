@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, Self
 
 import mujoco
 import numpy as np
@@ -108,9 +108,6 @@ def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[A
     return array
 
 
-Self = TypeVar("Self", bound="IndependentCopies")
-
-
 class ResetNeededError(BenchError, error.ResetNeeded):
     """An environment has no state yet. It is also Gymnasium's error of that name."""
 
@@ -135,5 +132,5 @@ def require_open(closed: bool, where: str) -> None:
 class IndependentCopies:
     """A mixin whose shallow copies are deep: no two environments share a generator or an array."""
 
-    def __copy__(self: Self) -> Self:
+    def __copy__(self) -> Self:
         return copy.deepcopy(self)

@@ -28,8 +28,6 @@ from gym_extensions.envs.mujoco.vector_env import MujocoVectorEnv
 from gym_extensions.envs.vector_env import WHERE
 from gym_extensions.errors import BenchError
 
-RENDER_MODES = ["human", "rgb_array", "depth_array", "rgbd_tuple"]
-"""Those of Gymnasium's MuJoCo environments. From them Gymnasium makes others, such as ``rgb_array_list``."""
 HINT = "A task's reward, body and time limit are fixed. For another task use gym_extensions.envs.customize."
 VECTOR = ".vector"
 """The end of the names of vector entry points."""
@@ -230,7 +228,7 @@ def spec_of(task: Task) -> EnvSpec:
     )
 
 
-construct.metadata = {"render_modes": RENDER_MODES}  # type: ignore[attr-defined]  # read by gymnasium.make
+construct.metadata = TaskEnv.metadata  # type: ignore[attr-defined]  # read by gymnasium.make
 
 
 def __getattr__(name: str) -> Any:
@@ -242,7 +240,7 @@ def __getattr__(name: str) -> Any:
     if task is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     constructor: Any = partial(construct_vec if name.endswith(VECTOR) else construct, task)
-    constructor.metadata = {"render_modes": RENDER_MODES}
+    constructor.metadata = TaskEnv.metadata
     return constructor
 
 
