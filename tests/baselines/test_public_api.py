@@ -11,11 +11,10 @@ from pathlib import Path
 import pytest
 
 
-@pytest.mark.parametrize("package", ["torch", "stable_baselines3"])
-def test_a_missing_extra_is_named_with_the_command_that_installs_it(package: str) -> None:
-    code = f"import sys; sys.modules[{package!r}] = None; from gym_extensions.baselines import sb3"
+def test_a_missing_extra_is_named_with_the_command_that_installs_it() -> None:
+    code = "import sys; sys.modules['torch'] = None; from gym_extensions.baselines import sb3"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    message = f"sb3 needs {package}. Install it with: pip install 'gym-extensions[sb3]'"
+    message = "sb3 needs torch. Install it with: pip install 'gym-extensions[sb3]'"
     assert done.stderr.splitlines()[-1] == f"ModuleNotFoundError: {message}"
 
 
