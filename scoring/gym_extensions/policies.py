@@ -17,15 +17,9 @@ from gym_extensions.catalog.groups import TaskGroup, resolve_group
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import DOCUMENT, run_file
+from gym_extensions.rollouts.policies import files
 from gym_extensions.rollouts.policies.conversion import from_torch
-from gym_extensions.rollouts.policies.files import (
-    AnyPolicy,
-    content_sha256,
-    npz_arrays,
-    policies_of,
-    policy_keys,
-    read_arrays,
-)
+from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.policies.mlp_arrays import Arrays
 from gym_extensions.rollouts.policies.onnx import OnnxPolicy
@@ -65,7 +59,7 @@ def load(
     if protocol not in PROTOCOLS:
         message, hint = f"There is no protocol {protocol!r}.", did_you_mean(protocol, PROTOCOLS)
         raise BenchError("unknown-protocol", message, "protocol", hint)
-    keys = policy_keys(protocol, members)
+    keys = files.policy_keys(protocol, members)
     key = (keys[-1][0] if stage is None else stage, task)
     if key not in keys:
         each = "a stage and a task" if protocol == "single" else "a stage and no task"
@@ -82,11 +76,11 @@ def load(
     else:
         hint = "Pass sha256, which the run's document states under policies."
         raise BenchError("no-digest", "An address needs a digest.", str(source), hint)
-    return policies_of(arrays, members, protocol)[key]
+    return files.policies_of(arrays, members, protocol)[key]
 
 
 def _require(digest: str, arrays: Arrays, where: str) -> None:
-    if (actual := content_sha256(arrays)) != digest:
+    if (actual := files.content_sha256(arrays)) != digest:
         message = f"The policies have the digest {actual}, not {digest}."
         raise BenchError("other-policy", message, where, "Get the files of the run.")
 
@@ -101,7 +95,7 @@ def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays
         raise BenchError("no-policies", "The run publishes no policies.", str(path))
     if stated.url:
         return _fetched(stated)
-    arrays = read_arrays(folder, group, protocol, run)
+    arrays = files.read_arrays(folder, group, protocol, run)
     _require(stated.sha256, arrays, str(path))
     return arrays
 
@@ -109,7 +103,7 @@ def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays
 def _fetched(policies: PolicyFile) -> Arrays:
     """The arrays at an address. A file with another content does not stay in the cache."""
     path = Fetcher(cache_folder() / "policies").fetch(policies, policies.url)
-    arrays = npz_arrays(path.read_bytes())
+    arrays = files.npz_arrays(path.read_bytes())
     try:
         _require(policies.sha256, arrays, policies.url)
     except BenchError:

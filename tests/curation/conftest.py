@@ -5,11 +5,9 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-import msgspec
 import pytest
 
 from gym_extensions.curation import gate
-from gym_extensions.curation.report import Judgement
 
 from .repositories import git, make_project
 
@@ -36,5 +34,5 @@ def request_with_entry(project: Path) -> Path:
 @pytest.fixture
 def no_judge(monkeypatch: pytest.MonkeyPatch) -> None:
     """Judges no submission: for what is decided before or after that."""
-    judgement = Judgement(level="claimed", repeated=380, episodes=400, notes=("`@alice` <img>",))
-    monkeypatch.setattr(gate, "answers", lambda *_: iter([msgspec.to_builtins(judgement)]))
+    judgement = {"level": "claimed", "repeated": 380, "episodes": 400, "notes": ["`@alice` <img>"]}
+    monkeypatch.setattr(gate, "answers", lambda *_: iter([judgement]))

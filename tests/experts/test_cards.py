@@ -13,8 +13,7 @@ from gym_extensions import experts
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import Card, Measurement, Step
-from gym_extensions.experts.cards import PURPOSES
+from gym_extensions.experts import PURPOSES, Card, Measurement, Step
 from gym_extensions.rollouts.policies.mlp import Policy
 
 

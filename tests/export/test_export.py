@@ -16,7 +16,6 @@ import pytest
 from gym_extensions import experts
 from gym_extensions.errors import BenchError
 from gym_extensions.export import cli, every_eval_ever, minari_dataset
-from gym_extensions.export.minari_dataset import Wanted
 from gym_extensions.results.frames import EPISODE_DTYPES
 from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.pipeline import make_scorer
@@ -113,15 +112,15 @@ def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize(
     ("wanted", "code"),
     [
-        (Wanted(GROUP, task="Hoper"), "unknown-task"),
-        (Wanted(GROUP, stage=6), "unknown-stage"),
-        (Wanted(GROUP, run=77), "unknown-run"),
-        (Wanted("no-such-group"), "unknown-group"),
-        (Wanted(GROUP), "not-verified"),
+        ({"task": "Hoper"}, "unknown-task"),
+        ({"stage": 6}, "unknown-stage"),
+        ({"run": 77}, "unknown-run"),
+        ({"group_name": "no-such-group"}, "unknown-group"),
+        ({}, "not-verified"),
     ],
 )
 def test_minari_gets_nothing_but_a_verified_policy(
-    wanted: Wanted,
+    wanted: dict[str, Any],
     code: str,
     submission: Callable[..., Path],
     tmp_path: Path,
@@ -129,7 +128,9 @@ def test_minari_gets_nothing_but_a_verified_policy(
 ) -> None:
     monkeypatch.setitem(sys.modules, "minari", ModuleType("minari"))
     with pytest.raises(BenchError) as error:
-        minari_dataset.write_dataset(tmp_path, submission(groups=(GROUP,)), wanted)
+        minari_dataset.write_dataset(
+            tmp_path, submission(groups=(GROUP,)), **({"group_name": GROUP} | wanted)
+        )
     assert error.value.code == code
 
 
@@ -138,7 +139,7 @@ def test_without_minari_the_error_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(sys.modules, "minari", None)
     with pytest.raises(BenchError, match=r"pip install 'gym-extensions\[minari\]'"):
-        minari_dataset.write_dataset(tmp_path, ENTRY, Wanted(GROUP))
+        minari_dataset.write_dataset(tmp_path, ENTRY, GROUP)
 
 
 def test_minari_loads_the_dataset_and_its_environment(

@@ -159,6 +159,12 @@ def test_scores_are_the_mean_returns_by_run_stage_and_task(submission: Write, re
 R = [[[0.0, 0.0, 0.0], [1.0, 0.25, 0.0], [0.5, 1.0, 0.5], [0.25, 0.5, 1.0]]]
 
 
+def test_scores_of_a_suite_name_its_groups() -> None:
+    with pytest.raises(BenchError, match="'gravity' is a suite") as error:
+        results.scores(SUBMISSIONS, "gravity")
+    assert (error.value.where, "hopper-gravity-v0" in error.value.hint) == ("group", True)
+
+
 def test_metrics_of_a_matrix_worked_by_hand() -> None:
     frame = results.metrics_of(R, [0.5, 1.0, 1.0]).set_index("metric")
     assert frame["mean"]["final_performance"] == pytest.approx((0.25 + 0.5 + 1) / 3)

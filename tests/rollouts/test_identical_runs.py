@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from gym_extensions.catalog.groups import group
@@ -23,21 +25,9 @@ def log(protocol: str, returns: Mapping[int, float]) -> Log:
     tasks = range(len(HOPPER.tasks))
     cells = (sorted(returns), stages(protocol, len(tasks)), tasks, range(EVALUATION_EPISODES))
     run, stage, position, episode = np.array(list(product(*cells))).T
-    return Log(
-        protocol=protocol,
-        group=HOPPER,
-        runs=tuple(sorted(returns)),
-        run=run,
-        stage=stage,
-        task=[HOPPER.task_ids[index] for index in position],
-        position=position,
-        episode=episode,
-        seed=1000 * position + episode,
-        length=np.full(run.size, 1000),
-        return_=np.array([returns[number] for number in run.tolist()]),
-        terminated=np.zeros(run.size, dtype=np.bool_),
-        success=np.zeros(run.size, dtype=np.int8),
-    )
+    columns = {"run": run, "stage": stage, "position": position, "episode": episode}
+    rows = pd.DataFrame(columns | {"length": 1000, "terminated": False, "success": 0})
+    return Log(protocol, HOPPER, rows.assign(**{"return": rows["run"].map(returns)}))
 
 
 def merge(**returns: Mapping[int, float]) -> tuple[dict[str, tuple[int, ...]], tuple[str, ...]]:
@@ -53,24 +43,23 @@ def test_a_run_is_compared_with_the_first_run_of_the_same_measurements() -> None
 
 @pytest.mark.parametrize(
     ("column", "value"),
-    [("stage", 2), ("length", 999), ("return_", 1.5), ("terminated", True), ("success", 1)],
+    [("stage", 2), ("length", 999), ("return", 1.5), ("terminated", True), ("success", 1)],
 )
 def test_a_difference_in_any_measured_column_of_one_episode_makes_a_run_different(
     column: str, value: float
 ) -> None:
     runs = log("single", {0: 1.0, 1: 1.0})
-    getattr(runs, column)[-1] = value
+    runs.rows.loc[199, column] = value
     assert first_identical_runs(runs) == {0: 0, 1: 1}
 
 
 def test_the_order_of_rows_does_not_matter() -> None:
     runs = log("single", {0: 1.0, 1: 1.0})
-    runs.return_[[0, -1]] = 2.0, 3.0  # the first episode of run 0, the last of run 1
+    runs.rows.loc[[0, 199], "return"] = 2.0, 3.0  # the first episode of run 0, the last of run 1
     assert first_identical_runs(runs) == {0: 0, 1: 1}
-    runs.return_[[100, -101]] = 2.0, 3.0
-    runs.episode[100:120] = runs.episode[100:120][::-1]
-    runs.return_[[100, 119]] = runs.return_[[119, 100]]
-    assert first_identical_runs(runs) == {0: 0, 1: 0}
+    runs.rows.loc[[100, 99], "return"] = 2.0, 3.0
+    shuffled = runs.rows.sample(frac=1, random_state=0).sort_values("run", kind="stable")
+    assert first_identical_runs(replace(runs, rows=shuffled)) == {0: 0, 1: 0}
 
 
 def test_a_pair_is_merged_if_both_of_its_logs_are_identical() -> None:
@@ -115,5 +104,5 @@ def test_the_reader_reports_a_pair_with_one_identical_log(submission: Callable[.
 def test_noise_in_the_last_digits_makes_no_other_run() -> None:
     runs = log("single", {0: 12.5, 1: 12.5, 2: -3.0})
     for noise, first in ((4e-12, 0), (1e-5, 0), (1e-3, 1)):
-        runs.return_[runs.run == 1] += noise
+        runs.rows.loc[runs.rows["run"] == 1, "return"] += noise
         assert first_identical_runs(runs) == {0: 0, 1: first, 2: 2}

@@ -23,7 +23,7 @@ from gym_extensions.rollouts.log import (
     read_log,
     write_log,
 )
-from gym_extensions.rollouts.rules.log import LogRows
+from gym_extensions.rollouts.rules.log import compared_rows, where
 
 from .examples import HALF, LOG
 
@@ -101,11 +101,10 @@ def test_runs_follow_each_other_in_the_columns_and_rows_keep_their_lines() -> No
     frame = log_frame(TEXT.encode())
     log = log_of({3: frame, 0: frame.iloc[:2]}, "sequential", group("hopper-gravity"))
     assert log.runs == (0, 3)
-    assert log.run.tolist() == [0, 0, 3, 3, 3]
-    assert log.position.tolist() == [0, 2, 0, 2, 2]
-    rows = LogRows(log)
-    assert rows.limit.tolist() == [1000] * 5
-    assert (rows.where(3), rows.where(1)) == (f"{LOG.replace('0', '3')}, line 3", f"{LOG}, line 3")
+    assert log.rows["run"].tolist() == [0, 0, 3, 3, 3]
+    assert log.rows["position"].tolist() == [0, 2, 0, 2, 2]
+    assert compared_rows(log)["limit"].tolist() == [1000] * 5
+    assert (where(log, 3), where(log, 1)) == (f"{LOG.replace('0', '3')}, line 3", f"{LOG}, line 3")
 
 
 def test_points_of_an_unfinished_curve_are_appended(tmp_path: Path) -> None:

@@ -65,7 +65,8 @@ def _means(entry: Path) -> tuple[tuple[float, ...], ...]:
     """The mean return of every stage and task of run 0."""
     (submitted,) = read(entry).groups.values()
     log, count = submitted.logs["sequential"], len(submitted.group.tasks)
-    means = log.return_[log.run == 0].reshape(count + 1, count, -1).mean(axis=2)
+    returns = log.rows["return"][log.rows["run"] == 0].to_numpy()
+    means = returns.reshape(count + 1, count, -1).mean(axis=2)
     return tuple(map(tuple, means.tolist()))
 
 

@@ -16,8 +16,7 @@ from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST, Folder
 from gym_extensions.rollouts.manifest import FORMAT
-from gym_extensions.rollouts.problem import problems
-from gym_extensions.rollouts.rules.manifest import ManifestInFolder
+from gym_extensions.rollouts.rules import problems
 from gym_extensions.rollouts.run import Count, Versions
 from gym_extensions.versions import version_or_none
 
@@ -136,7 +135,7 @@ def card_of(agent: Agent, name: str) -> Card:
         raise _bad_card("algorithm", "The algorithm has no name.")
     tables = card_tables(card, Observes())
     tables["protocol"]["budget"] = STANDARD_BUDGET
-    for problem in problems("manifest", ManifestInFolder(NO_FOLDER, tables)):
+    for problem in problems("manifest", NO_FOLDER, tables):
         if problem.rule != "no-groups":
             raise _bad_card(problem.where.removeprefix(f"{MANIFEST}, "), problem.message, problem.hint)
     for package in card.packages:

@@ -54,8 +54,7 @@ def check_pr(argv: Sequence[str] | None = None) -> int:
     """Checks a pull request, prints the report, and returns the exit status."""
     options = gate_parser().parse_args(argv)
     if options.rules:
-        texts = {name: " ".join((each.__doc__ or "").split()) for name, each in RULES.items()}
-        print_text("".join(f"{name}: {text}\n" for name, text in texts.items()))
+        print_text("".join(f"{each.name}: {each.text}\n" for each in RULES.values()))
         return 0
     if path := options.comment or options.labels:
         try:
@@ -148,7 +147,7 @@ def maintain(argv: Sequence[str] | None = None) -> int:
     else:
         from gym_extensions.curation import wanted  # loads the agents
 
-        print("\n".join(wanted.lines_of(wanted.wanted(submission_folders(options.entries)))))
+        print("\n".join(wanted.wanted(submission_folders(options.entries))))
     return 0
 
 

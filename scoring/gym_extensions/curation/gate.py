@@ -16,11 +16,12 @@ import msgspec
 
 from gym_extensions.curation import report as reports
 from gym_extensions.curation.git import MACHINE_ERRORS, Repository
-from gym_extensions.curation.pull_request import SUBMISSIONS, PullRequest, broken_rules, is_data
+from gym_extensions.curation.pull_request import RULES, SUBMISSIONS, PullRequest, is_data
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem, cut
+from gym_extensions.rollouts.problem import problems as problems_of
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, REPORTED
 from gym_extensions.rollouts.run import RunDocument
@@ -51,7 +52,8 @@ SAMPLE = 20
 """Cells of 20 episodes that are repeated."""
 SAMPLE_SECONDS = 240.0
 """No further cell is started after this time."""
-NOT_REPEATED = "not-repeated"
+JUDGED = ("level", "repeated", "episodes", "scores", "notes")
+"""What that process says of an entry for the report, besides its problems."""
 
 
 def check_pull_request(
@@ -78,7 +80,7 @@ def check_pull_request(
             entry=name if (RECORD if pull_request.kind == "record" else NAME).fullmatch(name) else "",
             owners=_owners(pull_request, name),
         )
-        problems = broken_rules(pull_request)
+        problems = problems_of("pull request", pull_request, rules=RULES)
         return _closed(report, problems) if problems else _judged(report, pull_request, limits)
     except BenchError as error:
         if error.code in MACHINE_ERRORS:
@@ -139,16 +141,10 @@ def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limit
         donated = list(pull_request.donated_runs)
         call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path), "donated": donated}
         (answer,) = answers(JOB, call, limits)
-    judgement = msgspec.convert(answer, reports.Judgement)
-    judged = replace(
-        report,
-        level=judgement.level,
-        repeated=judgement.repeated,
-        episodes=judgement.episodes,
-        scores=judgement.scores,
-        notes=tuple(map(cut, judgement.notes[: reports.MAX_PROBLEMS])),
-    )
-    return _closed(judged, judgement.problems)
+    judged = {name: answer[name] for name in JUDGED if name in answer}
+    judged["notes"] = [cut(note) for note in judged.get("notes", ())[: reports.MAX_PROBLEMS]]
+    report = msgspec.convert(msgspec.to_builtins(report) | judged, reports.GateReport)
+    return _closed(report, msgspec.convert(answer.get("problems", ()), list[Problem]))
 
 
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:
@@ -160,22 +156,26 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     yield msgspec.to_builtins(judged(call))
 
 
-def _judge_record(call: Mapping[str, Any]) -> reports.Judgement:
+Judgement = dict[str, Any]
+"""What is found out about an entry: some of ``JUDGED``, and the ``problems``."""
+
+
+def _judge_record(call: Mapping[str, Any]) -> Judgement:
     record = Record(Path(call["record"]))
     episodes, errors = sample(record)
-    problems = tuple(Problem(each.code, record.name, each.message, each.hint) for each in errors)
+    problems = [Problem(each.code, record.name, each.message, each.hint) for each in errors]
     note = f"The policy is run on {episodes} measurement episodes."
-    return reports.Judgement(problems=problems, episodes=episodes, notes=(note,))
+    return {"problems": problems, "episodes": episodes, "notes": [note]}
 
 
-def _judge_entry(call: Mapping[str, Any]) -> reports.Judgement:
+def _judge_entry(call: Mapping[str, Any]) -> Judgement:
     folder, donated = Path(call["folder"]), frozenset(call["donated"])
     card = score(read(folder, policies=True), load_references())
     whole = read(folder, merge_runs=False)
     if problems := card.problems or tuple(donation_problems(whole, donated)):
-        return reports.Judgement(problems=problems)
+        return {"problems": problems}
     if card.level == REPORTED:
-        return reports.Judgement(level="reported", notes=(*card.notes, *card.signs))
+        return {"level": REPORTED, "notes": [*card.notes, *card.signs]}
     found = repeated_sample(whole, folder, donated)
     scores = []
     for group, protocols in card.groups.items():
@@ -183,8 +183,8 @@ def _judge_entry(call: Mapping[str, Any]) -> reports.Judgement:
             name = METRICS[protocol][0].name
             value, facts = each.metrics[name], (each.budget, len(each.runs), name)
             scores.append(reports.GateScore(group, protocol, *facts, value.mean, value.low, value.high))
-    notes = (*found.notes, *card.notes, *card.signs)
-    return replace(found, level="claimed", scores=tuple(scores), notes=notes)
+    notes = [*found["notes"], *card.notes, *card.signs]
+    return found | {"level": CLAIMED, "scores": scores, "notes": notes}
 
 
 def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Problem]:
@@ -220,9 +220,7 @@ def _agent_versions(document: RunDocument) -> dict[str, str]:
     return {name: getattr(document.versions, name) for name in names} | document.packages
 
 
-def repeated_sample(
-    submission: Submission, folder: Path, donated: Set[str] = frozenset()
-) -> reports.Judgement:
+def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> Judgement:
     """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
 
     The cells are those whose SHA-256 with the digest of all files is lowest. An episode that differs is a
@@ -230,8 +228,7 @@ def repeated_sample(
     """
     assert submission.manifest is not None, "it has no problems"
     if submission.manifest.protocol.evaluation == SAMPLED:
-        note = "The policies sample their actions, so that no episode can be repeated."
-        return reports.Judgement(notes=(note,))
+        return {"notes": ["The policies sample their actions, so that no episode can be repeated."]}
     runs, notes = [], list[str]()
     for name, run in runs_of(submission).items():
         policies = run.document.policies
@@ -261,8 +258,6 @@ def repeated_sample(
                 notes.append(f"{run.name} was made elsewhere ({run.other_machine}): {result.difference}.")
             elif result.difference:
                 hint = "Store the policy of every stage, and log its first evaluation."
-                problems.append(Problem(NOT_REPEATED, run.name, f"{result.difference}.", hint))
+                problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))
         player.close()
-    return reports.Judgement(
-        repeated=repeated, episodes=episodes, problems=tuple(problems), notes=tuple(notes)
-    )
+    return {"repeated": repeated, "episodes": episodes, "problems": problems, "notes": notes}

@@ -8,18 +8,20 @@ from __future__ import annotations
 import os
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
 from gym_extensions.curation.report import Kind
-from gym_extensions.experts.cards import MAX_CARD, MAX_POLICY
+from gym_extensions.experts import MAX_CARD, MAX_POLICY
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.manifest import RECORDED, manifest_of, parse
-from gym_extensions.rollouts.problem import Finding, Problem
+from gym_extensions.rollouts.problem import Finding, Rule
+from gym_extensions.rollouts.problem import rule as registered
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import RECORDS, recordable
 
@@ -40,8 +42,7 @@ MAX_PATH = 200
 """Characters of a path."""
 
 
-@dataclass(frozen=True)
-class Change:
+class Change(NamedTuple):
     """A changed file: git's letter (``A`` added, ``M`` modified, ``D`` deleted, ``T`` of another type, ``R``
     renamed), the new file mode, the path, and the old path of a renamed file.
     """
@@ -154,21 +155,9 @@ def record_files(record: str) -> tuple[str, str]:
     return f"{RECORDS}/{record}{records.POLICY}", f"{RECORDS}/{record}{records.CARD}"
 
 
-Rule = Callable[[PullRequest], Iterator[Finding]]
 RULES: dict[str, Rule] = {}
 """Every rule by name, in the order of their definition."""
-
-
-def rule(function: Rule) -> Rule:
-    """Registers a rule; its name is the function's with dashes."""
-    RULES[function.__name__.replace("_", "-")] = function
-    return function
-
-
-def broken_rules(pull_request: PullRequest) -> list[Problem]:
-    """The problems of a pull request that changes data."""
-    found = ((name, each) for name, function in RULES.items() for each in function(pull_request))
-    return [Problem(name, each.where, each.message, each.hint) for name, each in found]
+rule = registered("pull request", RULES)
 
 
 @rule
@@ -359,20 +348,19 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
 def too_large(pull_request: PullRequest) -> Iterator[Finding]:
     """An entry keeps to the limits of docs/rollout-log.md on sizes and on the number of files. The policy of
     a record has at most 4 MiB, its card 64 KiB."""
+    sized = []
     for name in pull_request.entries:
         files = pull_request.files_of(name)
         total = sum(file.size or 0 for file in files)
         if len(files) > layout.MAX_FILES or total > layout.MAX_SUBMISSION_BYTES:
             message = f"It has {len(files)} files with {total} bytes."
             yield Finding(f"submissions/{name}", message, "Leave out what is not part of a submission.")
-        for file in files:
-            limit = layout.max_bytes(file.path.split("/", 2)[2])
-            if (file.size or 0) > limit:
-                message = f"It has {file.size} bytes; the limit is {limit}."
-                yield Finding(file.path, message, "See the limits in docs/rollout-log.md.")
+        hint = "See the limits in docs/rollout-log.md."
+        sized += [(file, layout.max_bytes(file.path.split("/", 2)[2]), hint) for file in files]
     for record in pull_request.records:
         for file in pull_request.files_of_record(record):
-            limit = MAX_CARD if file.path.endswith(records.CARD) else MAX_POLICY
-            if (file.size or 0) > limit:
-                message = f"It has {file.size} bytes; the limit is {limit}."
-                yield Finding(file.path, message, "Make it smaller.")
+            is_card = file.path.endswith(records.CARD)
+            sized.append((file, MAX_CARD if is_card else MAX_POLICY, "Make it smaller."))
+    for file, limit, hint in sized:
+        if (file.size or 0) > limit:
+            yield Finding(file.path, f"It has {file.size} bytes; the limit is {limit}.", hint)

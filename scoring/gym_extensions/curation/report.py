@@ -26,8 +26,6 @@ MAX_PROBLEMS = 50
 OWNER = "@[A-Za-z0-9][A-Za-z0-9-]*(/[A-Za-z0-9._-]+)?"
 """A user or team of the code host."""
 CommitId: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{40,64}$")]
-
-
 Note = Annotated[str, Meta(max_length=MAX_TEXT)]
 
 
@@ -43,18 +41,6 @@ class GateScore:
     mean: float | None
     low: float | None
     high: float | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
-    """What the process with limits found out about an entry."""
-
-    level: Level | None = None
-    repeated: int = 0
-    episodes: int = 0
-    problems: tuple[Problem, ...] = ()
-    scores: tuple[GateScore, ...] = ()
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

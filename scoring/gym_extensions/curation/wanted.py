@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import NormalDist
 
@@ -21,63 +20,44 @@ from gym_extensions.scoring.scorecard import Scorecard
 NORMAL = NormalDist()
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What an entry in a folder, of an agent of this project, needs for its next look at n runs.
+def wanted(folders: Sequence[Path]) -> list[str]:
+    """What the entries of this project's agents need for their next look, of all entries, in words.
 
-    ``runs`` are the numbers of the missing sequential runs by group name. ``decides`` is how many open
-    comparisons the look would decide, about; None for an entry without any.
+    First what decides most open comparisons per run. After the line of an entry follows a command for each
+    group, which trains its missing runs; ``--runs`` may name any one of them.
     """
-
-    entry: Path
-    agent: str
-    budget: str
-    look: int
-    runs: Mapping[str, tuple[int, ...]]
-    decides: float | None
-
-    @property
-    def count(self) -> int:
-        """The number of missing runs."""
-        return sum(map(len, self.runs.values()))
-
-    @property
-    def commands(self) -> Iterator[str]:
-        """A command for each group, which trains the missing runs; ``--runs`` may name any one of them."""
-        for name, runs in self.runs.items():
-            words = ["gym-extensions", "train", self.agent, "--groups", name, "--protocol", "sequential"]
-            words += ["--budget", self.budget, "--runs", ",".join(map(str, runs)), "--out", str(self.entry)]
-            yield shlex.join(words)
-
-
-def wanted(folders: Sequence[Path]) -> list[Wanted]:
-    """What the entries of this project's agents need, of all entries; first what decides most per run."""
     cards = list(scorecards(folders, make_scorer(only=("core",))))
     board = core_board([card for card in cards if not card.withdrawn])
     by_name = {card.name: (folder, card) for folder, card in zip(folders, cards, strict=True)}
-    rows = board.rows if board else ()
-    found = [_of(row, *by_name[row.name], board) for row in rows if board and row.next_look]
-    present = [each for each in found if each is not None and each.count]
-    return sorted(
-        present, key=lambda each: (each.decides is None, -(each.decides or 0.0) / each.count, each.entry.name)
-    )
+    found = []
+    for row in board.rows if board else ():
+        folder, card = by_name[row.name]
+        runs = _missing(row, folder, card)
+        if board is None or card.manifest is None or not runs:
+            continue
+        decides, count = _decides(row, board) if row.ranked else None, sum(map(len, runs.values()))
+        more = "" if decides is None else f"; about {decides:.1f} comparisons would be decided"
+        lines = [f"{row.name}: {count} runs complete its look at {row.next_look} runs{more}."]
+        agent, budget = card.manifest.protocol.algorithm, card.manifest.protocol.budget
+        for name, numbers in runs.items():
+            words = ["gym-extensions", "train", agent, "--groups", name, "--protocol", "sequential"]
+            words += ["--budget", budget, "--runs", ",".join(map(str, numbers)), "--out", str(folder)]
+            lines.append(f"  {shlex.join(words)}")
+        found.append(((decides is None, -(decides or 0.0) / count, row.name), lines))
+    lines = [line for _, of_entry in sorted(found) for line in of_entry]
+    return lines or ["No entry of this project needs runs for its next look."]
 
 
-def _of(row: CoreEntry, folder: Path, card: Scorecard, board: CoreBoard) -> Wanted | None:
-    """What an entry needs; None if runs of it cannot be donated, or would not be compared."""
+def _missing(row: CoreEntry, folder: Path, card: Scorecard) -> dict[str, list[int]]:
+    """The sequential runs by group that an entry lacks; none if they cannot be donated, or not compared."""
     protocol = card.manifest.protocol if card.manifest else None
     is_own = protocol and protocol.steps == RECORDED and protocol.algorithm in algorithms.names()
     could_be_ranked = row.ranked or row.look == 0
-    if protocol is None or not is_own or not could_be_ranked or row.next_look is None:
-        return None
-    runs = {}
-    for name in CORES[CORE]:
-        members = group(name)
-        missing = set(range(row.next_look)) - finished_runs(folder, members, "sequential")
-        if missing:
-            runs[members.name] = tuple(sorted(missing))
-    decides = _decides(row, board) if row.ranked else None
-    return Wanted(folder, protocol.algorithm, protocol.budget, row.next_look, runs, decides)
+    if not is_own or not could_be_ranked or row.next_look is None:
+        return {}
+    wanted = set(range(row.next_look))
+    lacking = {each: wanted - finished_runs(folder, each, "sequential") for each in map(group, CORES[CORE])}
+    return {each.name: sorted(runs) for each, runs in lacking.items() if runs}
 
 
 def _decides(row: CoreEntry, board: CoreBoard) -> float:
@@ -106,13 +86,3 @@ def power_at_next_look(pair: CorePair, pairs: int) -> float:
     if standard_error == 0:
         return float(pair.mean != 0)
     return NORMAL.cdf(abs(pair.mean) / standard_error * math.sqrt(pair.next_look / pair.look) - then)
-
-
-def lines_of(found: Sequence[Wanted]) -> Iterator[str]:
-    """What is wanted in words, an entry after the other."""
-    for each in found:
-        more = "" if each.decides is None else f"; about {each.decides:.1f} comparisons would be decided"
-        yield f"{each.entry.name}: {each.count} runs complete its look at {each.look} runs{more}."
-        yield from (f"  {command}" for command in each.commands)
-    if not found:
-        yield "No entry of this project needs runs for its next look."

@@ -96,9 +96,10 @@ def main(argv: list[str] | None = None) -> int:
 
             said = ", ".join(write_repositories(folder, options.entries, options.group, options.experts))
         else:
-            from gym_extensions.export.minari_dataset import Wanted, write_dataset
+            from gym_extensions.export.minari_dataset import write_dataset
 
-            wanted = Wanted(options.group, options.protocol, options.run, options.stage, options.task)
-            said = write_dataset(folder, options.entry, wanted, options.episodes)
+            names = ("protocol", "run", "stage", "task", "episodes")
+            chosen = {name: getattr(options, name) for name in names}
+            said = write_dataset(folder, options.entry, options.group, **chosen)
     print(f"{options.out}: {said}")
     return 0

@@ -7,12 +7,12 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from gym_extensions import policies
-from gym_extensions.catalog.groups import GROUPS, group
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.protocol import stages
 from gym_extensions.envs import make
 from gym_extensions.envs.fingerprinting import require_published_engine
@@ -30,57 +30,55 @@ ROOT = "MINARI_DATASETS_PATH"
 MAX_EPISODES = 10_000
 
 
-class Wanted(NamedTuple):
-    """Which policy plays which task: the last stage and the last task where None."""
+def write_dataset(
+    folder: Path,
+    entry: Path,
+    group_name: str,
+    *,
+    protocol: str = "sequential",
+    run: int = 0,
+    stage: int | None = None,
+    task: str | None = None,
+    episodes: int = 20,
+) -> str:
+    """Runs a policy on the seeds 0 to episodes − 1, writes them, and returns the id of the dataset.
 
-    group: str
-    protocol: str = "sequential"
-    run: int = 0
-    stage: int | None = None
-    task: str | None = None
-
-
-def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) -> str:
-    """Runs a policy on the seeds 0 to count − 1, writes its episodes, and returns the id of the dataset.
-
-    The folder becomes Minari's root of datasets.
+    The folder becomes Minari's root of datasets. ``stage`` and ``task`` are the last ones where None.
 
     Raises:
         BenchError: Minari is not installed, something that is wanted does not exist, or no verification of
             the run as it is now has passed.
     """
-    if not 1 <= count <= MAX_EPISODES:
+    if not 1 <= episodes <= MAX_EPISODES:
         hint = f"Give 1 to {MAX_EPISODES}."
-        raise BenchError("bad-episodes", f"The number is {count}.", "--episodes", hint)
+        raise BenchError("bad-episodes", f"The number is {episodes}.", "--episodes", hint)
     try:
         import minari
     except ImportError as error:
         hint = "Run: pip install 'gym-extensions[minari]'"
         raise BenchError("not-installed", "Minari is not installed.", "minari", hint) from error
-    tasks = group(wanted.group).tasks
-    names = [task.name for task in tasks]
-    name = names[-1] if wanted.task is None else wanted.task
+    members = group(group_name)
+    names = [each.name for each in members.tasks]
+    name = names[-1] if task is None else task
     if name not in names:
-        message = f"{group(wanted.group).id} has no task {name!r}."
+        message = f"{members.id} has no task {name!r}."
         raise BenchError("unknown-task", message, "--task", did_you_mean(name, names))
-    known = list(stages(wanted.protocol, len(names)))
-    stage = known[-1] if wanted.stage is None else wanted.stage
+    known = list(stages(protocol, len(names)))
+    stage = known[-1] if stage is None else stage
     if stage not in known:
         hint = f"Choose {known[0]} to {known[-1]}."
         raise BenchError("unknown-stage", f"Stage {stage} does not exist.", "--stage", hint)
-    manifest = _verified(entry, wanted)
-    trained = name if wanted.protocol == "single" else None
-    policy = policies.load(
-        entry, wanted.group, run=wanted.run, stage=stage, task=trained, protocol=wanted.protocol
-    )
+    manifest = _verified(entry, members, protocol, run)
+    trained = name if protocol == "single" else None
+    policy = policies.load(entry, members, run=run, stage=stage, task=trained, protocol=protocol)
     position = names.index(name)
     require_published_engine()
     submission = entry.resolve().name
-    dataset = f"gym-extensions/{name}/{submission}-{wanted.protocol}-run{wanted.run}-stage{stage}-v0"
+    dataset = f"gym-extensions/{name}/{submission}-{protocol}-run{run}-stage{stage}-v0"
     with _root(folder), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it asks for an e-mail address and for a link to code
-        env: Any = minari.DataCollector(make(tasks[position]))
-        for seed in range(count):
+        env: Any = minari.DataCollector(make(members.tasks[position]))
+        for seed in range(episodes):
             sampled = manifest.protocol.evaluation == "sampled"
             _play(env, policy, position, seed, np.random.default_rng(seed) if sampled else None)
         env.create_dataset(
@@ -88,8 +86,8 @@ def write_dataset(folder: Path, entry: Path, wanted: Wanted, count: int = 20) ->
             algorithm_name=submission,
             author=", ".join(manifest.authors),
             requirements=[f"gym-extensions=={version('gym-extensions')}"],
-            description=f"The policy of {run_key(wanted.group, wanted.protocol, wanted.run)}, stage {stage}, "
-            f"on {tasks[position].id}, with the seeds 0 to {count - 1}.",
+            description=f"The policy of {run_key(group_name, protocol, run)}, stage {stage}, "
+            f"on {members.tasks[position].id}, with the seeds 0 to {episodes - 1}.",
         )
         env.close()
     return dataset
@@ -108,14 +106,13 @@ def _play(env: Any, policy: AnyPolicy, position: int, seed: int, noise: np.rando
         ended = terminated or truncated
 
 
-def _verified(entry: Path, wanted: Wanted) -> Manifest:
+def _verified(entry: Path, tasks: TaskGroup, protocol: str, run: int) -> Manifest:
     """The manifest of an entry that has the run, with a verification that passed."""
-    tasks = group(wanted.group)
     submission = read(entry, GROUPS, only=(tasks.name,), merge_runs=False)
     refuse_problems(entry, submission.problems)
     found = submission.groups.get(tasks.id)
-    key = run_key(tasks.name, wanted.protocol, wanted.run)
-    digests = found.digests(wanted.protocol) if found and wanted.protocol in found.logs else {}
+    key = run_key(tasks.name, protocol, run)
+    digests = found.digests(protocol) if found and protocol in found.logs else {}
     if key not in digests or submission.manifest is None:
         raise BenchError("unknown-run", f"It has no run {key}.", str(entry), "Name one of its runs.")
     if level(submission.review, {key: digests[key]}) == CLAIMED:

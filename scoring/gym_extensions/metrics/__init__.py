@@ -17,19 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring import formulas
 from gym_extensions.scoring.entry.values import joint_gap, over_runs
-from gym_extensions.scoring.formulas import (
-    FINAL,
-    JOINT_GAP,
-    TABLE,
-    Metric,
-    MetricValue,
-    Profile,
-    Run,
-    area,
-    iqm,
-    profile,
-)
+from gym_extensions.scoring.formulas import Metric, MetricValue, Profile, Run, area, iqm, profile
 from gym_extensions.scoring.statistics import Interval, difference, interval
 
 __all__ = [
@@ -47,7 +37,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-FORMULAS = {metric.name: metric.formula for metric in TABLE}
+FORMULAS = {metric.name: metric.formula for metric in formulas.TABLE}
 """The formula of every metric, by name."""
 
 NEEDS_STAGE_0 = ("zero_shot_transfer", "generalization_to_unseen_tasks")
@@ -140,14 +130,14 @@ def compute(
             lacking.append("a first row of the untrained agent")
         if lacking:
             return MetricValue(why=f"It needs {' and '.join(lacking)}.")
-        if metric is JOINT_GAP:
+        if metric is formulas.JOINT_GAP:
             joint_runs = _last_stage(found["joint"], scored)
-            return joint_gap(over_runs(FINAL, all_runs), over_runs(FINAL, joint_runs))
+            return joint_gap(over_runs(formulas.FINAL, all_runs), over_runs(formulas.FINAL, joint_runs))
         if metric.protocols == ("cumulative",):
             return over_runs(metric, _last_stage(found["cumulative"], scored))
         return over_runs(metric, all_runs)
 
-    return {metric.name: value(metric) for metric in TABLE}
+    return {metric.name: value(metric) for metric in formulas.TABLE}
 
 
 AXES = {"cumulative": 0, "episodes": 2}

@@ -23,13 +23,16 @@ CustomGroups = Iterable[str | Path | TaskGroup]
 """Groups of the user: TOML files or TaskGroup objects."""
 
 
-def read_all(submissions: Paths, groups: CustomGroups) -> Iterator[Submission]:
-    """The submissions in order of their names. Raises ``BenchError`` if one has problems or is missing."""
+def read_groups(submissions: Paths, groups: CustomGroups) -> Iterator[tuple[Submission, str, SubmittedGroup]]:
+    """The submissions in order of their names, with each of their groups and its id.
+
+    Raises ``BenchError`` if one has problems or is missing.
+    """
     known = with_custom(groups)
     for folder in find_submissions(submissions):
         submission = read(folder, known)
         refuse_problems(folder, submission.problems)
-        yield submission
+        yield from ((submission, group_id, group) for group_id, group in submission.groups.items())
 
 
 KEY_DTYPES = {"submission": "str", "group": "str", "protocol": "str", "run": "int64"}
@@ -58,9 +61,6 @@ def concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.Data
 EPISODE_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "episode": "int64", "seed": "int64"}
 EPISODE_DTYPES |= {"length": "int64", "return": "float64", "terminated": "bool", "success": "boolean"}
 EPISODE_DTYPES |= {"fingerprint": "str"}
-
-
-LOGGED = ("run", "stage", "task", "episode", "seed", "length", "terminated")
 
 
 def episodes(
@@ -100,22 +100,17 @@ def episodes(
     """
     chosen = chosen_columns(columns, EPISODE_DTYPES)
     frames = [
-        pd.DataFrame(
-            {
-                "submission": submission.name,
-                "group": group_id,
-                "protocol": protocol,
-                **{name: getattr(log, name) for name in LOGGED},
-                "return": log.return_,
-                "success": pd.arrays.BooleanArray(log.success == 1, log.success < 0),
-                "fingerprint": [
-                    group.runs[protocol][run].fingerprints[task]
-                    for run, task in zip(log.run.tolist(), log.task, strict=True)
-                ],
-            }
+        log.rows.assign(
+            submission=submission.name,
+            group=group_id,
+            protocol=protocol,
+            success=log.rows["success"].astype("Int8").where(log.rows["success"] >= 0),
+            fingerprint=[
+                group.runs[protocol][run].fingerprints[task]
+                for run, task in zip(log.rows["run"], log.rows["task"], strict=True)
+            ],
         )
-        for submission in read_all(submissions, groups)
-        for group_id, group in submission.groups.items()
+        for submission, group_id, group in read_groups(submissions, groups)
         for protocol, log in group.logs.items()
     ]
     return concat(frames, EPISODE_DTYPES)[chosen]
@@ -144,8 +139,7 @@ def curves(
     chosen = chosen_columns(columns, CURVE_DTYPES)
     rows = (
         (submission.name, group_id, protocol, run, curve.task, step, value)
-        for submission in read_all(submissions, groups)
-        for group_id, group in submission.groups.items()
+        for submission, group_id, group in read_groups(submissions, groups)
         for protocol, documents in group.runs.items()
         for run, document in documents.items()
         for curve in document.curves
@@ -187,9 +181,8 @@ def evaluations(
         _evaluations_of(group, budget_named(submission.manifest.protocol.budget)).assign(
             submission=submission.name, group=group_id
         )
-        for submission in read_all(submissions, groups)
+        for submission, group_id, group in read_groups(submissions, groups)
         if submission.manifest is not None
-        for group_id, group in submission.groups.items()
     ]
     return concat(frames, EVALUATION_DTYPES)[chosen]
 
@@ -210,8 +203,7 @@ def _evaluations_of(group: SubmittedGroup, budget: Budget) -> pd.DataFrame:
 
 def _after_stages(group: SubmittedGroup, steps: dict[str, int]) -> Iterator[pd.DataFrame]:
     for protocol, log in group.logs.items():
-        rows = pd.DataFrame({"run": log.run, "stage": log.stage, "task": log.task, "return": log.return_})
-        cells = rows.groupby(["run", "stage", "task"])["return"].agg(["size", "mean"]).reset_index()
+        cells = log.rows.groupby(["run", "stage", "task"])["return"].agg(["size", "mean"]).reset_index()
         cells = cells.rename(columns={"size": "episodes", "mean": "return"})
         step = np.where(cells["stage"] > 0, steps[protocol], 0)
         yield cells.assign(protocol=protocol, step=step, trained=cells["stage"].astype("float64"))

@@ -15,26 +15,11 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET,
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, chosen_columns
+from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.landscapes import best, landscapes_of, summary
-from gym_extensions.scoring.output.tables import (
-    CORE_DTYPES,
-    METRIC_DTYPES,
-    PAIR_DTYPES,
-    board_dtypes,
-    board_frame,
-    core_frame,
-    core_pairs_frame,
-    metrics_frame,
-    typed,
-)
-from gym_extensions.scoring.pipeline import (
-    Paths,
-    Scorer,
-    find_submissions,
-    make_scorer,
-    scorecard_document,
-    valid_scorecards,
-)
+from gym_extensions.scoring.output import tables
+from gym_extensions.scoring.output.tables import typed
+from gym_extensions.scoring.pipeline import Paths, make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.ranking.group_board import board as board_of
@@ -74,10 +59,10 @@ def metrics(
     Raises:
         BenchError: a path does not exist, a submission has problems, or a column is unknown.
     """
-    chosen = chosen_columns(columns, METRIC_DTYPES)
+    chosen = chosen_columns(columns, tables.METRIC_DTYPES)
     scorer = make_scorer(groups, references)
     cards = list(valid_scorecards(submissions, scorer).values())
-    return metrics_frame(scorecard_document(cards, scorer.references))[chosen]
+    return tables.metrics_frame(pipeline.scorecard_document(cards, scorer.references))[chosen]
 
 
 def board(
@@ -136,7 +121,7 @@ def board(
     scorer, group_id = _scorer_of(group, groups, references)
     _check("protocol", protocol, PROTOCOLS)
     _check("budget", budget, BUDGETS)
-    chosen = chosen_columns(columns, board_dtypes(protocol))
+    chosen = chosen_columns(columns, tables.board_dtypes(protocol))
     names = SUITES.get(group_id, (group_id,))
     only = tuple(name for name, known in scorer.groups.items() if known.id in names)
     cards = list(valid_scorecards(submissions, replace(scorer, only=only)).values())
@@ -148,12 +133,12 @@ def board(
             message = f"The board of {group_id}, {protocol}, budget {budget} is empty. The submissions have "
             warnings.warn(f"{message}the budget {', '.join(budgets)}.", UserWarning, stacklevel=2)
         found = replace(found, computed=())
-    return board_frame(found)[chosen]
+    return tables.board_frame(found)[chosen]
 
 
 def _scorer_of(
     group: str | TaskGroup, groups: CustomGroups, references: str | Path | None
-) -> tuple[Scorer, str]:
+) -> tuple[pipeline.Scorer, str]:
     """The scorer, and the name of a suite or the id of a group, which may be a custom one."""
     if isinstance(group, TaskGroup):
         groups, group = (*groups, group), group.name
@@ -199,8 +184,8 @@ def core(submissions: Paths = "submissions", *, columns: Sequence[str] | None = 
     The metrics are ``final_performance``, ``learning_performance``, ``forgetting`` and
     ``zero_shot_transfer``. The arguments and errors are those of :func:`metrics`.
     """
-    chosen = chosen_columns(columns, CORE_DTYPES)
-    return core_frame(_core_board(submissions))[chosen]
+    chosen = chosen_columns(columns, tables.CORE_DTYPES)
+    return tables.core_frame(_core_board(submissions))[chosen]
 
 
 def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -211,8 +196,8 @@ def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | N
     (``separated``, ``equivalent`` or ``open``), ``exploratory`` and ``next_look``. docs/scorecard.md says
     more. The arguments and errors are those of :func:`metrics`.
     """
-    chosen = chosen_columns(columns, PAIR_DTYPES)
-    return core_pairs_frame(_core_board(submissions))[chosen]
+    chosen = chosen_columns(columns, tables.PAIR_DTYPES)
+    return tables.core_pairs_frame(_core_board(submissions))[chosen]
 
 
 LANDSCAPE_DTYPES = {"submission": "str", "group": "str", "share": "str", "runs": "int64"}
@@ -239,7 +224,7 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
     Raises:
         BenchError: a path is unknown, or a landscape cannot be read.
     """
-    found = {folder.name: landscapes_of(folder) for folder in find_submissions(submissions)}
+    found = {folder.name: landscapes_of(folder) for folder in pipeline.find_submissions(submissions)}
     top = best(each for of_entry in found.values() for each in of_entry.values())
     rows = [
         (name, group.id, share, len(value.runs), value.mean, value.low, value.high)
@@ -288,9 +273,13 @@ def scores(
         submissions, group, protocol, columns, groups, references: as in :func:`board`, without suites.
 
     Raises:
-        BenchError: a group, protocol, path or column is unknown, or a submission has problems.
+        BenchError: a group, protocol, path or column is unknown, the group is a suite, or a submission has
+            problems.
     """
     scorer, group_id = _scorer_of(group, groups, references)
+    if group_id in SUITES:
+        hint = f"Name one of its groups: {', '.join(SUITES[group_id])}."
+        raise BenchError("not-a-group", f"{group_id!r} is a suite, not a group.", "group", hint)
     _check("protocol", protocol, PROTOCOLS)
     chosen = chosen_columns(columns, SCORE_DTYPES)
     only = tuple(name for name, known in scorer.groups.items() if known.id == group_id)

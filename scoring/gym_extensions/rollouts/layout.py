@@ -11,6 +11,7 @@ import unicodedata
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
@@ -94,8 +95,7 @@ def max_bytes(path: str) -> int:
     return MAX_FILE_BYTES.get(path[path.rfind(".") :], MEBIBYTE)
 
 
-@dataclass(frozen=True)
-class FolderItem:
+class FolderItem(NamedTuple):
     """A path inside the submission (with ``/``), its kind, and its size in bytes.
 
     The kind is ``file``, ``folder``, or one that a submission may not contain: ``link``, ``device``,

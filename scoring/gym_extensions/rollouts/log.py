@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import io
 import re
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import Budget
@@ -21,9 +19,6 @@ from gym_extensions.rollouts.layout import LOG, max_bytes, read_regular
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 LOG_COLUMNS = ("stage", "task", "episode", "seed", "length", "return", "terminated", "success")
 CURVE_COLUMNS = ("protocol", "run", "task", "step", "return")
@@ -78,28 +73,23 @@ class CurvePoint:
 
 @dataclass(frozen=True, repr=False)
 class Log:
-    """The logs of the runs of a group and protocol by column, run after run in the order of the files.
+    """The logs of the runs of a group and protocol, run after run in the order of the files.
 
-    ``position`` is the index of each row's task in the group, -1 for a task of another group. ``success`` is
-    1, 0, or -1 where the cell is empty.
+    ``rows`` are those of :func:`log_frame` with two more columns: ``run``, and ``position``, the index of the
+    row's task in the group, -1 for a task of another group.
     """
 
     protocol: str
     group: TaskGroup
-    runs: tuple[int, ...]
-    run: Integers
-    stage: Integers
-    task: list[str]
-    position: Integers
-    episode: Integers
-    seed: Integers
-    length: Integers
-    return_: Floats
-    terminated: NDArray[np.bool_]
-    success: NDArray[np.int8]
+    rows: pd.DataFrame
 
     def __repr__(self) -> str:
-        return f"Log({self.path!r}, runs={self.runs}, {len(self.task)} episodes)"
+        return f"Log({self.path!r}, runs={self.runs}, {len(self.rows)} episodes)"
+
+    @property
+    def runs(self) -> tuple[int, ...]:
+        """The runs that have rows, ascending."""
+        return tuple(self.rows["run"].unique().tolist())
 
     @property
     def path(self) -> str:
@@ -236,23 +226,12 @@ def _quoted(line: bytes) -> str:
 
 def log_of(frames: Mapping[int, pd.DataFrame], protocol: str, group: TaskGroup) -> Log:
     """The log of the runs of a group and protocol, of which ``frames`` has the rows; at least one."""
-    runs = sorted(frames)
+    import pandas as pd
+
+    rows = pd.concat([frames[run].assign(run=run) for run in sorted(frames)], ignore_index=True)
     positions = {task: position for position, task in enumerate(group.task_ids)}
-
-    def column(name: str) -> NDArray[Any]:
-        return np.concatenate([frames[run][name].to_numpy() for run in runs])
-
-    tasks = [sys.intern(task) for run in runs for task in frames[run]["task"].tolist()]
-    return Log(
-        protocol=protocol,
-        group=group,
-        runs=tuple(runs),
-        run=np.repeat(np.array(runs, dtype=np.int64), [len(frames[run]) for run in runs]),
-        task=tasks,
-        position=np.array([positions.get(task, -1) for task in tasks], dtype=np.int64),
-        return_=column("return"),
-        **{name: column(name) for name in ("stage", "episode", "seed", "length", "terminated", "success")},
-    )
+    rows["position"] = np.array([positions.get(task, -1) for task in rows["task"].tolist()], dtype=np.int64)
+    return Log(protocol, group, rows)
 
 
 WHOLE_BUDGET = ("joint", "cumulative")

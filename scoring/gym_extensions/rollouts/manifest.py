@@ -24,7 +24,7 @@ MAX_LINE = 20_000
 (https://github.com/python/cpython/issues/149231)."""
 
 Scalar = str | int | float | bool
-Hyperparameter = Scalar | list[Scalar]
+Hyperparameter = Scalar | tuple[Scalar, ...]
 Evaluation = Literal["sampled", "deterministic"]
 """How an agent selects actions during evaluation."""
 Steps = Literal["recorded", "claimed"]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal, NamedTuple
 
 PROBLEMS_LISTED = 20
 """Problems listed per rule and submission; the rest are counted."""
@@ -37,8 +36,7 @@ def quote(value: object) -> str:
     return text if len(text) <= MAX_QUOTE else f"{text[:MAX_QUOTE]}…"
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """A finding of a rule, with a path inside the submission (and line or key), what is wrong, what to do."""
 
     where: str
@@ -60,13 +58,14 @@ class Problem:
             object.__setattr__(self, name, cut(escape(getattr(self, name)[: MAX_TEXT + 1])))
 
 
-Scope = Literal["folder", "file", "manifest", "readme", "document", "log", "group", "policies", "review"]
-"""What a rule checks. Each scope has one type of subject, the parameter of its rules."""
-Check = Callable[[Any], Iterator[Finding]]
+Scope = Literal[
+    "folder", "file", "manifest", "readme", "document", "log", "group", "policies", "review", "pull request"
+]
+"""What a rule checks. The rules of a scope have the same parameters."""
+Check = Callable[..., Iterator[Finding]]
 
 
-@dataclass(frozen=True)
-class Rule:
+class Rule(NamedTuple):
     """A rule, with its name in kebab case, its scope, its text and its function."""
 
     name: str
@@ -79,28 +78,21 @@ RULES: dict[str, Rule] = {}
 """Every rule by name, in the order in which they are checked within a scope. ``rules`` fills it."""
 
 
-def add_rule(name: str, scope: Scope, text: str, check: Check) -> None:
-    """Adds a rule. Raises ``ValueError`` if there is one of that name, or it has no docstring."""
-    if name in RULES or not (text or sys.flags.optimize > 1):
-        raise ValueError(f"Rule {name!r} is defined twice or has no text.")
-    RULES[name] = Rule(name, scope, text, check)
-
-
-def rule(scope: Scope) -> Callable[[Check], Check]:
+def rule(scope: Scope, rules: dict[str, Rule] = RULES) -> Callable[[Check], Check]:
     """Registers a function as a rule with the function's name. Its docstring is the rule's text."""
 
     def register(check: Check) -> Check:
-        add_rule(check.__name__.replace("_", "-"), scope, " ".join((check.__doc__ or "").split()), check)
+        name, text = check.__name__.replace("_", "-"), " ".join((check.__doc__ or "").split())
+        rules[name] = Rule(name, scope, text, check)
         return check
 
     return register
 
 
-def problems(scope: Scope, subject: Any) -> list[Problem]:
-    """Every problem that the rules of a scope report for a subject."""
-    rules = (rule for rule in RULES.values() if rule.scope == scope)
-    found = ((rule.name, each) for rule in rules for each in rule.check(subject))
-    return [Problem(name, each.where, each.message, each.hint) for name, each in found]
+def problems(scope: Scope, *subject: object, rules: Mapping[str, Rule] = RULES) -> list[Problem]:
+    """Every problem that the rules of a scope report for a subject, their arguments."""
+    chosen = (rule for rule in rules.values() if rule.scope == scope)
+    return [Problem(rule.name, *found) for rule in chosen for found in rule.check(*subject)]
 
 
 def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:

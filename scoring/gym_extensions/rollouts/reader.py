@@ -18,9 +18,7 @@ from gym_extensions.rollouts.policies.files import AnyPolicy, has_policies, read
 from gym_extensions.rollouts.problem import Problem, Scope, summarize
 from gym_extensions.rollouts.review import Review, review_of
 from gym_extensions.rollouts.rules.document import SubmittedRun
-from gym_extensions.rollouts.rules.folder import BrokenFile, ReviewOfRuns
-from gym_extensions.rollouts.rules.log import GroupLogs, LogRows
-from gym_extensions.rollouts.rules.manifest import ManifestInFolder
+from gym_extensions.rollouts.rules.log import compared_rows
 from gym_extensions.rollouts.rules.policies import RunPolicies
 from gym_extensions.rollouts.run import RunDocument, run_of
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup, scored_runs
@@ -73,15 +71,15 @@ class _Reader:
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
         groups = {group.id: self._group(group, review, policies) for group in present}
-        self._check("review", ReviewOfRuns(self.folder, review))
+        self._check("review", self.folder, review)
         if merge_runs and not self.problems:
             for group_id, group in groups.items():
                 groups[group_id] = scored_runs(group, merge=not _is_trainable(group.runs))
         return Submission(name, manifest, groups, summarize(self.problems, name), readme, review)
 
-    def _check(self, scope: Scope, subject: Any) -> bool:
+    def _check(self, scope: Scope, *subject: object) -> bool:
         """Collects the problems of a scope's rules, and returns whether there are none."""
-        found = rules.problems(scope, subject)
+        found = rules.problems(scope, *subject)
         self.problems += found
         return not found
 
@@ -94,7 +92,7 @@ class _Reader:
             return self.folder.read(path)
         except OSError as error:
             reason = f"The file cannot be read: {error.strerror or type(error).__name__}."
-            self._check("file", BrokenFile("unreadable-file", path, reason))
+            self._check("file", "unreadable-file", path, reason)
             return None
 
     def _parsed(
@@ -106,16 +104,16 @@ class _Reader:
         try:
             return parse(data)
         except TableError as error:
-            self._check("file", BrokenFile(f"malformed-{kind}", f"{path}, line {error.line}", error.message))
+            self._check("file", f"malformed-{kind}", f"{path}, line {error.line}", error.message)
         except (ValueError, RecursionError) as error:
             reason = str(error) or "It is nested too deeply"
-            self._check("file", BrokenFile(f"malformed-{kind}", path, f"{reason[:300].rstrip('.')}."))
+            self._check("file", f"malformed-{kind}", path, f"{reason[:300].rstrip('.')}.")
         return None
 
     def _manifest(self) -> Manifest | None:
         tables = self._parsed("toml", layout.MANIFEST, self._bytes(layout.MANIFEST), parse)
         self.tables = tables or {}
-        is_valid = tables is not None and self._check("manifest", ManifestInFolder(self.folder, tables))
+        is_valid = tables is not None and self._check("manifest", self.folder, tables)
         return manifest_of(self.tables) if is_valid else None
 
     def _declared(self, section: str, key: str) -> Any:
@@ -142,8 +140,8 @@ class _Reader:
                     frames.setdefault(protocol, {})[run] = frame
         logs = {protocol: log_of(parts, protocol, group) for protocol, parts in frames.items()}
         for log in logs.values():
-            self._check("log", LogRows(log))
-        self._check("group", GroupLogs(logs, _is_trainable(documents)))
+            self._check("log", compared_rows(log), log)
+        self._check("group", logs, _is_trainable(documents))
         if policies:
             self._policies(group, documents)
         if len(self.problems) > before:
@@ -187,7 +185,7 @@ class _Reader:
                     arrays = read_arrays(self.folder.root, group, protocol, run)
                 except BenchError as error:
                     path = run_file(group.name, protocol, run, POLICIES)
-                    self._check("file", BrokenFile("malformed-policies", path, error.message))
+                    self._check("file", "malformed-policies", path, error.message)
                     continue
                 subject = RunPolicies(group, document, arrays, first, observes_task, evaluation)
                 self._check("policies", subject)

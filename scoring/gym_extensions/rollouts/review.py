@@ -118,6 +118,18 @@ def write_review(folder: Path, review: Review) -> None:
     write_text(folder / REVIEW, review_text(review))
 
 
+def why_claimed(review: Review, digests: Mapping[str, str]) -> str:
+    """Why a log with runs of these digests is not verified, as a sentence; empty if it is."""
+    for key, digest in digests.items():
+        found = [part for part in review.verifications if part.runs.get(key) == digest]
+        if failed := [part for part in found if not part.passed]:
+            return f"The verification of {failed[0].date} did not pass."
+        if not found:
+            changed = any(key in part.runs for part in review.verifications)
+            return f"{key} {'changed after its verification' if changed else 'is not verified yet'}."
+    return ""
+
+
 def level(review: Review, digests: Mapping[str, str]) -> Level:
     """The level of a log: claimed, verified or reproduced.
 
@@ -129,12 +141,7 @@ def level(review: Review, digests: Mapping[str, str]) -> Level:
         digests: the digest of every run of the log, by the run's name
             (:meth:`gym_extensions.rollouts.submission.SubmittedGroup.digests`).
     """
-    retrained = False
-    for key, digest in digests.items():
-        found = [part for part in review.verifications if part.runs.get(key) == digest]
-        if not found or not all(part.passed for part in found):
-            return CLAIMED
-        retrained |= any(key in part.retrained for part in found)
-    if not digests:
+    if not digests or why_claimed(review, digests):
         return CLAIMED
-    return REPRODUCED if retrained else VERIFIED
+    current = ((part, key) for part in review.verifications for key in digests.items() & part.runs.items())
+    return REPRODUCED if any(key in part.retrained for part, (key, _) in current) else VERIFIED

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.rollouts.layout import run_key
-from gym_extensions.rollouts.log import Floats, Log
+from gym_extensions.rollouts.log import Log
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.review import Review
@@ -120,12 +121,8 @@ def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
 
 
 def select_runs(log: Log, runs: set[int]) -> Log:
-    """The rows of a complete log that belong to these runs."""
-    chosen = np.isin(log.run, list(runs))
-    names = ("run", "stage", "position", "episode", "seed", "length", "return_", "terminated", "success")
-    columns = {name: getattr(log, name)[chosen] for name in names}
-    tasks = [task for task, is_chosen in zip(log.task, chosen, strict=True) if is_chosen]
-    return replace(log, runs=tuple(sorted(runs & set(log.runs))), task=tasks, **columns)
+    """The rows of a log that belong to these runs."""
+    return replace(log, rows=log.rows[log.rows["run"].isin(runs)].reset_index(drop=True))
 
 
 def first_identical_runs(log: Log) -> Mapping[int, int]:
@@ -133,15 +130,14 @@ def first_identical_runs(log: Log) -> Mapping[int, int]:
 
     That is the run itself if it is the first. Returns that differ by less than ``TOLERANCE`` are identical.
     """
-    order = np.lexsort((log.episode, log.position, log.stage, log.run))
-    names = ("stage", "position", "episode", "length", "terminated", "success")
-    columns = {name: getattr(log, name)[order] for name in ("run", "return_", *names)}
-    firsts: dict[bytes, list[tuple[int, Floats]]] = {}
+    ordered = log.rows.sort_values(["run", "stage", "position", "episode"], kind="stable")
+    names = ["stage", "position", "episode", "length", "terminated", "success"]
+    firsts: dict[bytes, list[tuple[int, NDArray[np.float64]]]] = {}
     result = {}
     for run in log.runs:
-        rows = slice(*np.searchsorted(columns["run"], (run, run + 1)))
-        candidates = firsts.setdefault(b"".join(columns[name][rows].tobytes() for name in names), [])
-        returns = columns["return_"][rows]
+        rows = ordered[ordered["run"] == run]
+        candidates = firsts.setdefault(b"".join(rows[name].to_numpy().tobytes() for name in names), [])
+        returns = rows["return"].to_numpy()
         equal = (each for each, other in candidates if np.allclose(returns, other, TOLERANCE, TOLERANCE))
         result[run] = next(equal, run)
         if result[run] == run:

@@ -73,7 +73,7 @@ def print_text(text: str) -> None:
 def _compare(paths: list[Path], scorer: Scorer, as_json: bool) -> int:
     from gym_extensions.scoring.output import screen
     from gym_extensions.scoring.pipeline import find_submissions
-    from gym_extensions.scoring.ranking.comparison import compare
+    from gym_extensions.scoring.ranking.boards import compare
 
     cards = []
     for path in paths:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import msgspec
 
@@ -12,11 +13,18 @@ from gym_extensions.errors import BenchError
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 INDENT = 1
+Document = TypeVar("Document")
 
 
 def about(description: str) -> msgspec.Meta:
     """The description of a field, for the JSON Schema and the tables of docs/scorecard.md."""
     return msgspec.Meta(description=description)
+
+
+def filled(document: type[Document], source: object, **own: Any) -> Document:
+    """A dataclass with these values of its own, and those of the source for all other fields."""
+    names = (field.name for field in fields(document) if field.name not in own)  # type: ignore[arg-type]
+    return document(**own, **{name: getattr(source, name) for name in names})
 
 
 class JsonDocument:
@@ -71,12 +79,3 @@ def json_schema(document: type[JsonDocument]) -> dict[str, Any]:
             field.pop("default", None)
         part |= {"required": sorted(part["properties"]), "additionalProperties": False}
     return {"$schema": DIALECT, **schema}
-
-
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""Beginnings of a text that a spreadsheet would take for a formula."""
-
-
-def no_formula(text: str) -> str:
-    """The text, with an apostrophe before it if a spreadsheet would take it for a formula."""
-    return f"'{text}" if text.startswith(FORMULA) else text

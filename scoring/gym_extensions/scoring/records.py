@@ -17,8 +17,7 @@ from typing import Annotated, Literal
 
 from gym_extensions.catalog.tasks import TASKS, Task, task
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import Measurement, RecordCard
-from gym_extensions.experts.cards import MAX_CARD, floor_margin, read_card
+from gym_extensions.experts import MAX_CARD, Measurement, RecordCard, floor_margin, read_card
 from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
 from gym_extensions.experts.references import Task as References
 from gym_extensions.files import write_text

@@ -5,23 +5,20 @@ docs/scorecard.md describes every key.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 
-from gym_extensions.rollouts.manifest import Code, Observes, Protocol, Tuning
+from gym_extensions.rollouts.manifest import Code, Hyperparameter, Observes, Protocol, Tuning
 from gym_extensions.rollouts.problem import Problem
 from gym_extensions.rollouts.review import Decision, Level
 from gym_extensions.rollouts.run import Memory, RunDocument
-from gym_extensions.scoring.documents import JsonDocument, about
+from gym_extensions.scoring.documents import JsonDocument, about, filled
 from gym_extensions.scoring.formulas import MetricValue, Profile
 
 if TYPE_CHECKING:
     from gym_extensions.scoring.references import Reference
-
-Scalar = str | int | float | bool
-Hyperparameter = Scalar | tuple[Scalar, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +70,7 @@ class ReferenceValue:
     @classmethod
     def of(cls, known: Reference | None) -> ReferenceValue:
         """The values of a reference; of None, a task without one."""
-        return cls(*(getattr(known, field.name) for field in fields(cls))) if known else cls()
+        return filled(cls, known) if known else cls()
 
     @property
     def span(self) -> float | None:
@@ -159,13 +156,13 @@ class RunProvenance:
     def of(cls, document: RunDocument) -> RunProvenance:
         """What the document of a run says."""
         versions = msgspec.to_builtins(document.versions) | document.packages
-        own: dict[str, Any] = {
-            "versions": {name: version for name, version in versions.items() if version},
-            "processor": document.machine.processor if document.machine else "",
-            "policies": document.policies is not None,
-        }
-        same = (field.name for field in fields(cls) if field.name not in own)
-        return cls(**own, **{name: getattr(document, name) for name in same})
+        return filled(
+            cls,
+            document,
+            versions={name: version for name, version in versions.items() if version},
+            processor=document.machine.processor if document.machine else "",
+            policies=document.policies is not None,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)

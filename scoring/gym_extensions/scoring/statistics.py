@@ -10,9 +10,10 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import combinations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
 Number = float | None
@@ -44,12 +45,6 @@ def rounded_quantile(df: float) -> float:
     with a rounded quantile the ends of an interval have the same bits on every machine.
     """
     return float(f"{stdtrit(df, 0.975):.12g}")
-
-
-def two_sided_p(t: ArrayLike, df: ArrayLike) -> Array:
-    """P(|T| ≥ |t|), element by element. It is 0 for an infinite t."""
-    p_values: Array = 2 * stdtr(df, -np.abs(t))
-    return p_values
 
 
 def critical_value(alpha: float, df: float) -> float:
@@ -159,30 +154,12 @@ def zero_mean_p(estimate: Summary) -> float:
     """
     if estimate.mean == 0 or estimate.squared_error == 0:
         return float(estimate.mean == 0)
-    return float(two_sided_p(estimate.mean / math.sqrt(estimate.squared_error), estimate.df))
+    return float(2 * stdtr(estimate.df, -abs(estimate.mean) / math.sqrt(estimate.squared_error)))
 
 
-def welch(entries: Sequence[Summary]) -> tuple[Array, Array]:
-    """Welch's t and degrees of freedom of all pairs a < b, in the order of ``numpy.triu_indices(M, 1)``.
-
-    Every entry has at least two runs. Without variance t is 0 for equal means and ±∞ for different ones. The
-    degrees of freedom are at least the smaller ones of the pair, whatever underflows.
-    """
-    columns = [(entry.mean, entry.squared_error, entry.df) for entry in entries]
-    mean, square, df = np.array(columns, dtype=np.float64).reshape(-1, 3).T
-    a, b = np.triu_indices(len(entries), 1)
-    difference, total = mean[a] - mean[b], square[a] + square[b]
-    part = square * square / df
-    denominator = part[a] + part[b]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = np.where(difference == 0, 0.0, difference / np.sqrt(total))
-        pooled = np.maximum(total * total / denominator, np.minimum(df[a], df[b]))
-    return t, np.where(denominator == 0, df[a] + df[b], pooled)
-
-
-def holm(p_values: Array, alpha: float = ALPHA) -> Mask:
-    """Which hypotheses Holm's step-down procedure rejects at the family-wise error rate ``alpha``."""
-    return holm_adjusted(p_values) <= alpha
+def holm(p_values: Array) -> Mask:
+    """Which hypotheses Holm's step-down procedure rejects at the family-wise error rate ``ALPHA``."""
+    return holm_adjusted(p_values) <= ALPHA
 
 
 def holm_adjusted(p_values: Array) -> Array:
@@ -194,10 +171,11 @@ def holm_adjusted(p_values: Array) -> Array:
     return adjusted
 
 
-def significant_pairs(entries: Sequence[Summary], alpha: float = ALPHA) -> Mask:
+def significant_pairs(entries: Sequence[Summary]) -> Mask:
     """A symmetric M × M matrix, True where Welch's test with Holm's correction separates two entries."""
     matrix = np.zeros((len(entries), len(entries)), dtype=np.bool_)
-    matrix[np.triu_indices(len(entries), 1)] = holm(two_sided_p(*welch(entries)), alpha)
+    p_values = [zero_mean_p(subtract(*pair)) for pair in combinations(entries, 2)]
+    matrix[np.triu_indices(len(entries), 1)] = holm(np.array(p_values))
     return matrix | matrix.T
 
 

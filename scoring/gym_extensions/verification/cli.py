@@ -97,7 +97,7 @@ def write_poses(path: Path, report: Report) -> None:
         return
     submission = read(path, merge_runs=False)
     for name, run in runs_of(submission).items():
-        is_first = run.log.protocol == "sequential" and run.number == run.log.runs[0]
+        is_first = run.log.protocol == "sequential" and run.document.run == run.log.runs[0]
         is_elsewhere = run.document.policies is not None and run.document.policies.url
         if is_first and name in report.verification.runs and not is_elsewhere:
             write(path, run.log.group.name, poses_of(run, submission, path))
@@ -128,9 +128,7 @@ def lines_of(report: Report) -> Iterator[str]:
         yield f"  first difference: {found.difference}"
     for machine in dict.fromkeys(report.machines.values()):
         yield f"  made elsewhere (run / here): {machine}; a difference neither raises nor lowers the level"
-    for log, each in report.means.items():
-        returns = f"mean return {each.logged:.1f} in the log, {each.fresh:.1f} on new seeds"
-        yield f"  {log}: {returns} ({each.cells} cells)"
+    yield from (f"  {log}: {returns}" for log, returns in report.means.items())
     second = "" if found.second_p_value is None else f"; second draw: p = {found.second_p_value:.2g}"
     yield f"  new seeds: p = {found.p_value:.2g}{second} (refused up to {ALPHA}), from {found.value}"
     if report.retraining:
@@ -179,7 +177,3 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not options.seeds:
         print("The seeds are random numbers of this machine: this is a test, not a record.")
     return status
-
-
-if __name__ == "__main__":
-    sys.exit(main())

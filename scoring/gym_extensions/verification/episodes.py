@@ -24,14 +24,8 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import run_key
 from gym_extensions.rollouts.manifest import Manifest
-from gym_extensions.rollouts.policies.files import (
-    AnyPolicy,
-    Key,
-    content_sha256,
-    npz_arrays,
-    policies_of,
-    read_arrays,
-)
+from gym_extensions.rollouts.policies import files as stored
+from gym_extensions.rollouts.policies.files import AnyPolicy, Key
 from gym_extensions.rollouts.policies.onnx import MISSING, RUNTIME, OnnxPolicy
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.verification.fetch import Fetcher
@@ -190,13 +184,13 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolic
     on the task although the agent does not observe it.
     """
     if request.file:
-        arrays = npz_arrays(Path(request.file).read_bytes())
+        arrays = stored.npz_arrays(Path(request.file).read_bytes())
     else:
-        arrays = read_arrays(Path(request.folder), group, request.protocol, request.run)
-    if (digest := content_sha256(arrays)) != request.policies:
+        arrays = stored.read_arrays(Path(request.folder), group, request.protocol, request.run)
+    if (digest := stored.content_sha256(arrays)) != request.policies:
         message = f"The policies have the digest {digest[:12]}…; the run states {request.policies[:12]}…."
         raise BenchError(BAD_POLICIES, message)
-    policies = policies_of(arrays, group, request.protocol)
+    policies = stored.policies_of(arrays, group, request.protocol)
     rows = max((policy.num_tasks for policy in policies.values()), default=0)
     if rows and not request.observes_task:
         raise BenchError(BAD_POLICIES, "A policy depends on the task, which the agent does not observe.")

@@ -22,16 +22,8 @@ from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import manifest_of, parse
 from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.scoring.landscapes import (
-    EPISODES,
-    NO_POLICIES,
-    PROTOCOL,
-    Landscape,
-    MeasuredAxis,
-    load,
-    measured_runs,
-    write,
-)
+from gym_extensions.scoring import landscapes
+from gym_extensions.scoring.landscapes import Landscape, measured_runs
 from gym_extensions.verification.episodes import Cell, Player, RunRequest, request_of, stored_policies
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.limits import Limits, answers
@@ -47,7 +39,7 @@ DIGITS = 1
 def returns_of(player: Player, policy: AnyPolicy, axis: Axis, stage: int, run: int) -> list[list[float]]:
     """The returns [point][episode] of the policy of a stage in the worlds of an axis, one after another."""
     group, returns = player.group.id, []
-    seeds = tuple(evaluation_seed(group, "landscape", episode) for episode in range(EPISODES))
+    seeds = tuple(evaluation_seed(group, "landscape", episode) for episode in range(landscapes.EPISODES))
     for point, value in enumerate(axis.points):
         where = f"landscape/{axis.name}/{point}/run{run}/stage{stage}"
         cell = Cell(stage, axis.nearest(value), seeds, evaluation_seed(group, where, 0))
@@ -62,7 +54,7 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     group = GROUPS[request.group]
     policies, player = stored_policies(request, group), Player(group)
     for axis in axes(group):
-        for stage in stages(PROTOCOL, len(group.tasks)):
+        for stage in stages(landscapes.PROTOCOL, len(group.tasks)):
             yield returns_of(player, policies[stage, None], axis, stage, request.run)
         player.close()
 
@@ -75,7 +67,7 @@ def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1)
     """
     documents = measured_runs(entry, group)
     if not documents or any(document.policies is None for document in documents.values()):
-        return NO_POLICIES
+        return landscapes.NO_POLICIES
     manifest = manifest_of(parse((entry / MANIFEST).read_bytes()))
 
     def work(document: RunDocument) -> list[Any]:
@@ -87,7 +79,7 @@ def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1)
     along = axes(group)
     return Landscape(
         group=group.id,
-        episodes=EPISODES,
+        episodes=landscapes.EPISODES,
         policies={str(run): each.policies.sha256 for run, each in documents.items() if each.policies},
         versions={
             **engine(),
@@ -96,7 +88,7 @@ def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1)
             "blas": blas_kernels(),
         },
         axes=tuple(
-            MeasuredAxis(
+            landscapes.MeasuredAxis(
                 name=axis.name,
                 points=axis.points,
                 returns=_rounded(part.mean(axis=-1)),
@@ -133,7 +125,7 @@ def measure_all(
             where = f"{entry.name}, {group.name}"
             if not measured_runs(entry, group):
                 continue
-            if not again and isinstance(load(entry, group), Landscape):
+            if not again and isinstance(landscapes.load(entry, group), Landscape):
                 yield f"{where}: up to date."
                 continue
             start = cpu_seconds()
@@ -142,7 +134,8 @@ def measure_all(
                 yield f"{where}: {found}"
                 continue
             seconds = (cpu_seconds() - start) / len(found.runs)
-            yield f"{write(entry, found)}: {len(found.runs)} runs, {seconds:.0f} s of processor time per run."
+            path = landscapes.write(entry, found)
+            yield f"{path}: {len(found.runs)} runs, {seconds:.0f} s of processor time per run."
 
 
 def cpu_seconds() -> float:

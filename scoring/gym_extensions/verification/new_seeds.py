@@ -16,6 +16,7 @@ import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +37,7 @@ ROUNDING = 1e-9
 """Statistics that differ by less are equal."""
 
 
-@dataclass(frozen=True)
-class TaskReturns:
+class TaskReturns(NamedTuple):
     """The returns of the cells of one task: logged (cells, prescribed seeds), and fresh (cells, new seeds).
 
     ``runs`` has the run of each cell, as an index over all runs of all logs of the entry.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -17,9 +16,10 @@ from gym_extensions.catalog.groups import with_custom
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.rollout import Outcome
+from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring import poses as store
-from gym_extensions.verification.episodes import Player, RunRequest, limits_of, stored_policies
+from gym_extensions.verification.episodes import Cell, Player, RunRequest, limits_of, stored_policies
 from gym_extensions.verification.limits import answers
 from gym_extensions.verification.new_seeds import tested_cells
 from gym_extensions.verification.verify import SAMPLED, Run
@@ -84,12 +84,25 @@ def record(call: Mapping[str, Any]) -> Iterator[Any]:
     policies = stored_policies(request, player.group)
     timings = [timing_of(task) for task in player.group.tasks]
     for cell, episode in zip(request.cells, call["episodes"], strict=True):
-        timing, track = timings[cell.task], list[Array]()
-        watch = functools.partial(_watch, track, episode, timing.most_steps)
-        policy = policies[request.key(player.group, cell)]
-        outcome = player.outcomes(policy, cell, watch)[episode]
-        yield {**motion(track, outcome, timing), **asdict(timing)}
+        timing = timings[cell.task]
+        outcomes, tracks = recorded(player, policies[request.key(player.group, cell)], cell, timing)
+        yield {**motion(tracks[episode], outcomes[episode], timing), **asdict(timing)}
     player.close()
+
+
+def recorded(
+    player: Player, policy: AnyPolicy, cell: Cell, timing: Timing
+) -> tuple[list[Outcome], list[list[Array]]]:
+    """The outcomes of a cell, and the coordinates of each episode after the reset and every shown step."""
+    tracks: list[list[Array]] = [[] for _ in cell.seeds]
+
+    def watch(env: Any, _: Any) -> None:
+        if len(tracks[0]) <= timing.most_steps:
+            states = env.states()
+            for episode, track in enumerate(tracks):
+                track.append(coordinates(states, episode))
+
+    return player.outcomes(policy, cell, watch), tracks
 
 
 def motion(track: Sequence[Array], outcome: Outcome, timing: Timing) -> dict[str, Any]:
@@ -97,12 +110,6 @@ def motion(track: Sequence[Array], outcome: Outcome, timing: Timing) -> dict[str
     frames = frames_of(np.stack(track[: outcome.length + 1]), timing)
     facts = {"steps": outcome.length, "success": outcome.success, "frames": len(frames)}
     return {**facts, "motion": store.motion_of(frames, timing.unit)}
-
-
-def _watch(track: list[Array], episode: int, most_steps: int, env: Any, _: Any) -> None:
-    """Adds the coordinates of an episode to its track."""
-    if len(track) <= most_steps:
-        track.append(coordinates(env.states(), episode))
 
 
 def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
@@ -136,7 +143,7 @@ def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
     return store.Poses(
         submission=submission.name,
         group=group.id,
-        run=run.number,
+        run=run.document.run,
         tasks=tuple(
             store.TaskPoses(
                 task=task.id,

@@ -17,8 +17,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task, task
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import Measurement, RecordCard, Step
-from gym_extensions.experts.cards import described_policy, read_policy, write_described
+from gym_extensions.experts import Measurement, RecordCard, Step, described_policy
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.scoring import records
@@ -27,38 +26,35 @@ from gym_extensions.scoring.poses import Clip, PolicyPoses, TaskPoses
 from gym_extensions.verification.episodes import Cell, Player
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import Draw
-from gym_extensions.verification.pose_recorder import FRAMES, coordinates, motion, shown_episode, timing_of
+from gym_extensions.verification.pose_recorder import (
+    FRAMES,
+    Array,
+    motion,
+    recorded,
+    shown_episode,
+    timing_of,
+)
 from gym_extensions.versions import version
 
 JOB = "gym_extensions.verification.record_runs:play"
 LIMITS = Limits(cpu_seconds=1800, wall_seconds=7200)
 """Of the process that runs a record: 100 episodes take a few seconds, those of the Humanoid half a minute."""
 T = TypeVar("T")
-SHOWN_KEYS = ("qpos", "mocap_pos")
 SAMPLE, SAMPLE_ERRORS = 20, 5.0
 """Episodes of a first look, and how far their mean may lie below the claim, in standard errors."""
 
 
-def outcomes(
-    policy: Policy, row: Task, seeds: Sequence[int], states: list[Any] | None = None
-) -> list[Outcome]:
-    """One episode per seed, in this process. The states of the first seconds are added to ``states``.
+def outcomes(policy: Policy, row: Task, seeds: Sequence[int]) -> tuple[list[Outcome], list[list[Array]]]:
+    """One episode per seed, in this process, and the coordinates in the first seconds of each.
 
     Raises ``BenchError`` if the policy samples its actions, depends on a task of a group, or does not fit.
     """
     if policy.head != "deterministic" or policy.num_tasks:
         message = "The policy samples its actions, or has arrays per task of a group."
         raise BenchError("bad-policy", message, row.name, "Give a deterministic policy of the one task.")
-    most = 0 if states is None else timing_of(row).most_steps
-
-    def watch(env: Any, _: Any) -> None:
-        if states is not None and len(states) <= most:
-            now = env.states()
-            states.append({key: np.copy(now[key]) for key in SHOWN_KEYS if key in now})
-
     player = Player(TaskGroup("record", (row,)))
     try:
-        return player.outcomes(policy, Cell(1, 0, tuple(seeds)), watch)
+        return recorded(player, policy, Cell(1, 0, tuple(seeds)), timing_of(row))
     finally:
         player.close()
 
@@ -73,15 +69,14 @@ def measurement(results: Sequence[Outcome]) -> Measurement:
 
 def played(policy: Policy, row: Task, seeds: Sequence[int]) -> tuple[Measurement, TaskPoses]:
     """As :func:`outcomes`, measured, and the poses of the episode with the median return."""
-    states: list[Any] = []
-    results = outcomes(policy, row, seeds, states)
+    results, tracks = outcomes(policy, row, seeds)
     returns, timing = [each.return_ for each in results], timing_of(row)
     episode = shown_episode(returns)
     clip = Clip(
         stage=1,
         episode=episode,
         returns=tuple(round(value, 2) for value in returns),
-        **motion([coordinates(state, episode) for state in states], results[episode], timing),
+        **motion(tracks[episode], results[episode], timing),
     )
     frames = {name: getattr(timing, name) for name in FRAMES}
     return measurement(results), TaskPoses(task=row.id, after=clip, end=None, **frames)
@@ -151,10 +146,10 @@ def sample(record: records.Record) -> tuple[int, list[BenchError]]:
 
     row, path = record.task, record.policy_path
     card = found(lambda: record.card)
-    policy = found(lambda: described_policy(path, card) if card else read_policy(path))
+    policy = found(lambda: described_policy(path, card) if card else experts.read_policy(path))
     needed = found(lambda: records.bar(row))
     seeds = measurement_seeds(row, 0, SAMPLE)
-    seen = found(lambda: measurement(outcomes(policy, row, seeds))) if policy else None
+    seen = found(lambda: measurement(outcomes(policy, row, seeds)[0])) if policy else None
     if card and needed and seen:
         claim = card.measurement
         problem = records.problem_of(card, needed, claim)
@@ -215,7 +210,8 @@ def write_record(
     policy = replace(policy, head="deterministic")
     results: list[Outcome] = []
     while len(results) < max(episodes, records.EPISODES):
-        results += outcomes(policy, row, measurement_seeds(row, len(results), records.EPISODES))
+        seeds = measurement_seeds(row, len(results), records.EPISODES)
+        results += outcomes(policy, row, seeds)[0]
     card = RecordCard(
         task=row.id,
         fingerprint=fingerprints.published(row.id),
@@ -230,5 +226,5 @@ def write_record(
         raise BenchError("bad-card", f"{error}.", name, "Name up to 20 authors.") from error
     if problem := records.problem_of(card, records.bar(row), card.measurement):
         raise BenchError("no-record", problem, path.stem)
-    write_described(policy, card, path)
+    experts.write_described(policy, card, path)
     return path

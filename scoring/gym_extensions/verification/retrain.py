@@ -9,8 +9,9 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from msgspec.structs import asdict
@@ -26,17 +27,14 @@ from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.log import log_of, read_log
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.scoring.statistics import holm, summary, two_sided_p, welch
+from gym_extensions.scoring.statistics import holm, subtract, summary, zero_mean_p
 from gym_extensions.verification.verify import Report, Run, differing, logged_cells, runs_of
 from gym_extensions.versions import blas_kernels, version_or_none
 
-ALPHA = 0.05
-"""Family-wise error rate over the cells of a run."""
 Cells = dict[tuple[int, int], list[Outcome]]
 
 
-@dataclass(frozen=True)
-class Comparison:
+class Comparison(NamedTuple):
     """Whether a run that was trained again has the same episodes, or how many of its cells differ."""
 
     is_same: bool
@@ -65,14 +63,14 @@ def compare_cells(logged: Cells, again: Cells) -> Comparison:
         return Comparison(True, 0, len(logged))
     keys = sorted({*logged, *again})
     p_values = np.array([_p_value(logged.get(key, []), again.get(key, [])) for key in keys])
-    return Comparison(False, int(holm(p_values, ALPHA).sum()), len(keys))
+    return Comparison(False, int(holm(p_values).sum()), len(keys))
 
 
 def _p_value(first: list[Outcome], second: list[Outcome]) -> float:
     if not first or not second:
         return 0.0
-    t, df = welch([summary([each.return_ for each in part]) for part in (first, second)])
-    return float(two_sided_p(t, df)[0])
+    old, new = (summary([each.return_ for each in part]) for part in (first, second))
+    return zero_mean_p(subtract(old, new))
 
 
 def require_reference_agent(entry: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> None:
@@ -94,16 +92,16 @@ def train_again(entry: Path, run: Run) -> Comparison:
     Raises:
         BenchError: the agent is none of this project, is another one today, or has other settings.
     """
-    log = run.log
+    log, number = run.log, run.document.run
     algorithms.factory(reference_agent(entry))  # loads its libraries before their threads are limited
     all_threads = max((each["num_threads"] for each in threadpool_info()), default=1)
     found = []
     for threads in dict.fromkeys((1, all_threads)):
         with tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch, threadpool_limits(threads):
             out = Path(scratch) / "again"
-            path = retrain(entry, log.group, log.protocol, run.number, out, progress=False)
-            again = log_of({run.number: read_log(path)}, log.protocol, log.group)
-        found.append(compare_cells(run.logged, logged_cells(again, run.number)))
+            path = retrain(entry, log.group, log.protocol, number, out, progress=False)
+            again = log_of({number: read_log(path)}, log.protocol, log.group)
+        found.append(compare_cells(run.logged, logged_cells(again, number)))
         if found[-1].is_same:
             break
     return min(found, key=lambda each: (not each.is_same, each.differing))

@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from statistics import fmean
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -39,30 +40,30 @@ TOLERANCE = 1e-3
 def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[Outcome]]:
     """The logged outcomes of a run by stage and index of the task, sorted as in the log."""
     cells = defaultdict[tuple[int, int], list[Outcome]](list)
-    for row in np.flatnonzero(log.run == run).tolist():
-        end = bool(log.terminated[row]), SUCCESSES[int(log.success[row])]
-        outcome = Outcome(int(log.length[row]), float(log.return_[row]), *end)
-        cells[int(log.stage[row]), int(log.position[row])].append(outcome)
+    rows = log.rows[log.rows["run"] == run]
+    names = ("stage", "position", "length", "return", "terminated", "success")
+    columns = (rows[name].tolist() for name in names)
+    for stage, position, length, return_, terminated, success in zip(*columns, strict=True):
+        cells[stage, position].append(Outcome(length, return_, terminated, SUCCESSES[success]))
     return dict(cells)
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run of an entry: its logs, its number and its document."""
+    """A run of an entry: the logs of its protocol and group, and its document."""
 
     log: Log
-    number: int
     document: RunDocument
 
     @property
     def name(self) -> str:
         """Its name in review.toml, ``group/protocol/runN``."""
-        return run_key(self.log.group.name, self.log.protocol, self.number)
+        return run_key(self.log.group.name, self.log.protocol, self.document.run)
 
     @cached_property
     def logged(self) -> dict[tuple[int, int], list[Outcome]]:
         """The logged outcomes by stage and index of the task."""
-        return logged_cells(self.log, self.number)
+        return logged_cells(self.log, self.document.run)
 
     @property
     def prescribed(self) -> tuple[Cell, ...]:
@@ -79,7 +80,7 @@ class Run:
         group, cells = self.log.group, []
         for stage, task in new_seeds.tested_cells(self.log.protocol, group.tasks):
             task_id = group.task_ids[task]
-            noise = draw.seed(group.id, self.log.protocol, self.number, stage, task_id)
+            noise = draw.seed(group.id, self.log.protocol, self.document.run, stage, task_id)
             cells.append(Cell(stage, task, tuple(draw.seeds(group.id, task_id)), noise))
         return tuple(cells)
 
@@ -117,8 +118,7 @@ def differing(pairs: Mapping[str, tuple[object, object]]) -> str:
     return ", ".join(f"{name} {stated or 'unknown'} / {now}" for name, stated, now in unequal)
 
 
-@dataclass(frozen=True)
-class Repetition:
+class Repetition(NamedTuple):
     """How many of a run's episodes were repeated, and where the first other one is and how large it is."""
 
     repeated: int
@@ -157,15 +157,6 @@ def _described(outcome: Outcome) -> str:
 
 
 @dataclass(frozen=True)
-class Means:
-    """The mean return of a log's tested cells, as logged and on new seeds, and their number."""
-
-    logged: float
-    fresh: float
-    cells: int
-
-
-@dataclass(frozen=True)
 class Report:
     """What a verification found. With problems, nothing was run.
 
@@ -173,7 +164,7 @@ class Report:
         verification: the record; None with problems, or without a run that can be verified.
         runs: how each run was repeated, by name; empty if the policies sample their actions.
         machines: what differs between the machine of each run and this one, by name; empty where nothing.
-        means: by group and protocol, ``group/protocol``.
+        means: the mean returns in each log and on new seeds, in words, by ``group/protocol``.
         without_policies: names of the runs that publish none.
         retraining: how a run that was trained again compares; empty if none was.
     """
@@ -183,7 +174,7 @@ class Report:
     verification: Verification | None = None
     runs: Mapping[str, Repetition] = field(default_factory=dict)
     machines: Mapping[str, str] = field(default_factory=dict)
-    means: Mapping[str, Means] = field(default_factory=dict)
+    means: Mapping[str, str] = field(default_factory=dict)
     without_policies: tuple[str, ...] = ()
     retraining: str = ""
 
@@ -191,10 +182,10 @@ class Report:
 def runs_of(submission: Submission) -> dict[str, Run]:
     """The runs of an entry by name, group by group."""
     runs = (
-        Run(group.logs[protocol], number, document)
+        Run(group.logs[protocol], document)
         for group in submission.groups.values()
         for protocol, documents in group.runs.items()
-        for number, document in sorted(documents.items())
+        for _, document in sorted(documents.items())
         if protocol in group.logs
     )
     return {run.name: run for run in runs}
@@ -285,7 +276,7 @@ def verify(
             version=version("gym-extensions"),
             value=value,
             runs=digests,
-            episodes=sum(int((run.log.run == run.number).sum()) for run in runs.values()),
+            episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
             repeated=sum(each.repeated for each in repetitions.values()),
             difference=failed or next(_differences(repetitions, machines), ""),
             kernels=blas_kernels(),
@@ -330,8 +321,8 @@ def _p_value(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> flo
     return new_seeds.compare(_task_returns(runs, draw, fresh), rng)
 
 
-def _means(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> dict[str, Means]:
-    """The means of the tested cells by ``group/protocol``."""
+def _means(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> dict[str, str]:
+    """The means of the tested cells, in words, by ``group/protocol``."""
     parts = defaultdict[str, dict[str, Run]](dict)
     for name, run in runs.items():
         parts[run.log.path][name] = run
@@ -339,5 +330,6 @@ def _means(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> dict[
     for log, part in parts.items():
         tasks = _task_returns(part, draw, fresh)
         old, new = (np.concatenate([getattr(task, kind) for task in tasks]) for kind in ("logged", "fresh"))
-        found[log] = Means(fmean(old.ravel().tolist()), fmean(new.ravel().tolist()), len(old))
+        logged, new_mean = (fmean(returns.ravel().tolist()) for returns in (old, new))
+        found[log] = f"mean return {logged:.1f} in the log, {new_mean:.1f} on new seeds ({len(old)} cells)"
     return found

@@ -10,7 +10,7 @@ import pytest
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring import cli
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.ranking.comparison import compare
+from gym_extensions.scoring.ranking.boards import compare
 from gym_extensions.scoring.references import References
 
 Write = Callable[..., Path]

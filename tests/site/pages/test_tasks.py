@@ -10,8 +10,7 @@ import pytest
 
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.tasks import TASKS, task
-from gym_extensions.experts import Measurement, RecordCard, Step
-from gym_extensions.experts.cards import DATA
+from gym_extensions.experts import DATA, Measurement, RecordCard, Step
 from gym_extensions.scoring.poses import PolicyPoses
 from gym_extensions.scoring.records import Record, RecordReview
 from gym_extensions.scoring.references import load_references

@@ -9,18 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.mlp_arrays import (
-    ACTIVATIONS,
-    FORMAT,
-    KEYS,
-    LAYER,
-    LAYER_FIELDS,
-    Array,
-    Arrays,
-    array_errors,
-    task_rows,
-    text_of,
-)
+from gym_extensions.rollouts.policies import mlp_arrays
+from gym_extensions.rollouts.policies.mlp_arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, Array, Arrays
 
 if TYPE_CHECKING:
     import torch
@@ -106,7 +96,7 @@ class Policy:
             elif KEYS[field.name].kind == "float" and value is not None:
                 value = np.array(value, order="C")
             object.__setattr__(self, field.name, value)
-        error = next(array_errors(self.arrays()), None)
+        error = next(mlp_arrays.array_errors(self.arrays()), None)
         if self.masks and len(self.masks) != len(self.weights):
             error = f"{len(self.masks)} masks for {len(self.weights)} layers; expected one each, or none."
         if error is not None:
@@ -121,13 +111,13 @@ class Policy:
             for field, part in LAYER_FIELDS.items()
         }
         for name, array in arrays.items():
-            if not LAYER.fullmatch(name) and name != "format":
-                values[name] = text_of(array) if KEYS[name].kind == "name" else array
+            if not mlp_arrays.LAYER.fullmatch(name) and name != "format":
+                values[name] = mlp_arrays.text_of(array) if KEYS[name].kind == "name" else array
         return cls(**values)
 
     def arrays(self) -> dict[str, Array]:
         """The arrays of the policy's file by name; what is None is left out, and names are ASCII bytes."""
-        content: dict[str, Array] = {"format": np.array(FORMAT, np.int64)}
+        content: dict[str, Array] = {"format": np.array(mlp_arrays.FORMAT, np.int64)}
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name in LAYER_FIELDS:
@@ -153,7 +143,7 @@ class Policy:
     @property
     def num_tasks(self) -> int:
         """Rows of the arrays that have an axis of tasks; 0 if none has."""
-        return task_rows(self.arrays())
+        return mlp_arrays.task_rows(self.arrays())
 
     def act(self, observations: Array, rng: np.random.Generator | None = None, task: int = 0) -> Array:
         """Actions, not clipped to the action space: (a,) for one observation (o,), (n, a) for many (n, …).

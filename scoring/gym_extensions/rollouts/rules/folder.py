@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, PROTOCOLS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.layout import MANIFEST, Folder, exists_readable, run_file, run_key
-from gym_extensions.rollouts.problem import Finding, add_rule, quote, rule
+from gym_extensions.rollouts.problem import RULES, Finding, Rule, quote, rule
 from gym_extensions.rollouts.review import Review
 
 READABLE = "Add read permission, or copy it again."
@@ -22,21 +21,6 @@ IRREGULAR = {
     "unreadable file": ("The file cannot be read.", READABLE),
 }
 """Message and hint by kind of item."""
-
-
-class BrokenFile(NamedTuple):
-    """A file that could not be read: the rule, its path (with a line), and the reason as a sentence."""
-
-    rule: str
-    where: str
-    reason: str
-
-
-class ReviewOfRuns(NamedTuple):
-    """A folder and its review."""
-
-    folder: Folder
-    review: Review
 
 
 @rule("folder")
@@ -206,21 +190,22 @@ BROKEN_FILES = {
 """Text and hint of the rules about files that cannot be read, by name."""
 
 
-def _check_file(name: str, file: BrokenFile) -> Iterator[Finding]:
-    if file.rule == name:
-        yield Finding(file.where, file.reason, BROKEN_FILES[name][1])
+def _check_file(name: str, rule: str, where: str, reason: str) -> Iterator[Finding]:
+    """The finding about a file that breaks a rule: its path (with a line), and the reason as a sentence."""
+    if rule == name:
+        yield Finding(where, reason, BROKEN_FILES[name][1])
 
 
 for _name, (_text, _) in BROKEN_FILES.items():
-    add_rule(_name, "file", _text, partial(_check_file, _name))
+    RULES[_name] = Rule(_name, "file", _text, partial(_check_file, _name))
 
 
 @rule("review")
-def foreign_review(subject: ReviewOfRuns) -> Iterator[Finding]:
+def foreign_review(folder: Folder, review: Review) -> Iterator[Finding]:
     """review.toml names runs of the submission only. (Of runs that changed, it says nothing any more.)"""
-    submitted = subject.folder.runs.items()
+    submitted = folder.runs.items()
     keys = {run_key(group, protocol, run) for (group, protocol), runs in submitted for run in runs}
-    named = (key for part in subject.review.verifications for key in (*part.runs, *part.retrained))
+    named = (key for part in review.verifications for key in (*part.runs, *part.retrained))
     foreign = list(dict.fromkeys(key for key in named if key not in keys))
     if foreign:
         message = f"The submission has no run {foreign[0]}; review.toml names {len(foreign)} such runs."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -12,7 +11,7 @@ from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import MANIFEST, README, WRITTEN, Folder
 from gym_extensions.rollouts.manifest import HYPERPARAMETERS, findings, where_of
-from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, add_rule, quote, rule
+from gym_extensions.rollouts.problem import MAX_QUOTE, RULES, Finding, Rule, quote, rule
 
 INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
@@ -27,14 +26,8 @@ MULTILINE = ("description", HYPERPARAMETERS)
 LINES_LISTED = 3
 
 
-@dataclass(frozen=True)
-class ManifestInFolder:
-    """A folder, and the tables of its submission.toml."""
-
-    folder: Folder
-    tables: dict[str, Any]
-
-
+Tables = dict[str, Any]
+"""The tables of submission.toml."""
 KEY_RULES = {
     "unknown-key": "Every section and key of submission.toml is one that docs/rollout-log.md lists; only "
     "[hyperparameters] has free keys.",
@@ -44,19 +37,19 @@ KEY_RULES = {
 }
 
 
-def _check_keys(rule: str, manifest: ManifestInFolder) -> Iterator[Finding]:
-    yield from (finding for name, finding in findings(manifest.tables) if name == rule)
+def _check_keys(rule: str, folder: Folder, tables: Tables) -> Iterator[Finding]:
+    yield from (finding for name, finding in findings(tables) if name == rule)
 
 
 for _name, _text in KEY_RULES.items():
-    add_rule(_name, "manifest", _text, partial(_check_keys, _name))
+    RULES[_name] = Rule(_name, "manifest", _text, partial(_check_keys, _name))
 
 
 @rule("manifest")
-def unknown_report(manifest: ManifestInFolder) -> Iterator[Finding]:
+def unknown_report(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """The key ``reported`` names a published table that the project includes; each table has one entry, with
     a fixed folder name, budget and algorithm."""
-    name, protocol = manifest.tables.get("reported"), manifest.tables.get("protocol")
+    name, protocol = tables.get("reported"), tables.get("protocol")
     if not isinstance(name, str):
         return
     report = REPORTS.get(name)
@@ -64,10 +57,10 @@ def unknown_report(manifest: ManifestInFolder) -> Iterator[Finding]:
         hint = did_you_mean(name[:MAX_QUOTE], REPORTS)
         yield Finding(where_of("", "reported"), f"Unknown table {quote(name)}.", hint)
         return
-    if manifest.folder.name != report.entry:
+    if folder.name != report.entry:
         message = f"The table {name!r} belongs to the folder {report.entry!r}."
         hint = "Remove the key 'reported', and submit the logs of your own runs."
-        yield Finding(manifest.folder.name, message, hint)
+        yield Finding(folder.name, message, hint)
     for key in ("budget", "algorithm"):
         value = protocol.get(key) if isinstance(protocol, dict) else None
         expected = getattr(report, key)
@@ -77,14 +70,14 @@ def unknown_report(manifest: ManifestInFolder) -> Iterator[Finding]:
 
 
 @rule("manifest")
-def no_groups(manifest: ManifestInFolder) -> Iterator[Finding]:
+def no_groups(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """A submission contains at least one group folder, unless it is a reported entry, which has none."""
-    is_reported = "reported" in manifest.tables
-    items = (item for item in manifest.folder.items if item.kind == "folder" and "/" not in item.path)
+    is_reported = "reported" in tables
+    items = (item for item in folder.items if item.kind == "folder" and "/" not in item.path)
     folders = [item.path for item in items if item.path not in WRITTEN]
     if not is_reported and not folders:
         hint = "Add group folders, as described in docs/rollout-log.md."
-        yield Finding(manifest.folder.name, "The submission contains no group folder.", hint)
+        yield Finding(folder.name, "The submission contains no group folder.", hint)
     for path in folders if is_reported else ():
         hint = "Remove the key 'reported' from submission.toml, or remove the folder."
         yield Finding(path, "A reported entry cannot contain a group folder.", hint)
@@ -131,28 +124,28 @@ def _has_stacked_marks(text: str) -> bool:
 
 
 @rule("manifest")
-def empty_title(manifest: ManifestInFolder) -> Iterator[Finding]:
+def empty_title(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """The title contains at least one visible character."""
-    title = manifest.tables.get("title")
+    title = tables.get("title")
     if isinstance(title, str) and not any(map(_is_visible, title)):
         message = f"The title {quote(title)} has no visible character."
         yield Finding(where_of("", "title"), message, "Name the entry.")
 
 
 @rule("manifest")
-def stacked_marks(manifest: ManifestInFolder) -> Iterator[Finding]:
+def stacked_marks(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """No string starts with a combining mark or has more than five in a row: they would cover other texts."""
-    for where, value, _ in _strings(manifest.tables, MANIFEST):
+    for where, value, _ in _strings(tables, MANIFEST):
         if _has_stacked_marks(value):
             message = f"{quote(value)} has combining marks that cover other texts."
             yield Finding(where, message, "Remove them.")
 
 
 @rule("manifest")
-def control_character(manifest: ManifestInFolder) -> Iterator[Finding]:
+def control_character(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """Strings contain no control, invisible or bidirectional-override characters. (The description and
     hyperparameters may contain line breaks and tabs.)"""
-    for where, value, multiline in _strings(manifest.tables, MANIFEST):
+    for where, value, multiline in _strings(tables, MANIFEST):
         text = value.replace("\n", "").replace("\t", "") if multiline else value
         if first_invisible(text):
             yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")

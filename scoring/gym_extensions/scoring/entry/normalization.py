@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, stages
@@ -61,22 +62,25 @@ class Results:
 def results(entry: SubmittedGroup, budget: str) -> Results:
     """The returns of a group's checked logs."""
     tasks = len(entry.group.tasks)
-    shapes = {
-        name: (len(log.runs), len(stages(name, tasks)), tasks, EVALUATION_EPISODES)
-        for name, log in entry.logs.items()
-    }
+
+    def cells(column: str) -> dict[str, Any]:
+        """A column by protocol, [run][stage][task][episode]."""
+        shapes = {name: (-1, len(stages(name, tasks)), tasks, EVALUATION_EPISODES) for name in entry.logs}
+        columns = ((name, log.rows[column].to_numpy()) for name, log in entry.logs.items())
+        return {name: values.reshape(shapes[name]).tolist() for name, values in columns}
+
     return Results(
         group=entry.group,
         steps=BUDGETS[budget].steps_for(entry.group.name),
         runs={protocol: log.runs for protocol, log in entry.logs.items()},
-        returns={name: log.return_.reshape(shapes[name]).tolist() for name, log in entry.logs.items()},
+        returns=cells("return"),
         curves={
             (protocol, run, curve.task): (curve.steps, curve.returns)
             for protocol, documents in entry.runs.items()
             for run, document in documents.items()
             for curve in document.curves
         },
-        successes={name: log.success.reshape(shapes[name]).tolist() for name, log in entry.logs.items()},
+        successes=cells("success"),
     )
 
 

@@ -13,16 +13,10 @@ import msgspec
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.catalog.tasks import NAMESPACE
 from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.entry.normalization import Results
 from gym_extensions.scoring.formulas import METRICS, MetricValue
-from gym_extensions.scoring.scorecard import (
-    PAPER_COLUMNS,
-    GroupScore,
-    PaperCell,
-    PaperColumns,
-    PaperRow,
-    ReferenceValue,
-)
+from gym_extensions.scoring.scorecard import PAPER_COLUMNS, PaperCell, PaperColumns, PaperRow
 from gym_extensions.scoring.statistics import standard_deviation
 
 
@@ -94,7 +88,7 @@ def findings(name: str) -> dict[str, Finding]:
     return msgspec.convert(document["groups"], dict[str, Finding])
 
 
-def reported_groups(name: str, budget: str) -> dict[str, dict[str, GroupScore]]:
+def reported_groups(name: str, budget: str) -> dict[str, dict[str, scorecard.GroupScore]]:
     """The scores of a published table by group id, under the protocol ``sequential`` alone."""
     printed: dict[str, dict[str, dict[str, PaperCell]]] = {}
     with table_path(name).open(encoding="utf-8", newline="") as lines:
@@ -106,13 +100,13 @@ def reported_groups(name: str, budget: str) -> dict[str, dict[str, GroupScore]]:
     for group, environments in printed.items():
         total = PaperColumns(**environments.pop(TOTAL, {}))
         rows = tuple(PaperRow(task_id(env), env, **cells) for env, cells in environments.items())
-        score = GroupScore(
+        score = scorecard.GroupScore(
             level=REPORTED,
             budget=budget,
             runs=(),
             tasks=tuple(row.task for row in rows),
             metrics={metric.name: MetricValue(why=WHY) for metric in METRICS["sequential"]},
-            reference={row.task: ReferenceValue() for row in rows},
+            reference={row.task: scorecard.ReferenceValue() for row in rows},
             return_matrix=(),
             missing_for_full_entry=MISSING,
             paper_table=rows,

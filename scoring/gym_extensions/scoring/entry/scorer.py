@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
-from typing import Any
 
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
-from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Review, Verification
+from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Verification, why_claimed
 from gym_extensions.rollouts.review import level as review_level
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring import scorecard
+from gym_extensions.scoring.documents import filled
 from gym_extensions.scoring.entry.normalization import Results, normalized_runs, results
 from gym_extensions.scoring.entry.published import paper_table, reported_groups
 from gym_extensions.scoring.entry.signs import Sketch, run_sketches, signs
 from gym_extensions.scoring.entry.values import metric_values, missing_words, suite_scores
 from gym_extensions.scoring.formulas import iqm, profile
 from gym_extensions.scoring.references import References
-from gym_extensions.scoring.scorecard import (
-    Curve,
-    GroupScore,
-    ManifestSummary,
-    ReferenceValue,
-    RunProvenance,
-    Scorecard,
-    VerificationSummary,
-)
+from gym_extensions.scoring.scorecard import GroupScore, ManifestSummary, Scorecard, VerificationSummary
 
 
 def score(submission: Submission, references: References) -> Scorecard:
@@ -48,11 +40,12 @@ def score(submission: Submission, references: References) -> Scorecard:
             groups[name] = {}
             for protocol, runs in returns.runs.items():
                 documents, found = [entry.runs[protocol][run] for run in runs], entry.digests(protocol)
+                without = ", ".join(str(each.run) for each in documents if each.policies is None)
                 digests |= found
                 groups[name][protocol] = score_group(
                     *(returns, references, protocol, budget),
                     level=review_level(review, found),
-                    why=_why_claimed(review, documents, found),
+                    why=f"No policies of run {without}." if without else why_claimed(review, found),
                     documents=documents,
                     sketches=run_sketches(entry, protocol) if protocol == "sequential" else (),
                 )
@@ -64,7 +57,7 @@ def score(submission: Submission, references: References) -> Scorecard:
         title=manifest.title if manifest else submission.name,
         level=level,
         problems=submission.problems,
-        manifest=_manifest(submission),
+        manifest=filled(ManifestSummary, manifest, memory=submission.memory) if manifest else None,
         readme=submission.readme,
         notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
         signs=tuple(patterns),
@@ -75,47 +68,16 @@ def score(submission: Submission, references: References) -> Scorecard:
     )
 
 
-def _manifest(submission: Submission) -> ManifestSummary | None:
-    manifest = submission.manifest
-    if manifest is None:
-        return None
-    settings = manifest.hyperparameters.items()
-    return ManifestSummary(
-        authors=manifest.authors,
-        description=manifest.description,
-        code=manifest.code,
-        protocol=manifest.protocol,
-        hyperparameters={key: tuple(value) if isinstance(value, list) else value for key, value in settings},
-        observes=manifest.observes,
-        tuning=manifest.tuning,
-        memory=submission.memory,
-    )
-
-
 def _verification(part: Verification, digests: Mapping[str, str]) -> VerificationSummary:
     """What a verification found, given the digest of every run as it is now, by the run's name."""
-    own: dict[str, Any] = {
-        "logs": tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
-        "runs": len(part.runs),
-        "current": sum(digests.get(key) == digest for key, digest in part.runs.items()),
-        "retrained": tuple(part.retrained),
-    }
-    same = (field.name for field in fields(VerificationSummary) if field.name not in own)
-    return VerificationSummary(**own, **{name: getattr(part, name) for name in same})
-
-
-def _why_claimed(review: Review, documents: Sequence[RunDocument], digests: Mapping[str, str]) -> str:
-    """Why a log is not verified, in words: the runs' documents, and their digests by the run's name."""
-    if without := [str(document.run) for document in documents if document.policies is None]:
-        return f"No policies of run {', '.join(without)}."
-    for key, digest in digests.items():
-        found = [part for part in review.verifications if part.runs.get(key) == digest]
-        if failed := [part for part in found if not part.passed]:
-            return f"The verification of {failed[0].date} did not pass."
-        if not found:
-            changed = any(key in part.runs for part in review.verifications)
-            return f"{key} {'changed after its verification' if changed else 'is not verified yet'}."
-    return ""
+    return filled(
+        VerificationSummary,
+        part,
+        logs=tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
+        runs=len(part.runs),
+        current=sum(digests.get(key) == digest for key, digest in part.runs.items()),
+        retrained=tuple(part.retrained),
+    )
 
 
 def score_group(
@@ -138,18 +100,18 @@ def score_group(
         published=results.group.published,
         level=level,
         why_claimed=why if level == CLAIMED else "",
-        provenance=tuple(map(RunProvenance.of, documents)),
+        provenance=tuple(map(scorecard.RunProvenance.of, documents)),
         budget=budget,
         runs=tuple(results.runs[protocol]),
         tasks=tasks,
         metrics=metric_values(results, references, protocol, runs),
         profile=profile(final),
         iqm=iqm(final),
-        reference={task: ReferenceValue.of(references.tasks.get(task)) for task in tasks},
+        reference={task: scorecard.ReferenceValue.of(references.tasks.get(task)) for task in tasks},
         return_matrix=tuple(tuple(map(tuple, run)) for run in results.means[protocol]),
         success_rates=results.success_rates(protocol),
         curves=tuple(
-            Curve(run, task, tuple(zip(steps, values, strict=True)))
+            scorecard.Curve(run, task, tuple(zip(steps, values, strict=True)))
             for (name, run, task), (steps, values) in results.curves.items()
             if name == protocol and run in results.runs[protocol]
         ),

@@ -46,9 +46,9 @@ def episode_sketches(log: Log) -> tuple[Sketch, ...]:
     Source: E. Cohen and H. Kaplan, Summarizing data using bottom-k sketches, PODC 2007.
     """
     digests: dict[int, set[str]] = {run: set() for run in log.runs}
-    last = log.stage == log.stage.max(initial=0)
-    columns = (log.run, log.position, log.episode, log.length, log.return_, log.terminated)
-    for run, *key, return_, terminated in zip(*(column[last].tolist() for column in columns), strict=True):
+    last = log.rows[log.rows["stage"] == log.rows["stage"].max()]
+    columns = ("run", "position", "episode", "length", "return", "terminated")
+    for run, *key, return_, terminated in zip(*(last[name].tolist() for name in columns), strict=True):
         episode = (*key, f"{return_:.{SIGNIFICANT_DIGITS - 1}e}", terminated)
         digests[run].add(hashlib.sha256(repr(episode).encode()).hexdigest()[:8])
     return tuple(tuple(sorted(digests[run])[:SIZE]) for run in log.runs)
@@ -85,7 +85,8 @@ def signs(entry: SubmittedGroup, is_sampled: bool) -> tuple[str, ...]:
 
 
 def _identical_lengths(log: Log) -> str:
-    lengths, positions = (column.reshape(-1, EVALUATION_EPISODES) for column in (log.length, log.position))
+    columns = (log.rows[name].to_numpy() for name in ("length", "position"))
+    lengths, positions = (column.reshape(-1, EVALUATION_EPISODES) for column in columns)
     limits = np.array([task.max_steps for task in log.group.tasks])[positions[:, 0]]
     count = int(np.sum(np.all(lengths == lengths[:, :1], axis=1) & (lengths[:, 0] < limits)))
     equal = f"all {EVALUATION_EPISODES} episodes have the same length, which is below the time limit."
@@ -100,15 +101,15 @@ def _shared_episodes(sketches: Sequence[Sketch]) -> str:
 
 def _above_curves(entry: SubmittedGroup, log: Log) -> str:
     """Compares the mean return right after the training on a task with the training curve of that task."""
-    documents = entry.runs[log.protocol].items()
+    rows, documents = log.rows, entry.runs[log.protocol].items()
     curves = [(run, curve) for run, document in documents for curve in document.curves]
     count = 0
     for run, curve in curves:
         position = entry.group.task_ids.index(curve.task)
         stage = position + 1 if log.protocol == "sequential" else 1
-        cell = (log.run == run) & (log.stage == stage) & (log.position == position)
+        cell = (rows["run"] == run) & (rows["stage"] == stage) & (rows["position"] == position)
         if curve.returns and cell.any():
             top, low = max(curve.returns), min(curve.returns)
-            count += bool(log.return_[cell].mean() > top + CURVE_RANGES * (top - low))
+            count += bool(rows["return"][cell].to_numpy().mean() > top + CURVE_RANGES * (top - low))
     where = "cells right after training, the mean return is far above the training curve."
     return f"In {count} of {len(curves)} {where}" if count else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,7 @@ LEAST_CHANGE = 0.05
 """The smallest change of normalized return that is reported."""
 
 
-@dataclass(frozen=True)
-class Contrast:
+class Contrast(NamedTuple):
     """Two columns of the paper's table whose increase (sign 1) or decrease (−1) is worth a sentence.
 
     The sentence has places for the task and both returns; ``tasks`` are the positions that are compared.
@@ -28,8 +27,7 @@ class Contrast:
     tasks: slice
 
 
-@dataclass(frozen=True)
-class Change:
+class Change(NamedTuple):
     """A task's mean raw return in both columns of a contrast."""
 
     task: str

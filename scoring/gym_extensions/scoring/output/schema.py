@@ -41,21 +41,14 @@ def submission_schema() -> Schema:
     return {"$schema": DIALECT, "title": MANIFEST, **schema}
 
 
-def schemas() -> dict[str, Schema]:
-    """Every published schema by its file's name."""
-    return {
-        "submission.json": submission_schema(),
-        "scorecard.json": json_schema(ScorecardDocument),
-        "boards.json": json_schema(BoardsDocument),
-        "poses.json": json_schema(Poses),
-    }
-
-
 def schema_texts() -> dict[str, str]:
     """Every published schema as JSON by its file's name."""
+    documents = {"scorecard.json": ScorecardDocument, "boards.json": BoardsDocument, "poses.json": Poses}
+    schemas = {"submission.json": submission_schema()}
+    schemas |= {name: json_schema(document) for name, document in documents.items()}
     return {
         name: json.dumps(schema, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-        for name, schema in schemas().items()
+        for name, schema in schemas.items()
     }
 
 

@@ -8,18 +8,12 @@ from typing import Any
 import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.scoring.documents import no_formula
+from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.formulas import BOARD_METRICS, FINAL, METRICS
 from gym_extensions.scoring.output.screen import count, number, span, table_rows
 from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard, CoreEntry, CoreReference
 from gym_extensions.scoring.ranking.core_board import REFERENCE, SHOWN
-from gym_extensions.scoring.scorecard import (
-    PAPER_COLUMNS,
-    GroupScore,
-    Scorecard,
-    ScorecardDocument,
-    SuiteScore,
-)
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, ScorecardDocument, SuiteScore
 
 ENDS = ("", "_low", "_high")
 METRIC_DTYPES = dict.fromkeys(("name", "level", "group", "protocol", "budget"), "str")
@@ -43,6 +37,8 @@ PAIR_DTYPES |= dict.fromkeys(("mean", "low", "high", "p_value"), "float64")
 PAIR_DTYPES |= {"verdict": "str", "exploratory": "bool", "next_look": "Int64"}
 """The columns of :func:`core_pairs_frame`."""
 
+FORMULA = r"^([=+\-@\t\r])"
+"""The beginning of a text that a spreadsheet would take for a formula."""
 COMPUTED = "Computed from the references: no submission."
 
 Row = tuple[object, ...]
@@ -178,7 +174,7 @@ def to_csv(frame: pd.DataFrame) -> str:
     Texts that a spreadsheet would take for a formula begin with an apostrophe.
     """
     texts = frame.columns[frame.dtypes == TEXT]
-    frame[texts] = frame[texts].map(no_formula, na_action="ignore")
+    frame[texts] = frame[texts].replace(FORMULA, r"'\1", regex=True)
     return frame.to_csv(index=False, lineterminator="\n")
 
 
@@ -205,7 +201,7 @@ def _group(name: str, protocol: str, score: GroupScore | SuiteScore) -> list[str
     if isinstance(score, SuiteScore):
         return [*lines, ""]
     if score.paper_table:
-        lines += ["", *_head("task", *PAPER_COLUMNS.values())]
+        lines += ["", *_head("task", *scorecard.PAPER_COLUMNS.values())]
         for task, cells in table_rows(score):
             texts = (f"{cell.mean:.2f} ± {cell.std:.2f}" if cell else "–" for cell in cells)
             lines.append(_row(task.rsplit("/", 1)[-1], *texts))

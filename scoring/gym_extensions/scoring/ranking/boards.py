@@ -6,17 +6,19 @@ docs/scorecard.md describes every key.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, TypeVar
 
 from gym_extensions.catalog.groups import CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import Evaluation, Observes, Steps
 from gym_extensions.rollouts.review import LEVELS, VERIFIED, Level
 from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.documents import JsonDocument, about
-from gym_extensions.scoring.formulas import Metric, MetricValue
+from gym_extensions.scoring.entry.values import estimate
+from gym_extensions.scoring.formulas import METRICS, Metric, MetricValue
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.statistics import Summary, subtract, to_interval, zero_mean_p
 
@@ -268,6 +270,47 @@ class Comparison(JsonDocument):
     second: Annotated[str, about("name of the second entry")]
     groups: Annotated[ComparedScores, about("by group id and protocol")]
     suites: Annotated[ComparedScores, about("by suite and protocol")]
+
+
+Scores = Mapping[str, Mapping[str, GroupScore]] | Mapping[str, Mapping[str, SuiteScore]]
+
+
+def compare(first: Scorecard, second: Scorecard) -> Comparison:
+    """The comparison of two scorecards, with Welch's 95 % intervals for this one pair.
+
+    Raises:
+        BenchError: a submission has problems, or the two have no group with the same protocol and budget.
+    """
+    for card in (first, second):
+        if card.problems:
+            hint = f"Run: score {card.name}."
+            raise BenchError("not-scored", "The submission has problems.", card.name, hint)
+
+    def metrics(names: Sequence[str], protocol: str) -> dict[str, ComparedMetric]:
+        found = {}
+        for metric in METRICS[protocol]:
+            a, b = (estimate(card.groups, names, protocol, metric) for card in (first, second))
+            if a is not None and b is not None:
+                found[metric.name] = ComparedMetric(a.mean, b.mean, Difference.of(a, b))
+        return found
+
+    def common(scores: Scores, others: Scores) -> ComparedScores:
+        """What both entries have, by group or suite and protocol, with the same budget."""
+        both: ComparedScores = {}
+        for name, protocols in scores.items():
+            for protocol, score in protocols.items():
+                other = others.get(name, {}).get(protocol)
+                if other is not None and other.budget == score.budget:
+                    values = metrics(SUITES.get(name, (name,)), protocol)
+                    both.setdefault(name, {})[protocol] = ComparedScore(score.budget, values)
+        return both
+
+    groups = common(first.groups, second.groups)
+    if not groups:
+        message = f"{first.name} and {second.name} have no group with the same protocol and budget."
+        raise BenchError("nothing-to-compare", message, hint="Compare entries of one board.")
+    suites = common(first.suites, second.suites)
+    return Comparison(first=first.name, second=second.name, groups=groups, suites=suites)
 
 
 @dataclass(frozen=True, order=True)

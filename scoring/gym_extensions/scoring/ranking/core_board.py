@@ -17,41 +17,14 @@ import numpy as np
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.rollouts.submission import consecutive
+from gym_extensions.scoring import formulas, statistics
 from gym_extensions.scoring.entry.values import suite_anchors
-from gym_extensions.scoring.formulas import (
-    BY_NAME,
-    FINAL,
-    NOTHING_LEARNED,
-    Metric,
-    MetricValue,
-    learned_nothing,
-)
-from gym_extensions.scoring.ranking.boards import (
-    BoardKey,
-    BoardMetric,
-    CoreBoard,
-    CoreCost,
-    CoreEntry,
-    CoreGroup,
-    CorePair,
-    CoreReference,
-    best_first,
-    board_level,
-    is_verified,
-)
+from gym_extensions.scoring.formulas import BY_NAME, FINAL, Metric
+from gym_extensions.scoring.ranking import boards
+from gym_extensions.scoring.ranking.boards import BoardMetric, CoreEntry, CorePair
 from gym_extensions.scoring.ranking.copies import copy_of, duplicates
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
-from gym_extensions.scoring.statistics import (
-    ALPHA,
-    Summary,
-    critical_value,
-    holm_adjusted,
-    mean_of_groups,
-    subtract,
-    summary,
-    to_interval,
-    zero_mean_p,
-)
+from gym_extensions.scoring.statistics import ALPHA, Summary, summary
 
 EDITION = 1
 LOOK_LEVELS = {5: 0.005, 10: 0.01, 20: 0.01, 40: 0.01, 80: 0.01}
@@ -79,7 +52,7 @@ SHOWN = (FINAL.name, LEARNING, FORGETTING, "zero_shot_transfer")
 
 Final performance and forgetting have a family of all pairs, each at 5 %.
 """
-KEY = BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
+KEY = boards.BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
 GroupRuns = tuple[tuple[float, ...], ...]
 """One value per run, by group."""
 
@@ -140,8 +113,8 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
         if paired:
             groups.append(summary([x - y for x, y in zip(a[:runs], b[:runs], strict=True)]))
         else:
-            groups.append(subtract(summary(a[:runs]), summary(b[:runs])))
-    return mean_of_groups(groups)
+            groups.append(statistics.subtract(summary(a[:runs]), summary(b[:runs])))
+    return statistics.mean_of_groups(groups)
 
 
 def family(methods: Sequence[Method], metric: str) -> list[CorePair]:
@@ -158,7 +131,7 @@ def family(methods: Sequence[Method], metric: str) -> list[CorePair]:
         look = min(a.look, b.look)
         paired = is_paired(a, b, look)
         difference = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
-        quantile = critical_value(LOOK_LEVELS[look] / len(pairs), difference.df)
+        quantile = statistics.critical_value(LOOK_LEVELS[look] / len(pairs), difference.df)
         half_width = quantile * math.sqrt(difference.squared_error)
         compared.append(
             CorePair(
@@ -169,13 +142,13 @@ def family(methods: Sequence[Method], metric: str) -> list[CorePair]:
                 mean=difference.mean,
                 low=difference.mean - half_width,
                 high=difference.mean + half_width,
-                p_value=min(1.0, zero_mean_p(difference) * ALPHA / LOOK_LEVELS[look]),
+                p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / LOOK_LEVELS[look]),
                 verdict="open",
                 exploratory=look <= EXPLORATORY,
                 next_look=next_look(look),
             )
         )
-    adjusted = holm_adjusted(np.array([pair.p_value for pair in compared])).tolist()
+    adjusted = statistics.holm_adjusted(np.array([pair.p_value for pair in compared])).tolist()
     return [decided(replace(pair, p_value=each)) for pair, each in zip(compared, adjusted, strict=True)]
 
 
@@ -240,16 +213,16 @@ def _notes(logs: Mapping[str, GroupScore], look: int) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
+def _cost(logs: Mapping[str, GroupScore]) -> boards.CoreCost:
     """The cost of a run. Some runs state the largest memory of all groups; a group's least is its own."""
     documents = [log.provenance for log in logs.values()]
     if len(logs) < len(CORES[CORE]) or not all(documents):
-        return CoreCost()
+        return boards.CoreCost()
     seconds = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in documents]
     peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
     stored = [min(run.memory.stored_steps for run in runs) for runs in documents]
     parameters = [min(run.memory.parameters_last for run in runs) for runs in documents]
-    return CoreCost(
+    return boards.CoreCost(
         steps=sum(fmean(run.steps for run in runs) for runs in documents),
         cpu_seconds=sum(map(fmean, seconds)) if all(seconds) else None,
         peak_memory_mb=max(map(max, peaks)) if all(peaks) else None,
@@ -258,16 +231,16 @@ def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
     )
 
 
-def _group(log: GroupScore, look: int, metric: Metric = FINAL) -> CoreGroup:
+def _group(log: GroupScore, look: int, metric: Metric = FINAL) -> boards.CoreGroup:
     runs = consecutive(log.runs)
     values = log.metrics[metric.name].runs[: look or runs]
     if not values:
-        return CoreGroup(None, None, None, runs)
-    value = to_interval(summary(values), suite_anchors([log], metric))
-    return CoreGroup(value.mean, value.low, value.high, runs)
+        return boards.CoreGroup(None, None, None, runs)
+    value = statistics.to_interval(summary(values), suite_anchors([log], metric))
+    return boards.CoreGroup(value.mean, value.low, value.high, runs)
 
 
-def _in_other_ways(card: Scorecard) -> Iterator[CoreReference]:
+def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
     """The rows of ``IN_OTHER_WAYS`` that the reference agent has on every group of the core."""
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
         logs, metric = _scores(card, protocol), BY_NAME[metric_name]
@@ -276,20 +249,20 @@ def _in_other_ways(card: Scorecard) -> Iterator[CoreReference]:
         if runs and has_values and len(logs) == len(CORES[CORE]):
             groups = {group: _group(log, runs, metric) for group, log in logs.items()}
             value = _over_groups(logs.values(), metric, runs)
-            yield CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
+            yield boards.CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
 def _over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> BoardMetric:
     """The mean over groups of the first runs of each, with the errors of the experts."""
-    mean = mean_of_groups([summary(log.metrics[metric.name].runs[:runs]) for log in logs])
-    return BoardMetric.of(MetricValue.of(to_interval(mean, suite_anchors(logs, metric))))
+    mean = statistics.mean_of_groups([summary(log.metrics[metric.name].runs[:runs]) for log in logs])
+    return BoardMetric.of(formulas.MetricValue.of(statistics.to_interval(mean, suite_anchors(logs, metric))))
 
 
 def _why(logs: Mapping[str, GroupScore], method: Method | None, original: str | None) -> str:
     """Why an entry, which may be a copy of another, is not compared; empty if it is."""
     if original is not None:
         return copy_of(original)
-    if claimed := [log for log in logs.values() if not is_verified(log.level)]:
+    if claimed := [log for log in logs.values() if not boards.is_verified(log.level)]:
         return f"Claimed: {claimed[0].why_claimed or 'not verified.'}"
     if missing := [name for name in CORES[CORE] if name not in logs]:
         return f"It lacks {', '.join(missing)}."
@@ -314,7 +287,7 @@ def _entry(card: Scorecard, method: Method | None, original: str | None) -> Core
     return CoreEntry(
         name=card.name,
         title=card.title,
-        level=board_level(card, KEY),
+        level=boards.board_level(card, KEY),
         ranked=not why,
         why=why,
         observes=card.manifest.observes if card.manifest else None,
@@ -329,7 +302,7 @@ def _entry(card: Scorecard, method: Method | None, original: str | None) -> Core
     )
 
 
-def core_board(cards: Sequence[Scorecard]) -> CoreBoard | None:
+def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
 
     Scorecards without runs on the core, or with another budget, are left out.
@@ -339,7 +312,8 @@ def core_board(cards: Sequence[Scorecard]) -> CoreBoard | None:
         return None
     copies = duplicates(cards, KEY)
     methods = {card.name: method_of(card) for card in cards}
-    entries = best_first([_entry(card, methods[card.name], copies.get(card.name)) for card in cards], FINAL)
+    made = [_entry(card, methods[card.name], copies.get(card.name)) for card in cards]
+    entries = boards.best_first(made, FINAL)
     ranked = [(entry, method) for entry in entries if entry.ranked and (method := methods[entry.name])]
     learners = [method for entry, method in ranked if not _learned_nothing(entry)]
     families = {FINAL.name: [method for _, method in ranked], FORGETTING: learners}
@@ -348,7 +322,7 @@ def core_board(cards: Sequence[Scorecard]) -> CoreBoard | None:
         metric: ranks([method.name for method in members], pairs[metric], BY_NAME[metric].better)
         for metric, members in families.items()
     }
-    return CoreBoard(
+    return boards.CoreBoard(
         suite=CORE,
         edition=EDITION,
         groups=CORES[CORE],
@@ -365,13 +339,14 @@ def core_board(cards: Sequence[Scorecard]) -> CoreBoard | None:
 
 def _learned_nothing(entry: CoreEntry) -> bool:
     value = entry.metrics[LEARNING]
-    return learned_nothing({LEARNING: MetricValue(value.mean, value.low, value.high)})
+    return formulas.learned_nothing({LEARNING: formulas.MetricValue(value.mean, value.low, value.high)})
 
 
 def _with_ranks(entry: CoreEntry, found: Mapping[str, Mapping[str, tuple[int, int]]]) -> CoreEntry:
     """The entry with its rank on each metric that has a family."""
     metrics = dict(entry.metrics)
     for metric, ranks in found.items():
-        note = NOTHING_LEARNED if metric == FORGETTING and entry.ranked and _learned_nothing(entry) else ""
+        is_unlearned = metric == FORGETTING and entry.ranked and _learned_nothing(entry)
+        note = formulas.NOTHING_LEARNED if is_unlearned else ""
         metrics[metric] = replace(metrics[metric], rank=ranks.get(entry.name), rank_note=note)
     return replace(entry, metrics=metrics)
