@@ -75,3 +75,33 @@ def test_the_lowest_versions_are_the_lower_ends_of_the_ranges() -> None:
     tested = dict(re.findall(r"([\w-]+)==([\d.]+)", text))
     assert tested.keys() == lower.keys()
     assert [name for name in lower if not f"{tested[name]}.0.0".startswith(f"{lower[name]}.")] == []
+
+
+BOARD_PAGE = """<title>Hopper &lt;b&gt; · gym-extensions</title>
+<header>menu</header><main><h1>Hopper<wbr>Wall</h1><p>hops <svg><title>0.5</title></svg></p>
+<table><tr><th id="x">0.1</th></tr></table>
+<h2 id="facts">Facts <span>all</span></h2><p>it weighs</p>
+<table class="plain formulas"><tr><th id="forgetting">Forgetting</th><td>p[j] &lt; 1</td></tr></table></main>
+<footer>end</footer>"""
+
+
+def test_the_search_finds_pages_of_the_board_and_escapes_their_text(tmp_path: Path) -> None:
+    (tmp_path / "tasks").mkdir()
+    for path in ("metrics.html", "tasks/a.html"):
+        (tmp_path / path).write_text(BOARD_PAGE, encoding="utf-8")
+    entries = [tuple(entry.values()) for entry in hooks.board_entries(tmp_path)]
+    assert entries == [
+        ("../metrics.html", "Hopper &lt;b&gt;", "HopperWall hops"),
+        ("../metrics.html#facts", "Facts", "all it weighs"),
+        ("../metrics.html#forgetting", "Forgetting", "p[j] &lt; 1"),
+        ("../tasks/a.html", "Hopper &lt;b&gt;", "HopperWall hops all it weighs p[j] &lt; 1"),
+    ]
+
+
+def test_pages_have_the_masthead_of_the_board_if_it_was_built(tmp_path: Path) -> None:
+    env = SimpleNamespace(globals={})
+    hooks.on_env(env, SimpleNamespace(site_dir=tmp_path / "docs"))
+    assert env.globals["masthead"]("api/envs.html") == ""
+    (tmp_path / "static").mkdir()
+    (tmp_path / "static" / "masthead.css").touch()
+    assert 'href="../../core.html"' in env.globals["masthead"]("api/envs.html")

@@ -96,3 +96,10 @@ def test_the_comment_follows_only_the_gate_of_the_main_branch() -> None:
         "github.event.workflow_run.path == '.github/workflows/gate.yml'",
         "github.event.workflow_run.conclusion != 'cancelled'",
     ]
+
+
+def test_the_tests_that_jobs_name_exist() -> None:
+    texts = [path.read_text("utf-8") for path in (ROOT / "Makefile", *WORKFLOWS)]
+    named = {path for text in texts for path in re.findall(r"tests/[\w/]+(?:\.\w+)?", text)}
+    assert len(named) > 5
+    assert [path for path in sorted(named) if not (ROOT / path).exists()] == []

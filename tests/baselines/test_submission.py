@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
@@ -298,3 +298,32 @@ def test_a_committed_entry_can_be_continued(name: str) -> None:
     num_envs = existing["hyperparameters"].get("num_envs")
     stated = Settings(name, existing["protocol"]["budget"], num_envs, observes=observes_of(agent, name))
     require_same(path, existing, manifest_tables(card, stated))
+
+
+def test_unfinished_runs_may_be_on_another_file_system(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, elsewhere, rename = tmp_path / "mine", tmp_path / "elsewhere", Path.replace
+
+    def replace(path: Path, target: Path) -> Path:
+        if elsewhere in path.resolve().parents and elsewhere not in Path(target).resolve().parents:
+            raise OSError(errno.EXDEV, "Invalid cross-device link")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "replace", replace)
+    elsewhere.mkdir()
+    out.mkdir()
+    (out / ".progress").symlink_to(elsewhere)
+    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=out, progress=False)
+    assert [path.name for path in sorted(out.glob("*/joint/*"))] == [
+        f"run0.{kind}" for kind in ("csv", "json", "npz")
+    ]
+
+
+def test_a_folder_that_is_not_writable_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any, **__: Any) -> NoReturn:
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(Path, "touch", refuse)
+    error = training_error(tmp_path / "out")
+    assert (error.code, "Read-only file system" in error.message) == ("bad-out", True)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
@@ -268,3 +269,18 @@ def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:
     entry = copy(honest(), project.main / "submissions" / "new")
     assert maintain(["review", str(entry), *project.options]) == 2
     assert not (entry / "review.toml").exists()
+
+
+def test_the_best_of_ten_evaluations_is_refused_by_new_seeds(tmp_path: Path) -> None:
+    entry = copy(honest("gaussian"), tmp_path / "new")
+    rng = np.random.default_rng(0)
+    means: dict[object, float] = {}
+
+    def best(row: dict[str, object]) -> dict[str, object]:
+        spread = means.setdefault((row["stage"], row["task"]), float(rng.uniform(3, 6)))
+        return {"return": row["return"] + 1.5 * spread}  # type: ignore[operator]
+
+    change_log(entry, best)
+    project = Project(tmp_path)
+    assert project.submit(entry).verdict == "passed"
+    assert project.review(project.merge()) == "claimed"

@@ -15,7 +15,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from gym_extensions.catalog.tasks import FAMILIES, customize
 from gym_extensions.envs import Wall, make
@@ -266,3 +266,49 @@ def test_a_mistake_is_named(mistake: Callable[[], object], code: str, fact: str)
         mistake()
     assert caught.value.code == code
     assert fact in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["Hopper", MAPS[0]])
+def test_gymnasium_is_among_the_direct_base_classes(name: str) -> None:
+    env = make_vec(name, 2)
+    assert VectorEnv in type(env).__bases__
+    assert env.observation_space.contains(env.reset(seed=1)[0])
+    assert env.action_space.shape == (2, *env.single_action_space.shape)
+
+
+@pytest.mark.parametrize("name", ["Hopper", MAPS[0]])
+def test_reset_seeds_the_generator_for_own_draws_which_environments_do_not_use(name: str) -> None:
+    env, twin = make_vec(name, 2), make_vec(name, 2)
+    env.reset(seed=3)
+    twin.reset(seed=[3, 4])
+    draws = env.np_random.random(5)
+    assert env.np_random_seed == 3
+    assert np.array_equal(draws, twin.np_random.random(5))
+    assert play(env, actions(env, 5)) == play(make_again(twin), actions(env, 5))
+    assert plain(env.reset()) == plain(twin.reset())
+
+
+def make_again(env: Any) -> Any:
+    """The environment after a reset with the seeds 3 and 4."""
+    env.reset(seed=[3, 4])
+    return env
+
+
+def test_an_episode_is_truncated_at_its_limit_and_restarts_in_the_next_step() -> None:
+    env = make_vec([customize("HalfCheetah", max_steps=limit) for limit in (3, 5)], 2)
+    env.reset(seed=0)
+    steps = [env.step(row) for row in actions(env, 9)]
+    assert [[i for i, step in enumerate(steps, 1) if step[3][index]] for index in (0, 1)] == [[3, 7], [5]]
+    assert [[i for i, step in enumerate(steps, 1) if step[1][index] == 0] for index in (0, 1)] == [
+        [4, 8],
+        [6],
+    ]
+
+
+def test_observations_of_earlier_steps_do_not_change() -> None:
+    env = make_vec("Humanoid", 2)
+    first, _ = env.reset(seed=0)
+    kept = first.copy()
+    second = env.step(actions(env, 1)[0])[0]
+    assert np.array_equal(first, kept)
+    assert not np.array_equal(first, second)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from gym_extensions.rollouts.problem import Problem, escape, summarize
+from gym_extensions.rollouts.problem import PROBLEMS_LISTED, Problem, escape, summarize
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import VERIFIED, level
 from gym_extensions.rollouts.rules import RULES
 
 from .examples import (
+    DOCUMENT,
     GROUP,
+    LOG,
     POLICIES,
     TOML,
     CopySubmission,
@@ -128,3 +130,24 @@ def test_further_problems_are_counted_per_rule_after_the_listed_ones() -> None:
         Problem("a", "entry", "2 more problems of this rule.", "Mend it."),
         Problem("b", "entry", "1 more problem of this rule.", "Mend it."),
     )
+
+
+def test_each_rule_lists_twenty_problems_and_counts_the_rest(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    for number in range(5000):
+        (folder / f"notes{number:04}.txt").touch()
+    cell(2, 5, "nan")(folder)
+    problems = read(folder).problems
+    assert [problem.where for problem in problems[:PROBLEMS_LISTED]] == [
+        f"notes{number:04}.txt" for number in range(PROBLEMS_LISTED)
+    ]
+    assert [problem.where for problem in problems[PROBLEMS_LISTED:]] == [LOG, f"{LOG}, line 2", "entry"]
+    assert "4980 more" in problems[-1].message
+
+
+def test_a_link_is_not_reported_as_a_missing_file_too(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    for path in (TOML, LOG, DOCUMENT):
+        (folder / path).rename(tmp_path / Path(path).name)
+        (folder / path).symlink_to(tmp_path / Path(path).name)
+    assert rules(read(folder).problems) == ["not-a-regular-file"] * 3

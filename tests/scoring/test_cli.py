@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.errors import working
 from gym_extensions.rollouts.review import Decision, Review, read_review, write_review
 from gym_extensions.scoring import cli
 
@@ -282,3 +284,22 @@ def test_help_loads_no_table_library_and_no_simulator() -> None:
         "print([name for name in heavy if name in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout == b"[]\n"
+
+
+def test_a_good_submission_exits_0_and_a_bad_one_1(submission: Write, known: None) -> None:
+    folder = submission()
+    assert cli.main([str(folder)]) == 0
+    (folder / "notes.txt").write_text("")
+    assert cli.main([str(folder)]) == 1
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_a_command_that_works_shows_it_on_a_terminal(
+    is_terminal: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    errors = io.StringIO()
+    monkeypatch.setattr(errors, "isatty", lambda: is_terminal)
+    monkeypatch.setattr(sys, "stderr", errors)
+    with working("scoring mine"):
+        pass
+    assert ("scoring mine" in errors.getvalue()) == is_terminal

@@ -337,3 +337,19 @@ def test_a_log_that_is_claimed_says_why(submission: Write, references: Reference
     assert "changed" in why(submission(protocols=("joint",), value=lambda *key: float(sum(key[1:]))))
     reviewed(folder, passed=False, date="2026-01-02")
     assert "2026-01-02 did not pass" in why(folder)
+
+
+def test_no_number_moves_when_somebody_joins(submission: Write, references: References) -> None:
+    first, second = submission(name="a"), submission(name="b", value=lambda p, r, s, j, e: 5.0 * s + j + r)
+    alone = score_folder(first, references)
+    together = score_folders([second, first], references).submissions
+    assert [card.name for card in together] == ["a", "b"]
+    assert together[0] == alone
+
+
+def test_a_changed_run_is_claimed_again(submission: Write, references: References) -> None:
+    reviewed(submission())
+    changed = submission(value=lambda *key: float(sum(key[1:])))
+    card = score_folder(changed, references)
+    assert card.level == "claimed"
+    assert [(part.runs, part.current) for part in card.verifications] == [(4, 0)]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from gym_extensions.site.pages import PAGES
+from gym_extensions.site.pages import PAGES, docs_masthead
 from gym_extensions.site.pages.page import TASK_LIST
 
 from .browser import Reader, site_files
@@ -68,3 +68,19 @@ def test_the_search_field_of_every_page_opens_the_search_of_the_documentation(
         assert field["type"] == "search"
         assert page.policy.endswith("form-action 'self'")
         assert page.errors == []
+
+
+def test_pages_of_the_documentation_have_the_same_menu(document: dict[str, Any]) -> None:
+    def menu(page: Reader) -> list[str]:
+        inside = [attributes["href"] for tag, attributes in page.elements if tag == "a"]
+        links = [link.removeprefix("../../") for link in inside]
+        return [link for link in links if link != TASK_LIST]  # the pages of tasks are not part of this site
+
+    header = Reader(docs_masthead("api/envs.html"))
+    overview = pages(document, docs=True)["index.html"]
+    assert header.errors == []
+    links = menu(header)
+    assert links == menu(overview)[1 : 1 + len(links)], "after the link to the content"
+    assert len(links) > 8
+    current = [a["href"] for _, a in Reader(docs_masthead("submit.html")).elements if a.get("aria-current")]
+    assert current == ["../docs/submit.html", "../docs/index.html"]

@@ -172,3 +172,13 @@ def test_other_code_scores_everything(built: Path, scored: Scored, monkeypatch: 
     monkeypatch.setattr(module, "source_digest", lambda: "another")
     assert main(["site"]) == 0
     assert scored == ["alpha", "beta"]
+
+
+def test_a_changed_build_equals_a_new_one(tmp_path: Path) -> None:
+    document = everything()
+    build(document, tmp_path / "site")
+    document["submissions"][1]["title"] = "Renamed"
+    build(document, tmp_path / "site")
+    build(document, tmp_path / "new")
+    for path in inodes(tmp_path / "new"):
+        assert (tmp_path / "site" / path).read_bytes() == (tmp_path / "new" / path).read_bytes(), path

@@ -198,3 +198,13 @@ def test_the_value_draws_the_run() -> None:
     drawn = {drawn_run(names, f"{value:040x}") for value in range(50)}
     assert drawn == set(names)
     assert drawn_run(reversed(names), VALUE) == drawn_run(names, VALUE)
+
+
+def test_settings_that_the_agent_does_not_have_are_refused(
+    workshop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = workshop / "trpo/submission.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace("max_kl = 0.04", "max_kl = 0.5"))
+    assert verify(workshop / "trpo", "--write") == 2
+    assert "max_kl" in capsys.readouterr().err
+    assert not (workshop / "trpo/review.toml").exists()

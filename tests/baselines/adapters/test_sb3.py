@@ -283,3 +283,23 @@ VALUES: list[tuple[Any, Any]] = [
 @pytest.mark.parametrize(("value", "stored"), VALUES, ids=[str(stored)[:30] for _, stored in VALUES])
 def test_a_value_that_the_manifest_cannot_store_becomes_text(value: Any, stored: Any) -> None:
     assert to_manifest_value(value) == stored
+
+
+def test_statistics_change_in_training_only_and_persist(env: Any) -> None:
+    agent = create(env, sb3(PPO, normalize_observations=True, **SMALL))
+    learn(agent, env, 1)
+    statistics = agent._normalizer.obs_rms
+    mean, count = statistics.mean.copy(), statistics.count
+    agent.act(np.ones((4, 11)))
+    assert np.array_equal(agent._normalizer.obs_rms.mean, mean)
+    learn(agent, env, 2)
+    # 30 steps and the first reset of two environments
+    assert agent._normalizer.obs_rms.count - count == 62
+
+
+def test_rewards_are_scaled_for_the_model_and_not_in_the_training_curve(env: Any) -> None:
+    curves = []
+    for normalize in (False, True):
+        agent = create(env, sb3(PPO, normalize_rewards=normalize, **SMALL | {"learning_rate": 0.0}))
+        curves.append(learn(agent, env, 1, steps=120).points)
+    assert curves[0] == curves[1] != []

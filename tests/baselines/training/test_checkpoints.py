@@ -14,6 +14,9 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
+from gym_extensions.baselines.training.checkpoints import JobFolder
+from gym_extensions.baselines.training.jobs import jobs_of
+from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
@@ -142,3 +145,14 @@ def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> 
     assert error.value.code == "bad-checkpoint"
     assert "KeyError: 'format 2'" in error.value.message
     assert checkpoint.exists()
+
+
+def test_a_checkpoint_of_another_version_of_the_agents_packages_is_not_continued(tmp_path: Path) -> None:
+    (job,) = jobs_of(group(SHORT_GROUP), "joint", [0])
+    folder, settings = JobFolder(tmp_path, job), {"packages": ("pandas",)}
+    folder.begin(settings)
+    folder.begin(settings)
+    stored = folder.path / "settings.json"
+    stored.write_text(stored.read_text().replace(f'"pandas": "{version("pandas")}"', '"pandas": "1.0"'))
+    with pytest.raises(BenchError, match=r"started with pandas 1\.0 \(installed: "):
+        folder.begin(settings)

@@ -213,3 +213,10 @@ def test_an_update_of_some_parameters_leaves_the_others_bit_by_bit() -> None:
         region = TrustRegion(0.04, 0.1)
         new = updated(architecture, theta, batch, region, penalty=penalty, trainable=trainable)
         assert np.array_equal(new != theta, trainable == 1)
+
+
+@each_architecture
+def test_an_update_with_advantages_that_are_not_finite_changes_nothing(architecture: Architecture) -> None:
+    theta, batch = random_policy(architecture), random_batch()
+    broken = Batch(batch.observations, batch.actions, np.full(len(batch.actions), np.nan))
+    assert np.array_equal(updated(architecture, theta, broken, TrustRegion(0.01, 0.1)), theta)

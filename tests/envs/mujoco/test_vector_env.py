@@ -155,3 +155,12 @@ def test_a_varied_task_differs_from_its_base(task_id: str) -> None:
         )
         differs = reward != base_reward or not np.array_equal(seen, base_seen)
     assert differs
+
+
+def test_stable_baselines3_vector_environments_accept_the_tasks() -> None:
+    vec = pytest.importorskip("stable_baselines3.common.vec_env")
+    env = vec.DummyVecEnv([lambda: envs.make("HopperWall"), lambda: envs.make("HopperWithSensor")])
+    env.seed(0)
+    assert env.reset().shape == (2, 21)
+    assert env.step(np.zeros((2, 3), np.float32))[0].shape == (2, 21)
+    env.close()

@@ -9,7 +9,7 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import POLICIES, run_file
+from gym_extensions.rollouts.layout import MAX_POLICY_BYTES, POLICIES, run_file
 from gym_extensions.rollouts.policies.files import (
     Key,
     content_sha256,
@@ -26,6 +26,7 @@ from gym_extensions.rollouts.policies.files import (
 )
 from gym_extensions.rollouts.policies.mlp import Policy
 
+from ..examples import arrays
 from .test_mlp import SEEN, SMALL, TASKED
 
 GROUP = group("hopper-gravity")
@@ -86,3 +87,18 @@ def test_missing_and_foreign_policies_are_named(tmp_path: Path) -> None:
         policies_of(less, GROUP, "sequential")
     with pytest.raises(BenchError, match="No such file"):
         read_policies(tmp_path, GROUP, "sequential", 5)
+
+
+@pytest.mark.parametrize(
+    ("data", "fact"),
+    [
+        (b"not a zip", "cannot be read"),
+        (arrays(a=[{}]), "allow_pickle"),
+        (npz_bytes({"a": np.zeros(MAX_POLICY_BYTES // 8 + 1)}), "unpacks to"),
+        (npz_bytes(SMALL.arrays())[:-40], "cannot be read"),
+    ],
+    ids=["no archive", "a pickle", "a bomb", "cut"],
+)
+def test_a_file_that_is_no_archive_of_numbers_is_refused(data: bytes, fact: str) -> None:
+    with pytest.raises(BenchError, match=fact):
+        npz_arrays(data)

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 from xml.etree import ElementTree
 
+import pytest
+
 from gym_extensions.catalog.groups import CORE, CORES, SUITES, group
 from gym_extensions.catalog.groups import GROUPS as GROUP_IDS
-from gym_extensions.scoring.ranking.boards import CoreBoard
+from gym_extensions.scoring.ranking.boards import CoreBoard, CoreCost
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.site.pages import core
 from gym_extensions.site.text import split_version
@@ -119,3 +121,12 @@ def test_the_overview_has_twenty_methods_and_at_most_forty_kilobytes() -> None:
     assert page["core.html"].text.count("lacks walker2d-gravity") == 25
     assert "Pairs: final performance" in page["core.html"].text
     assert "Kept: core score 0.82" in page["submissions/keeper.html"].text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "price"), [(None, "8.7M steps"), (1260.0, "21 min"), (12_240.0, "3.4 h")]
+)
+def test_a_cost_is_a_time_or_where_none_is_stated_steps(seconds: float | None, price: str) -> None:
+    cost = CoreCost(steps=8.7e6, cpu_seconds=seconds, peak_memory_mb=None, stored_steps=2000, parameters=10)
+    assert core.price(cost) == price
+    assert core.size(cost) == "2\u202f000 transitions stored, 10 parameters"

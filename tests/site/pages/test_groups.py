@@ -88,3 +88,24 @@ def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> Non
     text = read(document)["groups/halfcheetah-gravity-v0.html"].text
     assert "No reference has been measured." in text
     assert "measured.." not in text
+
+
+def test_a_group_page_names_provisional_experts_and_open_tasks(document: dict[str, Any]) -> None:
+    current = load_references()
+    document["references"] = {"version": current.version, "sha256": current.digest}
+    pages = read(document)
+    assert "(provisional: it rarely passes the wall)" in pages["groups/hopper-wall-v0.html"].text
+    assert "Open: no expert is known that is clearly better than 0" in pages["groups/striker-v0.html"].text
+
+
+def test_a_page_has_a_tab_per_board_and_one_of_its_tasks(document: dict[str, Any]) -> None:
+    page = read(document)["groups/hopper-gravity-v0.html"]
+    tabs = [a["href"] for tag, a in page.elements if a.get("class", "").startswith("to-")]
+    panels = [f"#{a['id']}" for tag, a in page.elements if a.get("class", "").startswith("panel-")]
+    boards = (
+        "sequential-100k",
+        "sequential-100k-task-conditioned",
+        "single-100k",
+        "single-100k-task-conditioned",
+    )
+    assert tabs == panels == [*(f"#hopper-gravity-v0-{board}" for board in boards), "#tasks"]
