@@ -96,12 +96,3 @@ def test_the_search_finds_pages_of_the_board_and_escapes_their_text(tmp_path: Pa
         ("../metrics.html#forgetting", "Forgetting", "p[j] &lt; 1"),
         ("../tasks/a.html", "Hopper &lt;b&gt;", "HopperWall hops all it weighs p[j] &lt; 1"),
     ]
-
-
-def test_pages_have_the_masthead_of_the_board_if_it_was_built(tmp_path: Path) -> None:
-    env = SimpleNamespace(globals={})
-    hooks.on_env(env, SimpleNamespace(site_dir=tmp_path / "docs"))
-    assert env.globals["masthead"]("api/envs.html") == ""
-    (tmp_path / "static").mkdir()
-    (tmp_path / "static" / "masthead.css").touch()
-    assert 'href="../../core.html"' in env.globals["masthead"]("api/envs.html")

@@ -9,7 +9,7 @@ import pytest
 
 from gym_extensions import results
 from gym_extensions.scoring.formulas import BOARD_METRICS
-from gym_extensions.scoring.output.tables import TEXT
+from gym_extensions.scoring.output.board_frames import TEXT
 
 from .page import CELL, PAGE, column_rows, executed, with_tables
 

@@ -9,15 +9,12 @@ import pandas as pd
 import pytest
 
 from gym_extensions import results
-from gym_extensions.catalog.groups import CORE, CORES, groups_named
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.formulas import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
-from gym_extensions.scoring.references import Reference, References
-
-from ..conftest import MANIFEST, write_submission
+from gym_extensions.scoring.references import References
 
 Write = Callable[..., Path]
 ROOT = Path(__file__).resolve().parents[2]
@@ -191,38 +188,3 @@ def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
     assert (alone >= beside).all()  # another entry can only raise the best
     assert (alone > beside).any()
     assert results.landscapes(ROOT / "submissions" / "ppo").empty
-
-
-def improving(factor: float) -> Callable[[str, int, int, int, int], float]:
-    """Returns that grow with the stage, times a factor; runs differ by 1."""
-    return lambda protocol, run, stage, position, episode: factor * 100.0 * stage + run
-
-
-def test_the_core_has_a_row_per_method_and_a_row_per_pair(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    tasks = [task for member in groups_named("core") for task in member.task_ids]
-    known = References("synthetic", dict.fromkeys(tasks, Reference(0.0, 1000.0)), "0" * 64)
-    monkeypatch.setattr("gym_extensions.scoring.pipeline.load_references", lambda: known)
-    manifest = MANIFEST.replace('"smoke"', '"300k"')
-    groups = tuple(name.removesuffix("-v0") for name in CORES[CORE])
-    for name, factor, members in (("low", 1, groups), ("high", 3, groups), ("part", 3, groups[:1])):
-        write_submission(
-            tmp_path,
-            name=name,
-            groups=members,
-            runs=(0, 1, 2, 3, 4),
-            protocols=("sequential",),
-            manifest=manifest,
-            value=improving(factor),
-        )
-    frame = results.core(tmp_path).set_index("name")
-    assert list(frame.index) == ["high", "low", "part"]
-    assert frame["rank_first"].tolist()[:2] == [1, 2]
-    assert frame["look"].tolist() == [5, 5, 0]
-    assert frame["vs_first"].tolist()[1] == "separated"
-    assert frame["final_performance"].isna().tolist() == [False, False, True]
-    means = frame[list(CORES[CORE])].mean(axis=1)
-    assert means["high"] == pytest.approx(frame["final_performance"]["high"])
-    pairs = results.core_pairs(tmp_path, columns=["metric", "first", "second", "verdict"])
-    assert pairs.to_numpy()[0].tolist() == ["final_performance", "high", "low", "separated"]

@@ -11,7 +11,6 @@ from gym_extensions.rollouts.review import VERIFIED, level
 from gym_extensions.rollouts.rules import RULES
 
 from .examples import (
-    DOCUMENT,
     GROUP,
     LOG,
     POLICIES,
@@ -143,11 +142,3 @@ def test_each_rule_lists_twenty_problems_and_counts_the_rest(good: CopySubmissio
     ]
     assert [problem.where for problem in problems[PROBLEMS_LISTED:]] == [LOG, f"{LOG}, line 2", "entry"]
     assert "4980 more" in problems[-1].message
-
-
-def test_a_link_is_not_reported_as_a_missing_file_too(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    for path in (TOML, LOG, DOCUMENT):
-        (folder / path).rename(tmp_path / Path(path).name)
-        (folder / path).symlink_to(tmp_path / Path(path).name)
-    assert rules(read(folder).problems) == ["not-a-regular-file"] * 3

@@ -40,13 +40,11 @@ HopperGravityOneAndHalf        3001 ± 1   3001 ± 1  1501 ± 1      178 ± 1
 total                       1117 ± 1050   3001 ± 1  1501 ± 1  1117 ± 1050
 · forgets HopperGravityHalf most: 3001 → 178
 · earlier tasks help HopperGravityOneAndHalf most: 178 alone, 3001 after them
-missing for a full entry: 3 more runs, joint runs, training curves
 
 hopper-gravity-v0, single, budget smoke, 2 runs, claimed
 metric                    mean   95 % interval
 Single-task performance  1.117  1.110 to 1.123
-missing for a full entry: 3 more runs
-All metrics and tables: --json, --csv or --markdown.
+All metrics and tables: --json or --csv.
 """
 
 
@@ -125,16 +123,6 @@ def test_json_is_the_document_and_csv_has_a_row_for_every_metric(
     rows = capfdbinary.readouterr().out.decode().splitlines()
     assert rows[0] == "name,level,group,protocol,budget,runs,metric,mean,low,high,why"
     assert len(rows) == 1 + 15 + 1
-
-
-def test_markdown_has_tables_and_escapes_what_a_stranger_wrote(
-    submission: Write, known: None, manifest_text: str, capfdbinary: pytest.CaptureFixture[bytes]
-) -> None:
-    folder = submission(manifest=manifest_text.replace("An entry", "<b>|entry"))
-    assert cli.main([str(folder), "--markdown"]) == 0
-    shown = capfdbinary.readouterr().out.decode()
-    assert "## entry: &lt;b>\\|entry\n\nLevel: claimed.\n" in shown
-    assert "| task | Fully Trained | After Env Training | First Step | Single Env |" in shown
 
 
 def test_a_folder_of_submissions_gives_a_line_each(

@@ -36,7 +36,7 @@ def test_markup_in_a_submission_is_escaped(document: dict[str, Any]) -> None:
         protocol={"budget": "100k", "algorithm": HOSTILE, "evaluation": "sampled"},
         hyperparameters={HOSTILE: [HOSTILE]},
     )
-    first["notes"] = first["signs"] = [HOSTILE]
+    first["notes"] = [HOSTILE]
     decision = {"action": "challenged", "by": HOSTILE, "date": "2026-11-22", "reason": HOSTILE}
     first["decisions"] = [decision]
     first["readme"] = broken["readme"] = f"</pre>{HOSTILE}"

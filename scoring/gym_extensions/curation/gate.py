@@ -175,7 +175,7 @@ def _judge_entry(call: Mapping[str, Any]) -> Judgement:
     if problems := card.problems or tuple(donation_problems(whole, donated)):
         return {"problems": problems}
     if card.level == REPORTED:
-        return {"level": REPORTED, "notes": [*card.notes, *card.signs]}
+        return {"level": REPORTED, "notes": list(card.notes)}
     found = repeated_sample(whole, folder, donated)
     scores = []
     for group, protocols in card.groups.items():
@@ -183,7 +183,7 @@ def _judge_entry(call: Mapping[str, Any]) -> Judgement:
             name = METRICS[protocol][0].name
             value, facts = each.metrics[name], (each.budget, len(each.runs), name)
             scores.append(reports.GateScore(group, protocol, *facts, value.mean, value.low, value.high))
-    notes = [*found["notes"], *card.notes, *card.signs]
+    notes = [*found["notes"], *card.notes]
     return found | {"level": CLAIMED, "scores": scores, "notes": notes}
 
 

@@ -107,14 +107,9 @@ HEADINGS = {
     "not-judged": "Not a submission",
 }
 CODE = "It changes code alone, which the ordinary tests check."
-NEXT_RECORD = (
-    "There is nothing more to do. After the merge, the policy is run on 100 new seeds that follow from the "
-    "merge commit. If it keeps its claim and beats the expert there, the page of the task shows it."
-)
-NEXT = (
-    "There is nothing more to do. After the merge, the policies are run on new seeds that follow from the "
-    "merge commit. If the returns agree with the log, the entry is verified and has a rank."
-)
+NEXT = "There is nothing more to do. After the merge, new seeds follow from the merge commit."
+RECORD = "If the policy keeps its claim and beats the expert on 100 of them, the page of the task shows it."
+ENTRY = "If the returns of the policies on them agree with the log, the entry is verified and has a rank."
 
 
 def code_block(lines: Sequence[str]) -> str:
@@ -161,6 +156,6 @@ def comment(report: GateReport) -> str:
     if report.notes:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review"):
-        parts += [NEXT_RECORD if report.kind == "record" else NEXT, *_limits(report)]
+        parts += [f"{NEXT} {RECORD if report.kind == 'record' else ENTRY}", *_limits(report)]
     parts.append(f"Judged by the code of {report.base[:12]}, for {report.head[:12]}.")
     return "\n\n".join(parts) + "\n"

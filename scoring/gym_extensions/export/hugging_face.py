@@ -1,7 +1,6 @@
 """Folders for Hugging Face: policies of entries and the experts with model cards, and episodes as a dataset.
 
-Each folder below ``models`` and ``datasets`` is one repository. The dataset has metadata in Croissant 1.0
-(https://mlcommons.org/croissant).
+Each folder below ``models`` and ``datasets`` is one repository. The dataset has Croissant metadata.
 """
 
 from __future__ import annotations
@@ -9,26 +8,25 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator, Sequence
-from datetime import date
 from pathlib import Path
 from typing import Any
 
 from gym_extensions import experts
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
+from gym_extensions.export.croissant import DESCRIPTIONS, NAME, croissant
 from gym_extensions.files import write_bytes, write_text
-from gym_extensions.results.frames import EPISODE_DTYPES, episodes
+from gym_extensions.results.frames import episodes
 from gym_extensions.rollouts.layout import DOCUMENT, run_file, scan
 from gym_extensions.rollouts.policies.files import has_policies, policy_files, read_arrays
 from gym_extensions.rollouts.run import file_sha256
 from gym_extensions.scoring.formulas import METRICS
-from gym_extensions.scoring.output.tables import scores
+from gym_extensions.scoring.output.board_frames import scores
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.versions import version
 
-NAME = "gym-extensions"
-LICENSE, LICENSE_URL = "mit", "https://spdx.org/licenses/MIT.html"
+LICENSE = "mit"
 TAGS = ("reinforcement-learning", "continual-learning", "gymnasium", "mujoco")
 
 
@@ -168,26 +166,6 @@ policy = experts.load("{experts.names()[0]}", Path("."))
     write_text(target / "README.md", head + text + "\n".join(rows) + "\n")
 
 
-DESCRIPTIONS = {
-    "submission": "name of the submission",
-    "group": "id of the group of tasks",
-    "protocol": "sequential, single or joint",
-    "run": "training seed",
-    "stage": "number of tasks trained so far",
-    "task": "id of the evaluated task",
-    "episode": "number of the episode in its run, stage and task",
-    "seed": "reset seed",
-    "length": "environment steps",
-    "return": "undiscounted sum of rewards",
-    "terminated": "whether the task ended the episode",
-    "success": "whether the episode succeeded; empty where the task defines no success",
-    "fingerprint": "fingerprint of the task",
-}
-TYPES = {"str": "sc:Text", "int64": "sc:Integer", "float64": "sc:Float", "bool": "sc:Boolean"}
-TYPES["boolean"] = "sc:Text"
-"""Booleans with empty cells are texts."""
-
-
 def write_dataset(target: Path, entries: Sequence[Path], groups: set[str]) -> None:
     """Writes the evaluation episodes, a CSV file per entry, with a card and Croissant metadata."""
     files: dict[str, str] = {}
@@ -216,63 +194,3 @@ def write_dataset(target: Path, entries: Sequence[Path], groups: set[str]) -> No
 {columns}
 """
     write_text(target / "README.md", front_matter(head) + text)
-
-
-TERMS = (
-    *("citeAs", "column", "equivalentProperty", "extract", "field", "fileObject", "fileProperty", "fileSet"),
-    *("format", "includes", "isLiveDataset", "jsonPath", "key", "md5", "parentField", "path", "recordSet"),
-    *("references", "regex", "repeated", "replace", "samplingRate", "separator", "source", "subField"),
-    "transform",
-)
-"""The terms of Croissant. Its validator asks for all of them in the context, used or not."""
-
-
-def croissant(files: dict[str, str]) -> dict[str, Any]:
-    """The Croissant 1.0 metadata of the CSV files of episodes, given their SHA-256 by path."""
-    schema = "https://schema.org/"
-    context: dict[str, Any] = {"@language": "en", "@vocab": schema, "sc": schema}
-    context |= {"cr": "http://mlcommons.org/croissant/", "dct": "http://purl.org/dc/terms/"}
-    context |= {"rai": "http://mlcommons.org/croissant/RAI/", "conformsTo": "dct:conformsTo"}
-    context |= {term: f"cr:{term}" for term in TERMS}
-    context |= {term: {"@id": f"cr:{term}", "@type": "@json"} for term in ("data", "examples")}
-    context["dataType"] = {"@id": "cr:dataType", "@type": "@vocab"}
-    return {
-        "@context": context,
-        "@type": "sc:Dataset",
-        "name": "gym-extensions-episodes",
-        "description": "Evaluation episodes of continual-learning agents on gym-extensions.",
-        "conformsTo": "http://mlcommons.org/croissant/1.0",
-        "license": LICENSE_URL,
-        "version": version(NAME).partition(".dev")[0],
-        "datePublished": date.today().isoformat(),
-        "distribution": [
-            {
-                "@type": "cr:FileObject",
-                "@id": path,
-                "name": path,
-                "contentUrl": path,
-                "encodingFormat": "text/csv",
-                "sha256": digest,
-            }
-            for path, digest in files.items()
-        ],
-        "recordSet": [
-            {"@type": "cr:RecordSet", "@id": record, "name": record, "field": _fields(record, path)}
-            for path in files
-            for record in [Path(path).stem]
-        ],
-    }
-
-
-def _fields(record: str, path: str) -> list[dict[str, Any]]:
-    return [
-        {
-            "@type": "cr:Field",
-            "@id": f"{record}/{column}",
-            "name": column,
-            "description": DESCRIPTIONS[column],
-            "dataType": TYPES[dtype],
-            "source": {"fileObject": {"@id": path}, "extract": {"column": column}},
-        }
-        for column, dtype in EPISODE_DTYPES.items()
-    ]

@@ -18,7 +18,7 @@ from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import chosen_columns
 from gym_extensions.scoring.formulas import METRICS
-from gym_extensions.scoring.output.tables import ENDS, typed
+from gym_extensions.scoring.output.board_frames import ENDS, typed
 
 Array = NDArray[np.float64]
 IMPORTED = "imported"

@@ -16,7 +16,7 @@ from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
 from gym_extensions.rollouts.log import CURVE_COLUMNS, stage_steps
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
-from gym_extensions.scoring.output.tables import typed
+from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions, refuse_problems
 
 CustomGroups = Iterable[str | Path | TaskGroup]

@@ -17,8 +17,8 @@ from gym_extensions.metrics import compute
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, chosen_columns
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.landscapes import best, landscapes_of, summary
-from gym_extensions.scoring.output import tables
-from gym_extensions.scoring.output.tables import typed
+from gym_extensions.scoring.output import board_frames
+from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard
 from gym_extensions.scoring.ranking.core_board import core_board
@@ -59,10 +59,10 @@ def metrics(
     Raises:
         BenchError: a path does not exist, a submission has problems, or a column is unknown.
     """
-    chosen = chosen_columns(columns, tables.METRIC_DTYPES)
+    chosen = chosen_columns(columns, board_frames.METRIC_DTYPES)
     scorer = make_scorer(groups, references)
     cards = list(valid_scorecards(submissions, scorer).values())
-    return tables.metrics_frame(pipeline.scorecard_document(cards, scorer.references))[chosen]
+    return board_frames.metrics_frame(pipeline.scorecard_document(cards, scorer.references))[chosen]
 
 
 def board(
@@ -121,7 +121,7 @@ def board(
     scorer, group_id = _scorer_of(group, groups, references)
     _check("protocol", protocol, PROTOCOLS)
     _check("budget", budget, BUDGETS)
-    chosen = chosen_columns(columns, tables.board_dtypes(protocol))
+    chosen = chosen_columns(columns, board_frames.board_dtypes(protocol))
     names = SUITES.get(group_id, (group_id,))
     only = tuple(name for name, known in scorer.groups.items() if known.id in names)
     cards = list(valid_scorecards(submissions, replace(scorer, only=only)).values())
@@ -133,7 +133,7 @@ def board(
             message = f"The board of {group_id}, {protocol}, budget {budget} is empty. The submissions have "
             warnings.warn(f"{message}the budget {', '.join(budgets)}.", UserWarning, stacklevel=2)
         found = replace(found, computed=())
-    return tables.board_frame(found)[chosen]
+    return board_frames.board_frame(found)[chosen]
 
 
 def _scorer_of(
@@ -184,8 +184,8 @@ def core(submissions: Paths = "submissions", *, columns: Sequence[str] | None = 
     The metrics are ``final_performance``, ``learning_performance``, ``forgetting`` and
     ``zero_shot_transfer``. The arguments and errors are those of :func:`metrics`.
     """
-    chosen = chosen_columns(columns, tables.CORE_DTYPES)
-    return tables.core_frame(_core_board(submissions))[chosen]
+    chosen = chosen_columns(columns, board_frames.CORE_DTYPES)
+    return board_frames.core_frame(_core_board(submissions))[chosen]
 
 
 def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -196,8 +196,8 @@ def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | N
     (``separated``, ``equivalent`` or ``open``), ``exploratory`` and ``next_look``. docs/scorecard.md says
     more. The arguments and errors are those of :func:`metrics`.
     """
-    chosen = chosen_columns(columns, tables.PAIR_DTYPES)
-    return tables.core_pairs_frame(_core_board(submissions))[chosen]
+    chosen = chosen_columns(columns, board_frames.PAIR_DTYPES)
+    return board_frames.core_pairs_frame(_core_board(submissions))[chosen]
 
 
 LANDSCAPE_DTYPES = {"submission": "str", "group": "str", "share": "str", "runs": "int64"}

@@ -31,7 +31,6 @@ def parser() -> argparse.ArgumentParser:
     output = command.add_mutually_exclusive_group()
     output.add_argument("--json", action="store_true", help="print scorecards as JSON (docs/scorecard.md)")
     output.add_argument("--csv", action="store_true", help="print one CSV row per metric")
-    output.add_argument("--markdown", action="store_true", help="print Markdown tables")
     add("--compare", nargs=2, type=Path, metavar=("A", "B"), help="compare two submissions by metric")
     help_ = "score only this group (or core), in full; may be repeated"
     add("--group", action="append", default=[], metavar="NAME", help=help_)
@@ -53,7 +52,7 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
     options = command.parse_args(argv)
     if not options.folders and not options.compare:
         command.error("name at least one FOLDER, or two with --compare")
-    others = ("folders", "csv", "markdown", "out", "jobs", "group")
+    others = ("folders", "csv", "out", "jobs", "group")
     if options.compare and any(getattr(options, name) for name in others):
         command.error("--compare takes two submissions; with --json, --groups, --references, --ruler alone")
     if options.out and options.group:
@@ -100,7 +99,7 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
     from gym_extensions.scoring.output import screen
 
     folders = pipeline.find_submissions(options.folders)
-    as_text = options.json or options.csv or options.markdown
+    as_text = options.json or options.csv
     out = screen.console()
     if options.ruler and not as_text:
         out.print("Scores: 1 is the reference agent after 300,000 steps on each task alone, not the expert.")
@@ -114,9 +113,9 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
         if options.json:
             print_text(document.to_json())
         else:
-            from gym_extensions.scoring.output import tables  # loads pandas
+            from gym_extensions.scoring.output import board_frames  # loads pandas
 
-            print_text(tables.csv_text(document) if options.csv else tables.markdown_text(document))
+            print_text(board_frames.csv_text(document))
         return int(any(card.problems for card in cards))
     status = 0
     for card in cards:

@@ -12,7 +12,6 @@ import msgspec
 from gym_extensions.errors import BenchError
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-INDENT = 1
 Document = TypeVar("Document")
 
 
@@ -43,7 +42,7 @@ class JsonDocument:
         """
         values = msgspec.to_builtins(self)
         text = json.dumps(values, sort_keys=True, ensure_ascii=False, allow_nan=False)
-        return msgspec.json.format(text, indent=INDENT) + "\n"
+        return msgspec.json.format(text, indent=1) + "\n"
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:

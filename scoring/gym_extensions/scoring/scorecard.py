@@ -193,7 +193,6 @@ class GroupScore:
         tuple[tuple[str, ...], ...],
         about("by which boards recognize copies: digests of episodes per run, in navigation of policies"),
     ] = ()
-    missing_for_full_entry: Annotated[tuple[str, ...], about("what a full entry still needs, in words")] = ()
     paper_table: Annotated[tuple[PaperRow, ...], about("one row per task; empty outside `sequential`")] = ()
     paper_total: Annotated[PaperColumns | None, about("its total: mean of means, pooled deviation")] = None
     printed_total: Annotated[PaperColumns | None, about("the total as printed, in reported entries")] = None
@@ -224,7 +223,6 @@ class Scorecard:
     manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]
     readme: Annotated[str, about("text of `README.md`, plain and never markup; empty without one")] = ""
     notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
-    signs: Annotated[tuple[str, ...], about("unusual patterns in the logs, for a reader to judge")] = ()
     verifications: Annotated[tuple[VerificationSummary, ...], about("what they found, oldest first")] = ()
     decisions: Annotated[tuple[Decision, ...], about("decisions of maintainers, oldest first")] = ()
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]

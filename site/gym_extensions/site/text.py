@@ -287,15 +287,6 @@ def mean(value: MetricValue) -> str:
     return "–" if value.mean is None else fixed(value.mean)
 
 
-def missing(items: Iterable[str]) -> str:
-    """What a full entry lacks; a missing file of a protocol is named after it."""
-    files = {
-        f"{name}.csv": f"the protocol “{label.lower()}” ({name}.csv)"
-        for name, (label, _) in PROTOCOLS.items()
-    }
-    return ", ".join(files.get(item, item) for item in items)
-
-
 def level(card: Scorecard) -> str:
     """The level of an entry; ``refused`` with problems."""
     return card.level or REFUSED

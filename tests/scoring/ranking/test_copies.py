@@ -13,7 +13,7 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Decision
 from gym_extensions.rollouts.run import PolicyFile
-from gym_extensions.scoring.entry.signs import Sketch, is_common, run_sketches
+from gym_extensions.scoring.entry.sketches import Sketch, is_common, run_sketches
 from gym_extensions.scoring.ranking.copies import duplicate_entries
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.scorecard import Scorecard

@@ -54,12 +54,11 @@ GROUP_NAMES = {"_body_parts": "-body", "_sensor_wall": "-wall", "standup_and_run
 """Replacements, in this order, that turn a group's name in the file into its id."""
 TOTAL = "TOTAL"
 WHY = "Reported from a publication: other environments, one run, no floor and no matrix."
-MISSING = ("logs", "5 runs", "the evaluation matrix", "training curves")
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What follows from a group's printed numbers, frozen. tests/scoring/consistency.py computes it again."""
+    """What follows from the printed numbers of a group, frozen."""
 
     paper_total: PaperColumns
     contradictions: tuple[str, ...]
@@ -108,7 +107,6 @@ def reported_groups(name: str, budget: str) -> dict[str, dict[str, scorecard.Gro
             metrics={metric.name: MetricValue(why=WHY) for metric in METRICS["sequential"]},
             reference={row.task: scorecard.ReferenceValue() for row in rows},
             return_matrix=(),
-            missing_for_full_entry=MISSING,
             paper_table=rows,
             paper_total=found[group].paper_total,
             printed_total=total,

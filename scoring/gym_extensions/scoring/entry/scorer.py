@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS
 from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Verification, why_claimed
 from gym_extensions.rollouts.review import level as review_level
 from gym_extensions.rollouts.run import RunDocument
@@ -13,8 +12,8 @@ from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.documents import filled
 from gym_extensions.scoring.entry.normalization import Results, normalized_runs, results
 from gym_extensions.scoring.entry.published import paper_table, reported_groups
-from gym_extensions.scoring.entry.signs import Sketch, run_sketches, signs
-from gym_extensions.scoring.entry.values import metric_values, missing_words, suite_scores
+from gym_extensions.scoring.entry.sketches import Sketch, run_sketches
+from gym_extensions.scoring.entry.values import metric_values, suite_scores
 from gym_extensions.scoring.formulas import iqm, profile
 from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import GroupScore, ManifestSummary, Scorecard, VerificationSummary
@@ -27,7 +26,6 @@ def score(submission: Submission, references: References) -> Scorecard:
     """
     manifest, review = submission.manifest, submission.review
     groups: dict[str, dict[str, GroupScore]] = {}
-    patterns: list[str] = []
     digests: dict[str, str] = {}
     level: Level | None = None
     if manifest and not submission.problems:
@@ -49,7 +47,6 @@ def score(submission: Submission, references: References) -> Scorecard:
                     documents=documents,
                     sketches=run_sketches(entry, protocol) if protocol == "sequential" else (),
                 )
-            patterns += signs(entry, manifest.protocol.evaluation == "sampled")
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=level)
     return Scorecard(
@@ -60,7 +57,6 @@ def score(submission: Submission, references: References) -> Scorecard:
         manifest=filled(ManifestSummary, manifest, memory=submission.memory) if manifest else None,
         readme=submission.readme,
         notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
-        signs=tuple(patterns),
         verifications=tuple(_verification(part, digests) for part in review.verifications),
         decisions=tuple(review.decisions),
         groups=groups,
@@ -116,16 +112,6 @@ def score_group(
             if name == protocol and run in results.runs[protocol]
         ),
         episode_sketches=sketches,
-        missing_for_full_entry=tuple(_missing_for_full_entry(results, protocol)),
         paper_table=rows,
         paper_total=total,
     )
-
-
-def _missing_for_full_entry(results: Results, protocol: str) -> Iterator[str]:
-    """What a full entry of this group and protocol still needs, in words. A rank needs the runs alone."""
-    more = FULL_ENTRY_RUNS - len(results.runs[protocol])
-    if more > 0:
-        yield f"{more} more run{'s' if more > 1 else ''}"
-    needed = ("single", "joint", "curves") if protocol == "sequential" else ("sequential",)
-    yield from missing_words(needed, results)

@@ -37,12 +37,10 @@ class Change(NamedTuple):
 
 AFTER = "after_env_training"
 FORGETTING = Contrast("forgets {} most: {} → {}", AFTER, "fully_trained", -1, slice(None, -1))
-HELP = "earlier tasks help {} most: {} alone, {} after them"
-HARM = "earlier tasks hurt {} most: {} alone, {} after them"
 CONTRASTS = (
     FORGETTING,
-    Contrast(HELP, "single_env", AFTER, 1, slice(1, None)),
-    Contrast(HARM, "single_env", AFTER, -1, slice(1, None)),
+    Contrast("earlier tasks help {} most: {} alone, {} after them", "single_env", AFTER, 1, slice(1, None)),
+    Contrast("earlier tasks hurt {} most: {} alone, {} after them", "single_env", AFTER, -1, slice(1, None)),
 )
 
 

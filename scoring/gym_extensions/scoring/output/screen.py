@@ -77,7 +77,7 @@ SHOWN = (
     *("final_performance", "learning_performance", "forgetting"),
     *("asymptotic_transfer", "single_task_performance", "joint_gap"),
 )
-"""The metrics of the screen; --json, --csv and --markdown have all."""
+"""The metrics of the screen; --json and --csv have all."""
 
 
 def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
@@ -96,7 +96,7 @@ def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
         _overview(out, card)
         hint = f"One group in full: --group {next(iter(card.groups), 'NAME')}. "
     if card.groups:
-        out.print(f"{hint}All metrics and tables: --json, --csv or --markdown.", style="dim")
+        out.print(f"{hint}All metrics and tables: --json or --csv.", style="dim")
     out.print()
 
 
@@ -145,8 +145,6 @@ def _group(out: Console, name: str, protocol: str, score: GroupScore, single: Gr
         out.print(f"· {sentence}")
     for note in score.notes:
         out.print(f"! {note}")
-    if score.missing_for_full_entry:
-        out.print(f"missing for a full entry: {', '.join(score.missing_for_full_entry)}", style="dim")
 
 
 def _metrics(out: Console, score: GroupScore, protocol: str) -> None:

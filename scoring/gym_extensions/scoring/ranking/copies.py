@@ -6,7 +6,7 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
-from gym_extensions.scoring.entry.signs import SHARE, Sketch, is_common
+from gym_extensions.scoring.entry.sketches import SHARE, Sketch, is_common
 from gym_extensions.scoring.ranking.boards import BoardKey, board_level, is_verified
 from gym_extensions.scoring.scorecard import Scorecard
 

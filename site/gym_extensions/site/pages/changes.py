@@ -1,10 +1,9 @@
-"""What changed: releases from the changelog, decisions on entries, and both as an Atom feed."""
+"""What changed: releases from the changelog, and decisions on entries."""
 
 from __future__ import annotations
 
 import re
-import uuid
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,23 +11,18 @@ from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import bundled
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.paths import entry_path
 
 CHANGELOG = bundled("changelog/CHANGELOG.md", "CHANGELOG.md")
 START = "<!-- releases -->\n"
 MAX_EVENTS = 100
-"""Events on the page; the feed has the newest ``MAX_ITEMS``."""
-ACTIONS = {"accepted": "Accepted", "challenged": "Challenged", "withdrawn": "Withdrawn"}
+"""Events on the page."""
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
-    """What changed: entries, releases, and both as an Atom feed."""
+    """Entries and releases, the newest first."""
     history, events = releases(CHANGELOG), entry_events(site.entries)
     values = {"releases": history, "events": events[:MAX_EVENTS], "count": len(events)}
     yield "changes.html", render("changes.html", "changes.html", **values)
-    items = feed(history, events)
-    updated = items[0].date if items else FIRST_DAY
-    yield "feed.xml", render("feed.xml", "feed.xml", items=items, updated=updated, id=urn("feed"))
 
 
 class Release(NamedTuple):
@@ -71,57 +65,8 @@ class EntryEvent(NamedTuple):
 def entry_events(cards: Iterable[Scorecard]) -> tuple[EntryEvent, ...]:
     """Every decision about an entry, the newest first, then by name; the later of a day first."""
     events = [
-        EntryEvent(card.name, card.title, decision.date, ACTIONS[decision.action], decision.reason)
+        EntryEvent(card.name, card.title, decision.date, decision.action.capitalize(), decision.reason)
         for card in sorted(cards, key=lambda card: card.name)
         for decision in reversed(card.decisions)
     ]
     return tuple(sorted(events, key=lambda event: event.date, reverse=True))
-
-
-SPACE = uuid.UUID("6f0d3a3e-7f5e-5f0b-9a37-2c1d54a0b6ce")
-"""The namespace of the identifiers; it never changes, or readers see every item again."""
-FIRST_DAY = "2026-01-01"
-"""The date of a feed without items."""
-MAX_ITEMS = 50
-NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that an XML document cannot contain, not even escaped."""
-
-
-class Item(NamedTuple):
-    """An item of the feed."""
-
-    date: str
-    title: str
-    link: str
-    text: str
-    id: str
-
-
-def feed(releases: Sequence[Release], events: Sequence[EntryEvent]) -> list[Item]:
-    """The newest 50 releases and events, for the Atom document."""
-    items = [
-        Item(
-            release.date,
-            f"gym-extensions {release.version}",
-            "changes.html",
-            "\n".join(f"{kind}: {' '.join(texts)}" for kind, texts in release.changes),
-            urn(release.version),
-        )
-        for release in releases
-        if release.date
-    ]
-    for event in events:
-        title = xml_text(f"{event.event}: {event.title} ({event.name})")
-        key = urn(f"{event.event} {event.name} {event.date} {event.reason}")
-        items.append(Item(event.date, title, entry_path(event.name), xml_text(event.reason), key))
-    return sorted(items, key=lambda item: item.date, reverse=True)[:MAX_ITEMS]
-
-
-def xml_text(text: str) -> str:
-    """A text without the characters that XML excludes."""
-    return NOT_XML.sub("\N{REPLACEMENT CHARACTER}", text)
-
-
-def urn(key: str) -> str:
-    """The identifier of an item of the feed."""
-    return f"urn:uuid:{uuid.uuid5(SPACE, key)}"

@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 
 from gym_extensions.rollouts.review import Level
 from gym_extensions.scoring.documents import JsonDocument, about, json_schema
+from gym_extensions.scoring.output.board_frames import board_frame, to_csv
 from gym_extensions.scoring.output.schema import schema_texts
-from gym_extensions.scoring.output.tables import board_frame, to_csv
 from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import paths

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.output.tables import csv_text
+from gym_extensions.scoring.output.board_frames import csv_text
 from gym_extensions.scoring.poses import load_entry
 from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
 from gym_extensions.site import paths

@@ -1,17 +1,15 @@
-"""The frames of scorecards, and that --csv and --markdown have their numbers."""
+"""The frames of scorecards, and that --csv has their numbers."""
 
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from gym_extensions.scoring.formulas import BY_NAME
-from gym_extensions.scoring.output.tables import METRIC_DTYPES, csv_text, markdown_text, metrics_frame
+from gym_extensions.scoring.output.board_frames import METRIC_DTYPES, csv_text, metrics_frame
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
@@ -44,22 +42,3 @@ def test_a_problem_is_a_row_with_a_name_and_a_reason(document: ScorecardDocument
         "unexpected-name: b.txt: Unexpected file.",
     ]
     assert problems.drop(columns=["name", "why"]).isna().all(axis=None)
-
-
-def test_markdown_has_the_frames_rows(document: ScorecardDocument) -> None:
-    frame = metrics_frame(document).query("name == 'good'")
-    rows = re.findall(
-        r"^\| (.*) \| (.*) \| (.*) \| (?:higher|lower|–) \|$", markdown_text(document), re.MULTILINE
-    )
-    expected = [
-        (
-            BY_NAME[metric].title,
-            "–" if pd.isna(mean) else f"{mean:.3f}",
-            why or f"{low:.3f} to {high:.3f}",
-        )
-        for metric, mean, low, high, why in frame[["metric", "mean", "low", "high", "why"]].itertuples(
-            index=False
-        )
-    ]
-    assert rows == expected
-    assert len(rows) == 5 * (15 + 1)

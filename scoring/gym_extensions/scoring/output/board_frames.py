@@ -1,4 +1,4 @@
-"""Scorecards and boards as pandas data frames, and from them as CSV and Markdown. Loads pandas."""
+"""Scorecards and boards as pandas data frames, and from them as CSV. Loads pandas."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ from typing import Any
 import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.formulas import BOARD_METRICS, FINAL, METRICS
-from gym_extensions.scoring.output.screen import count, number, span, table_rows
 from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard, CoreEntry, CoreReference
 from gym_extensions.scoring.ranking.core_board import REFERENCE, SHOWN
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, ScorecardDocument, SuiteScore
@@ -39,8 +37,6 @@ PAIR_DTYPES |= {"verdict": "str", "exploratory": "bool", "next_look": "Int64"}
 
 FORMULA = r"^([=+\-@\t\r])"
 """The beginning of a text that a spreadsheet would take for a formula."""
-COMPUTED = "Computed from the references: no submission."
-
 Row = tuple[object, ...]
 TEXT: Any = "str" if int(pd.__version__.partition(".")[0]) >= 3 else "object"
 """The dtype of columns of texts; pandas 2 has none of its own for them."""
@@ -102,7 +98,8 @@ def board_frame(board: Board) -> pd.DataFrame:
         values = [entry.metrics[name] for name in names]
         rows.append((*(values[0].rank or (None, None)), *facts, *_ends(values)))
     for each in board.computed:
-        unranked = (None, None, each.name, each.title, None, None, 0, False, COMPUTED)
+        why = "Computed from the references: no submission."
+        unranked = (None, None, each.name, each.title, None, None, 0, False, why)
         rows.append((*unranked, *_ends(each.metrics[name] for name in names)))
     return typed(rows, board_dtypes(board.protocol))
 
@@ -176,49 +173,3 @@ def to_csv(frame: pd.DataFrame) -> str:
     texts = frame.columns[frame.dtypes == TEXT]
     frame[texts] = frame[texts].replace(FORMULA, r"'\1", regex=True)
     return frame.to_csv(index=False, lineterminator="\n")
-
-
-def _cell(text: object) -> str:
-    return str(text).replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")
-
-
-def _row(*cells: object) -> str:
-    return f"| {' | '.join(map(_cell, cells))} |"
-
-
-def _head(*cells: str) -> list[str]:
-    return [_row(*cells), _row(*("---" for _ in cells))]
-
-
-def _group(name: str, protocol: str, score: GroupScore | SuiteScore) -> list[str]:
-    runs = f", {count(len(score.runs), 'run')}" if isinstance(score, GroupScore) else ""
-    custom = "" if isinstance(score, SuiteScore) or score.published else ", custom group (not published)"
-    lines = [f"### {name}, {protocol}, budget {score.budget}{runs}{custom}", ""]
-    lines += _head("metric", "mean", "95 % interval", "better")
-    for metric in METRICS[protocol]:
-        value = score.metrics[metric.name]
-        lines.append(_row(metric.title, number(value.mean), value.why or span(value), metric.better or "–"))
-    if isinstance(score, SuiteScore):
-        return [*lines, ""]
-    if score.paper_table:
-        lines += ["", *_head("task", *scorecard.PAPER_COLUMNS.values())]
-        for task, cells in table_rows(score):
-            texts = (f"{cell.mean:.2f} ± {cell.std:.2f}" if cell else "–" for cell in cells)
-            lines.append(_row(task.rsplit("/", 1)[-1], *texts))
-    return [*lines, "", *(f"* {_cell(note)}" for note in score.notes)]
-
-
-def markdown_text(document: ScorecardDocument) -> str:
-    """One section per submission, one table per group and protocol."""
-    lines: list[str] = []
-    for card in document.submissions:
-        lines += [f"## {_cell(card.name)}: {_cell(card.title)}", ""]
-        lines += ["Problems:" if card.problems else f"Level: {card.level}.", ""]
-        for problem in card.problems:
-            message = f"{_cell(problem.where)}: {_cell(problem.message)} {_cell(problem.hint)}"
-            lines.append(f"* `{problem.rule}` {message}")
-        lines += [f"* {_cell(note)}" for note in card.notes]
-        for name, protocol, score in scores(card):
-            lines += _group(name, protocol, score)
-        lines.append("")
-    return "\n".join(lines).rstrip("\n") + "\n"
