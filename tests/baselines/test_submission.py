@@ -25,8 +25,8 @@ from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import fingerprinting, make_vec
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
-from gym_extensions.rollouts.manifest import findings
 from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.rules.manifest import findings
 from gym_extensions.rollouts.run import RunDocument, read_run
 
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows

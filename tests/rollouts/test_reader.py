@@ -24,9 +24,9 @@ from .examples import (
     remove,
     rules,
 )
-from .rules import test_document, test_folder, test_log, test_manifest, test_policies
+from .rules import test_folder, test_log, test_manifest, test_policies, test_run_document
 
-TABLES = (test_folder, test_manifest, test_document, test_log, test_policies)
+TABLES = (test_folder, test_manifest, test_run_document, test_log, test_policies)
 
 
 def test_a_submission_has_its_logs_documents_and_review(submission: Callable[..., Path]) -> None:

@@ -17,9 +17,9 @@ from gym_extensions.rollouts.manifest import Manifest, manifest_of, parse
 from gym_extensions.rollouts.policies.files import AnyPolicy, has_policies, read_arrays
 from gym_extensions.rollouts.problem import Problem, Scope, summarize
 from gym_extensions.rollouts.review import Review, review_of
-from gym_extensions.rollouts.rules.document import SubmittedRun
 from gym_extensions.rollouts.rules.log import compared_rows
 from gym_extensions.rollouts.rules.policies import RunPolicies
+from gym_extensions.rollouts.rules.run_document import SubmittedRun
 from gym_extensions.rollouts.run import RunDocument, run_of
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup, scored_runs
 

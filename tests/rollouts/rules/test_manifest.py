@@ -8,8 +8,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from gym_extensions.rollouts.manifest import findings, hyperparameter_error, manifest_of, parse
+from gym_extensions.rollouts.manifest import manifest_of, parse
 from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.rules.manifest import findings, hyperparameter_error
 
 from ..examples import GROUP, TOML, Change, Check, CopySubmission, Example, all_of, edit, parametrize, put
 

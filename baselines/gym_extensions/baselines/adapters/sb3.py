@@ -30,8 +30,9 @@ from gym_extensions.baselines.generators import (
     set_global_generators,
 )
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.manifest import LONG, hyperparameter_error
+from gym_extensions.rollouts.manifest import LONG
 from gym_extensions.rollouts.policies.files import AnyPolicy
+from gym_extensions.rollouts.rules.manifest import hyperparameter_error
 
 Callback = BaseCallback | list[BaseCallback] | Callable[[dict[str, Any], dict[str, Any]], bool] | None
 """What SB3's ``learn(callback=…)`` accepts."""

@@ -4,6 +4,6 @@
 """
 
 from gym_extensions.rollouts.problem import RULES, problems
-from gym_extensions.rollouts.rules import document, folder, log, manifest, policies
+from gym_extensions.rollouts.rules import folder, log, manifest, policies, run_document
 
-__all__ = ["RULES", "document", "folder", "log", "manifest", "policies", "problems"]
+__all__ = ["RULES", "folder", "log", "manifest", "policies", "problems", "run_document"]

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import unicodedata
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
+from typing import Any, get_args
+
+import msgspec
 
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import MANIFEST, README, WRITTEN, Folder
-from gym_extensions.rollouts.manifest import HYPERPARAMETERS, findings, where_of
+from gym_extensions.rollouts.manifest import HYPERPARAMETERS, LONG, SECTIONS, SHORT, Manifest
 from gym_extensions.rollouts.problem import MAX_QUOTE, RULES, Finding, Rule, quote, rule
 
 INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
@@ -24,10 +27,85 @@ MAX_MARKS = 5
 MULTILINE = ("description", HYPERPARAMETERS)
 """Keys whose strings may have line breaks and tabs."""
 LINES_LISTED = 3
-
-
 Tables = dict[str, Any]
 """The tables of submission.toml."""
+
+
+def where_of(section: str, name: str) -> str:
+    """Where a key is, for the ``where`` of a finding."""
+    bare = name if name.replace("-", "_").isidentifier() and len(name) <= MAX_QUOTE else quote(name)
+    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{bare}"
+
+
+def findings(tables: dict[str, Any]) -> Iterator[tuple[str, Finding]]:
+    """Everything that is wrong with the keys and values of submission.toml, with the name of the rule."""
+    yield from _section("", Manifest, tables)
+    for section, kind in SECTIONS.items():
+        if isinstance(tables.get(section), dict):
+            yield from _section(section, kind, tables[section])
+    if "tuning" not in tables and "reported" not in tables:
+        yield "missing-key", Finding(where_of("", "tuning"), "The section is missing.", "Add [tuning].")
+    settings = tables.get(HYPERPARAMETERS)
+    for name, value in settings.items() if isinstance(settings, dict) else ():
+        if error := hyperparameter_error(value):
+            hint = "Write a string, a finite number, true or false, or a list of them."
+            yield "bad-value", Finding(where_of(HYPERPARAMETERS, name), f"{quote(value)} {error}.", hint)
+
+
+def _section(
+    section: str, kind: type[msgspec.Struct], table: dict[str, Any]
+) -> Iterator[tuple[str, Finding]]:
+    keys = {field.name: field for field in msgspec.structs.fields(kind)}
+    for name in table:
+        if name not in keys:
+            hint = did_you_mean(name[:MAX_QUOTE], keys)
+            yield "unknown-key", Finding(where_of(section, name), f"Unknown key {quote(name)}.", hint)
+    for name, key in keys.items():
+        where, value = where_of(section, name), table.get(name)
+        if name not in table:
+            if key.required or (not section and name == "format"):
+                yield "missing-key", Finding(where, "The key is missing.", f"Add {name}.")
+        elif not section and name in (*SECTIONS, HYPERPARAMETERS):
+            if not isinstance(value, dict):
+                hint = f"Write [{name}] and its keys."
+                yield "bad-value", Finding(where, f"{quote(value)} is not a section.", hint)
+        elif finding := _value_finding(where, key.type, value):
+            yield "bad-value", finding
+
+
+def _value_finding(where: str, kind: Any, value: object) -> Finding | None:
+    """What is wrong with the value of a key, or None."""
+    try:
+        msgspec.convert(value, kind)
+    except msgspec.ValidationError:
+        pass
+    else:
+        return None
+    choices = [str(choice) for choice in get_args(kind)] if not hasattr(kind, "__metadata__") else []
+    if choices:
+        closest = did_you_mean(str(value)[:MAX_QUOTE], choices) if isinstance(value, str) else ""
+        return Finding(where, f"The value is {quote(value)}.", closest or f"Write {' or '.join(choices)}.")
+    wanted = kind.__metadata__[0].description
+    length = f" (it has {len(value)})" if isinstance(value, str) and len(value) > SHORT else ""
+    return Finding(where, f"{quote(value)} is not {wanted}{length}.", f"Write {wanted}.")
+
+
+def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
+    """What is wrong with a hyperparameter or an element of one, as the end of a sentence, or empty."""
+    if isinstance(value, list | tuple) and not is_element:
+        if len(value) > SHORT:
+            return f"has {len(value)} elements; the limit is {SHORT}"
+        return next(filter(None, (hyperparameter_error(element, is_element=True) for element in value)), "")
+    if isinstance(value, str):
+        return f"has {len(value)} characters; the limit is {LONG}" if len(value) > LONG else ""
+    if isinstance(value, float):
+        return "" if math.isfinite(value) else "is not finite"
+    if isinstance(value, int):
+        return "" if abs(value) < 2**63 else "is too large"
+    container = "contains an element" if is_element else "is"
+    return f"{container} of type {type(value).__name__}"
+
+
 KEY_RULES = {
     "unknown-key": "Every section and key of submission.toml is one that docs/rollout-log.md lists; only "
     "[hyperparameters] has free keys.",
