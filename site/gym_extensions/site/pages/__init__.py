@@ -44,7 +44,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
         "core": core,
     }
     yield "index.html", render("index.html", "index.html", **values)
-    yield "core.html", render("core.html", "core.html", board=site.scored.core, core=core)
+    yield "core.html", render("core.html", "core.html", **values)
 
 
 def _play(site: Leaderboard, render: Render) -> Iterator[File]:
