@@ -36,6 +36,8 @@ JOB = "gym_extensions.verification.episodes:play"
 BAD_POLICIES = "bad-policies"
 BASE_SECONDS, SECONDS_PER_CELL = 120, 60
 """Processor time that a process may use: a cell of 20 long episodes takes a few seconds."""
+MOST_ENVIRONMENTS = 160
+"""Kept by a :class:`Player` at once; one of a Humanoid takes 17 MB, and the process with limits has 4 GiB."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ def no_log_file() -> Iterator[None]:
 
 
 class Player:
-    """Runs policies on the tasks of one group; the environments are kept for the next policy."""
+    """Runs policies on the tasks of one group; the last environments are kept for the next policy."""
 
     def __init__(self, group: TaskGroup) -> None:
         require_published_engine()
@@ -155,6 +157,8 @@ class Player:
         """
         task, key = cell.task, (world or self.group.tasks[cell.task], len(cell.seeds))
         if key not in self._envs:
+            while self._envs and sum(size for _, size in self._envs) + len(cell.seeds) > MOST_ENVIRONMENTS:
+                self._envs.pop(next(iter(self._envs))).close()
             self._envs[key] = make_vec(*key)
         env = self._envs[key]
         shape = env.single_action_space.shape
