@@ -147,7 +147,7 @@ def test_an_unreadable_file_is_named(
     monkeypatch.setattr("gym_extensions.rollouts.layout.read_regular", refuse)
     problems = read(folder).problems
     assert {problem.rule for problem in problems} == {"unreadable-file"}
-    assert LOG in [problem.where for problem in problems]
+    assert (LOG, "Add read permission, or copy it again.") in [(each.where, each.hint) for each in problems]
 
 
 def test_poses_are_part_of_an_entry(good: CopySubmission, tmp_path: Path) -> None:

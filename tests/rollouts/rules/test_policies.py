@@ -38,6 +38,7 @@ PLAIN = Policy(np.zeros(3), np.ones(3), weights=(np.ones((11, 3)),), biases=(np.
 WIDE = Policy(np.zeros(3), np.ones(3), weights=(np.ones((12, 3)),), biases=(np.zeros(3),))
 FEW = Policy(np.zeros(2), np.ones(2), weights=(np.ones((11, 2)),), biases=(np.zeros(2),))
 TASKED = Policy(np.zeros(3), np.ones(3), weights=(np.ones((2, 11, 3)),), biases=(np.zeros(3),))
+FULL = Policy(np.zeros(3), np.ones(3), weights=(np.ones((5, 11, 3)),), biases=(np.zeros(3),))
 MANY = Policy(np.zeros(3), np.ones(3), weights=(np.ones((9, 11, 3)),), biases=(np.zeros(3),))
 
 
@@ -113,7 +114,7 @@ EXAMPLES = (
     Example(
         "policy-observes-task",
         "more tasks than the group",
-        all_of(OBSERVED, policies(TASKED, stage2=MANY)),
+        all_of(OBSERVED, policies(TASKED, stage1=FULL, stage2=MANY)),
         f"{POLICIES}, stage2",
         "9 tasks of 5",
     ),
