@@ -76,6 +76,7 @@ EXAMPLES = (
     Example("impossible-length", "longer than the time limit", logged(4, 4, "1001"), line(4), "1 to 1000"),
     Example("impossible-length", "no steps", logged(4, 4, "0"), line(4), "is 0"),
     Example("unfinished-episode", "cut off", logged(4, 4, "999"), line(4), "999 of 1000 steps"),
+    Example("unfinished-episode", "one step", logged(4, 4, "1"), line(4), "1 of"),
     Example(
         "impossible-end",
         "the time limit written as an end",

@@ -113,12 +113,12 @@ EXAMPLES = (
     ),
     Example(
         "policy-observes-task",
-        "more tasks than the group",
+        "a row for each task is right, more are not",
         all_of(OBSERVED, policies(TASKED, stage1=FULL, stage2=MANY)),
         f"{POLICIES}, stage2",
         "9 tasks of 5",
     ),
-    Example("sampled-policy", "a uniform one", DETERMINISTIC, f"{POLICIES}, stage0", "'uniform'", count=20),
+    Example("sampled-policy", "a uniform one", DETERMINISTIC, f"{POLICIES}, stage0", "'uniform'", count=21),
 )
 
 
@@ -132,8 +132,6 @@ def other_run(folder: Path, policy: Policy) -> None:
 
 @parametrize(EXAMPLES)
 def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
-    if example.title == "a uniform one":
-        example = Example(**vars(example) | {"count": 21})
     check(example)
 
 
@@ -142,9 +140,3 @@ def test_policies_are_read_only_if_that_is_asked(submission: Callable[..., Path]
     put(POLICIES, NOT_A_ZIP)(folder)
     assert read(folder).problems == ()
     assert [problem.where for problem in read(folder, policies=True).problems] == [POLICIES]
-
-
-def test_an_agent_that_observes_the_task_may_have_arrays_per_task(submission: Callable[..., Path]) -> None:
-    folder = submission()
-    all_of(OBSERVED, policies(TASKED))(folder)
-    assert read(folder, policies=True).problems == ()
