@@ -89,7 +89,6 @@ def write_run_files(
                 Episode(stage, task.id, number, seed, *outcome)
                 for number, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))
             ]
-    player.close()
     paths = [folder / run_file(GROUP, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)]
     write_log(paths[0], episodes, members.task_ids)
     write_policies(paths[2], policies)

@@ -259,5 +259,4 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> 
             elif result.difference:
                 hint = "Store the policy of every stage, and log its first evaluation."
                 problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))
-        player.close()
     return {"repeated": repeated, "episodes": episodes, "problems": problems, "notes": notes}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import groupby
@@ -36,8 +36,6 @@ JOB = "gym_extensions.verification.episodes:play"
 BAD_POLICIES = "bad-policies"
 BASE_SECONDS, SECONDS_PER_CELL = 120, 60
 """Processor time that a process may use: a cell of 20 long episodes takes a few seconds."""
-MOST_ENVIRONMENTS = 160
-"""Kept by a :class:`Player` at once; one of a Humanoid takes 17 MB, and the process with limits has 4 GiB."""
 
 
 @dataclass(frozen=True)
@@ -132,12 +130,15 @@ def no_log_file() -> Iterator[None]:
 
 
 class Player:
-    """Runs policies on the tasks of one group; the last environments are kept for the next policy."""
+    """Runs policies on the tasks of one group.
+
+    Every cell has environments of its own: making them takes milliseconds, and one of a Humanoid 17 MB of the
+    4 GiB that the process with limits has.
+    """
 
     def __init__(self, group: TaskGroup) -> None:
         require_published_engine()
         self.group = group
-        self._envs: dict[tuple[Task, int], Any] = {}
 
     def outcomes(
         self,
@@ -155,12 +156,7 @@ class Player:
             BenchError: the policy does not fit the task, samples without a seed of the noise, or gives an
                 action that is not finite.
         """
-        task, key = cell.task, (world or self.group.tasks[cell.task], len(cell.seeds))
-        if key not in self._envs:
-            while self._envs and sum(size for _, size in self._envs) + len(cell.seeds) > MOST_ENVIRONMENTS:
-                self._envs.pop(next(iter(self._envs))).close()
-            self._envs[key] = make_vec(*key)
-        env = self._envs[key]
+        env: Any = make_vec(world or self.group.tasks[cell.task], len(cell.seeds))
         shape = env.single_action_space.shape
         if policy.num_actions != int(np.prod(shape)):
             message = f"The policy has {policy.num_actions} actions; the task has {shape[0]}."
@@ -169,16 +165,11 @@ class Player:
         noise = None if cell.noise is None else np.random.default_rng(cell.noise)
 
         def act(observations: Any, *_: Any) -> Any:
-            return policy.act(observations, noise, task).reshape(len(observations), *shape)
+            return policy.act(observations, noise, cell.task).reshape(len(observations), *shape)
 
         seen = None if watch is None else lambda actions: watch(env, actions)
-        with np.errstate(all="ignore"), no_log_file():
+        with closing(env), np.errstate(all="ignore"), no_log_file():
             return run_episodes(env, cell.seeds, act, watch=seen, where="the policy")
-
-    def close(self) -> None:
-        """Closes the environments."""
-        while self._envs:
-            self._envs.popitem()[1].close()
 
 
 def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolicy]:
@@ -230,7 +221,6 @@ def play(call: Mapping[str, Any]) -> Iterator[Any]:
     player = Player(with_custom(call["groups"])[requests[0].group])
     for request in requests:
         yield msgspec.to_builtins(played(request, player))
-    player.close()
 
 
 class Store:

@@ -56,7 +56,6 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     for axis in axes(group):
         for stage in stages(landscapes.PROTOCOL, len(group.tasks)):
             yield returns_of(player, policies[stage, None], axis, stage, request.run)
-        player.close()
 
 
 def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1) -> Landscape | str:

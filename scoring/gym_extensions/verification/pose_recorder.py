@@ -87,7 +87,6 @@ def record(call: Mapping[str, Any]) -> Iterator[Any]:
         timing = timings[cell.task]
         outcomes, tracks = recorded(player, policies[request.key(player.group, cell)], cell, timing)
         yield {**motion(tracks[episode], outcomes[episode], timing), **asdict(timing)}
-    player.close()
 
 
 def recorded(

@@ -53,10 +53,7 @@ def outcomes(policy: Policy, row: Task, seeds: Sequence[int]) -> tuple[list[Outc
         message = "The policy samples its actions, or has arrays per task of a group."
         raise BenchError("bad-policy", message, row.name, "Give a deterministic policy of the one task.")
     player = Player(TaskGroup("record", (row,)))
-    try:
-        return recorded(player, policy, Cell(1, 0, tuple(seeds)), timing_of(row))
-    finally:
-        player.close()
+    return recorded(player, policy, Cell(1, 0, tuple(seeds)), timing_of(row))
 
 
 def measurement(results: Sequence[Outcome]) -> Measurement:

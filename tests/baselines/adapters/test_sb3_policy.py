@@ -187,7 +187,6 @@ def require_equal_episodes(make: Any) -> None:
     seeds = tuple(episode.seed for episode in logged)
     repeated = player.outcomes(agent.policy(), Cell(0, 1, seeds))
     assert [episode.return_ for episode in logged] == [outcome.return_ for outcome in repeated]
-    player.close()
     evaluator.close()
 
 
