@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from gym_extensions.catalog import fingerprints, sheets
+from gym_extensions.catalog import descriptions, fingerprints
 from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.errors import reports_mistakes, working
@@ -28,7 +28,7 @@ def _parser() -> argparse.ArgumentParser:
     writing.add_argument("--replace", action="store_true", help="also replace fingerprints that have changed")
     add = commands.add_parser("docs", help="write the documentation pages of the environments").add_argument
     add("--out", type=Path, default=Path("docs/environments"), help="output folder (default: %(default)s)")
-    add("--sheets", type=Path, default=sheets.PATH, help="file of the sheets (default: in the package)")
+    add("--descriptions", type=Path, default=descriptions.PATH, help="data file (default: in the package)")
     add("--pictures", action="store_true", help="also render the pictures (needs OpenGL)")
     return parser
 
@@ -80,13 +80,13 @@ def _write(replace: bool) -> int:
 
 
 def _docs(args: argparse.Namespace) -> int:
-    from gym_extensions.envs.docs.describe import sheets as sheets_text
+    from gym_extensions.envs.docs.describe import descriptions as descriptions_text
     from gym_extensions.envs.docs.pages import pages
     from gym_extensions.envs.docs.pictures import map_pictures, task_pictures
 
-    described = sheets_text()
-    write_text(args.sheets, described)
-    texts = pages(sheets.read_sheets(described))
+    described = descriptions_text()
+    write_text(args.descriptions, described)
+    texts = pages(descriptions.read_descriptions(described))
     images = task_pictures() | map_pictures() if args.pictures else {}
     for name, text in texts.items():
         write_text(args.out / name, text)
@@ -103,7 +103,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.command == "list":
         return _list(args.group)
     if args.command == "show":
-        print(sheets.summary(task(args.task)))
+        print(descriptions.summary(task(args.task)))
         return 0
     if args.command == "docs":
         return _docs(args)

@@ -1,4 +1,4 @@
-"""The pages of docs/environments, ``envs show``, and the sheets and pictures of tasks."""
+"""The pages of docs/environments, ``envs show``, and the descriptions and pictures of tasks."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Box
 
-from gym_extensions.catalog import sheets
-from gym_extensions.catalog.sheets import summary
+from gym_extensions.catalog import descriptions
+from gym_extensions.catalog.descriptions import summary
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.envs import cli, make
 from gym_extensions.envs.docs.describe import action_fields, observation_fields, table
@@ -25,7 +25,9 @@ ONE_PER_BASE = list({each.base: each.id for each in TASKS.values()}.values())
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder with what ``envs docs`` writes."""
     out = tmp_path_factory.mktemp("docs")
-    assert cli.main(["docs", "--out", str(out / "pages"), "--sheets", str(out / "sheets.json")]) == 0
+    assert (
+        cli.main(["docs", "--out", str(out / "pages"), "--descriptions", str(out / "descriptions.json")]) == 0
+    )
     return out
 
 
@@ -38,7 +40,7 @@ def text_by_name(written: Path) -> dict[str, str]:
 def test_the_committed_pages_and_sheets_are_up_to_date(written: Path, text_by_name: dict[str, str]) -> None:
     committed = {path.name: path.read_text("utf-8") for path in DOCS.glob("*.md")}
     assert text_by_name == committed, "run `gym-extensions envs docs`"
-    assert (written / "sheets.json").read_bytes() == sheets.PATH.read_bytes(), (
+    assert (written / "descriptions.json").read_bytes() == descriptions.PATH.read_bytes(), (
         "run `gym-extensions envs docs`"
     )
 

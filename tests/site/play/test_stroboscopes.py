@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.sheets import sheet
+from gym_extensions.catalog.descriptions import description
 from gym_extensions.scoring.poses import motion_of
 from gym_extensions.site.play.stroboscopes import stroboscopes
 from gym_extensions.site.play.watch import Episode, WatchedTask
@@ -30,7 +30,7 @@ def test_the_floor_has_a_tick_per_metre_where_distances_are_true(
 
 def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) -> None:
     name = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
-    facts = sheet(name)
+    facts = description(name)
     assert facts is not None
     poses = poses_of(document)
     row = poses.tasks[4]

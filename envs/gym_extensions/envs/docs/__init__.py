@@ -1,1 +1,1 @@
-"""Writes the documentation of the environments: the sheets of all tasks, pages and pictures."""
+"""Writes the documentation of the environments: the descriptions of all tasks, pages and pictures."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import Body
-from gym_extensions.catalog.sheets import HINGE, SLIDE, Field, Joint, Link, Role, Row, Shape, Skeleton
+from gym_extensions.catalog.descriptions import HINGE, SLIDE, Field, Joint, Link, Role, Row, Shape, Skeleton
 from gym_extensions.catalog.tasks import MAPS, TASKS, Task
 from gym_extensions.catalog.variations import WALL, BaseVariation, LimbScale, RangeSensor, Wall
 from gym_extensions.envs.effects.wall_and_sensor import ANGLES, FANS, REACH
@@ -216,8 +216,8 @@ def _vector(values: Any) -> Any:
     return tuple(round(float(value), DIGITS) + 0.0 for value in values)
 
 
-def sheets() -> str:
-    """Returns the text of ``sheets.json``: every task, and the tables, skeletons and maps they share."""
+def descriptions() -> str:
+    """Returns the text of ``descriptions.json``: all tasks, and the tables, skeletons and maps they share."""
     tables, skeletons, tasks = dict[str, int](), dict[str, int](), []
     for task in TASKS.values():
         facts: dict[str, Any] = {

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import Camera
-from gym_extensions.catalog.sheets import picture_file
+from gym_extensions.catalog.descriptions import picture_file
 from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
 from gym_extensions.catalog.variations import LimbScale, MovingGoal, RangeSensor, TrackingGoal, Wall
 from gym_extensions.envs.effects.motors_and_goals import goal_area

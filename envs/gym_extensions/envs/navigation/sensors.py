@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from gym_extensions.catalog.sheets import Field
+from gym_extensions.catalog.descriptions import Field
 from gym_extensions.envs.navigation.geometry import CELL, HEIGHT, MAX_SPEED, WIDTH, compiled
 
 

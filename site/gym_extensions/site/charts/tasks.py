@@ -7,8 +7,8 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from gym_extensions.catalog.descriptions import Description, picture_file
 from gym_extensions.catalog.groups import GROUPS, SUITES
-from gym_extensions.catalog.sheets import Sheet, picture_file
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.variations import Course
 from gym_extensions.experts.references import Task as Reference
@@ -55,10 +55,12 @@ SIZE = (640, 480)
 """Width and height of a map in units; y points down in pictures and up in coordinates."""
 
 
-def map_file(sheet: Sheet) -> str:
+def map_file(description: Description) -> str:
     """The map with its goal as an SVG file."""
-    obstacles = "".join(f"M{x} {y}h{width}v{height}h-{width}" for x, y, width, height in sheet.obstacles)
-    x, y = sheet.goal or (0.0, 0.0)
+    obstacles = "".join(
+        f"M{x} {y}h{width}v{height}h-{width}" for x, y, width, height in description.obstacles
+    )
+    x, y = description.goal or (0.0, 0.0)
     width, height = SIZE
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '

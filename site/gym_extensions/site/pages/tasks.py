@@ -10,9 +10,9 @@ from markupsafe import Markup
 
 from gym_extensions import experts
 from gym_extensions.catalog import tasks as catalog
+from gym_extensions.catalog.descriptions import description
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.sheets import sheet
 from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task, tasks_by_base
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.experts import Step
@@ -41,7 +41,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         path = paths.task_path(task.id)
         records = site.records.get(task.id, ())
         view = TaskView(task, references.get(task.id), best.get(task.id, ()), records)
-        facts = {"sheet": sheet(task.id), "fingerprint": published(task.id), "versions": VERSIONS}
+        facts = {"description": description(task.id), "fingerprint": published(task.id), "versions": VERSIONS}
         values = {"task": view, "runs": alone(task.id), "play": play_link(task), "origin": origin, **facts}
         yield path, Draft(view.inputs, partial(render, "task.html", path, **values))
         if view.watch is not None:
@@ -66,7 +66,7 @@ def publish_pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
         yield f"pictures/{file.name}", file.read_bytes()
     maps = {map_picture(task): task.id for task in reversed(TASKS.values())}
     for name, task_id in sorted(maps.items()):
-        facts = sheet(task_id)
+        facts = description(task_id)
         if name and facts is not None:
             yield f"pictures/{name}", map_file(facts)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.sheets import FREE, SLIDE, Role, Skeleton
+from gym_extensions.catalog.descriptions import FREE, SLIDE, Role, Skeleton
 
 Array = NDArray[np.float64]
 

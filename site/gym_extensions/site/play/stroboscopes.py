@@ -60,10 +60,14 @@ class View:
 
 def stroboscopes(task: WatchedTask, root: str = "") -> list[Markup]:
     """A picture per episode of the task, all on one scale; ``root`` leads from the page to the index."""
-    if task.sheet.skeleton is None:
+    if task.description.skeleton is None:
         return [_path(f"{root}{task_picture(task.task)}", episode) for episode in task.episodes]
     bodies = [
-        [shape for shape in placed(task.sheet.skeleton, _ghosts(episode)) if not shape.role.endswith("beam")]
+        [
+            shape
+            for shape in placed(task.description.skeleton, _ghosts(episode))
+            if not shape.role.endswith("beam")
+        ]
         for episode in task.episodes
     ]
     has_wall = any(shape.role == "wall" for shape in bodies[0])
@@ -109,7 +113,7 @@ def frame_of(shapes: Sequence[Placed], travels: bool) -> View:
 
 
 def _ghosts(episode: Episode) -> Array:
-    rows, skeleton = episode.coordinates, episode.sheet.skeleton
+    rows, skeleton = episode.coordinates, episode.description.skeleton
     limbs = sum(len(link.shapes) for link in skeleton.links) if skeleton else 0
     ghosts = GHOSTS - 2 * (limbs > MANY_LIMBS)
     shown: Array = rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from gym_extensions.catalog.sheets import Sheet, sheet
+from gym_extensions.catalog.descriptions import Description, description
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.poses import MAX_SECONDS, Clip, Poses, TaskPoses
 from gym_extensions.scoring.scorecard import Scorecard
@@ -34,7 +34,7 @@ class Episode:
     clip: Clip
     title: str
     poses: TaskPoses
-    sheet: Sheet
+    description: Description
     travels: bool
 
     @cached_property
@@ -79,9 +79,9 @@ class WatchedTask:
     episodes: tuple[Episode, ...]
 
     @property
-    def sheet(self) -> Sheet:
+    def description(self) -> Description:
         """The facts of the task."""
-        return self.episodes[0].sheet
+        return self.episodes[0].description
 
     @property
     def travels(self) -> bool:
@@ -105,7 +105,7 @@ class Watch:
         maps: list[Any] = []
         rows = []
         for task in self.tasks:
-            facts = task.sheet
+            facts = task.description
             row: dict[str, Any] = {
                 "unit": task.episodes[0].poses.unit,
                 "rate": task.episodes[0].poses.steps_per_second / task.episodes[0].poses.steps_per_frame
@@ -153,7 +153,7 @@ LAST = "At the end, right after its training"
 
 def watched_task(row: TaskPoses, only: str = LAST) -> WatchedTask | None:
     """A task with its episodes, of which a single one is titled ``only``; None if it is not published."""
-    facts, task = sheet(row.task), TASKS.get(row.task)
+    facts, task = description(row.task), TASKS.get(row.task)
     if facts is None or task is None:
         return None
     travels = task.body.family in TRAVELLING

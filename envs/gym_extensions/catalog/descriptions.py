@@ -1,8 +1,8 @@
 """The description of every published task: one text for ``envs show``, the documentation and the site.
 
-`gym-extensions envs docs` writes it from the models into ``sheets.json``; this module reads it and loads no
-simulator. A sheet has the differences from the base body in words, the tables of actions and observations,
-and what draws the task: a skeleton, or a map.
+`gym-extensions envs docs` writes it from the models into ``descriptions.json``; this module reads it and
+loads no simulator. A description has the differences from the base body in words, the tables of actions and
+observations, and what draws the task: a skeleton, or a map.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from gym_extensions.catalog.variations import (
 )
 from gym_extensions.errors import BenchError
 
-PATH = Path(__file__).with_name("sheets.json")
+PATH = Path(__file__).with_name("descriptions.json")
 PICTURE = "uint8 picture, 120 rows × 160 columns × 3 colors, 4 units per pixel, y up"
 """The observation of a task whose table of observations is empty."""
 
@@ -86,7 +86,7 @@ Rectangle = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True)
-class Sheet:
+class Description:
     """The facts of one task."""
 
     differences: tuple[str, ...]  # one sentence per variation; empty for a base body
@@ -133,35 +133,37 @@ class _Content(msgspec.Struct):
     tasks: dict[str, _TaskEntry]
 
 
-def read_sheets(text: str | bytes) -> dict[str, Sheet]:
-    """The sheet of every task, by its id, from the text of ``sheets.json``."""
+def read_descriptions(text: str | bytes) -> dict[str, Description]:
+    """The description of every task, by its id, from the text of ``descriptions.json``."""
     content, found = msgspec.json.decode(text, type=_Content), {}
     for task_id, entry in content.tasks.items():
         tables = content.tables[entry.actions], content.tables[entry.observations]
         skeleton = None if entry.skeleton is None else content.skeletons[entry.skeleton]
         obstacles = () if entry.map is None else content.maps[entry.map]
-        found[task_id] = Sheet(entry.differences, *tables, skeleton, obstacles, entry.goal)
+        found[task_id] = Description(entry.differences, *tables, skeleton, obstacles, entry.goal)
     return found
 
 
 @functools.cache
-def _committed() -> dict[str, Sheet]:
-    return read_sheets(PATH.read_bytes())
+def _committed() -> dict[str, Description]:
+    return read_descriptions(PATH.read_bytes())
 
 
-def sheet(task_id: str) -> Sheet | None:
-    """The sheet of a published task, or None if the task has none."""
+def description(task_id: str) -> Description | None:
+    """The description of a published task, or None if the task has none."""
     return _committed().get(task_id)
 
 
 def summary(task: Task) -> str:
     """Base, differences, reward, start, end, tables, groups, versions and fingerprint of a task as text.
 
-    Raises ``BenchError`` if the task has no sheet.
+    Raises ``BenchError`` if the task has no description.
     """
-    facts = sheet(task.id)
+    facts = description(task.id)
     if facts is None:
-        raise BenchError("no-sheet", "The task has no description.", task.id, "Run: gym-extensions envs docs")
+        raise BenchError(
+            "no-description", "The task has no description.", task.id, "Run: gym-extensions envs docs"
+        )
     prose = task.body.prose
     groups = [group.id for group in GROUPS.values() if task in group.tasks]
     entries = {
