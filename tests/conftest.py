@@ -23,6 +23,7 @@ import pytest
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup, group
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, FULL_ENTRY_RUNS, evaluation_seed
+from gym_extensions.references import Reference, References
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
 from gym_extensions.rollouts.log import Episode, write_log
 from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
@@ -37,7 +38,6 @@ from gym_extensions.rollouts.run import (
     file_sha256,
     write_run,
 )
-from gym_extensions.scoring.references import Reference, References
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -279,5 +279,5 @@ def references() -> References:
 @pytest.fixture
 def known(monkeypatch: pytest.MonkeyPatch, references: References) -> None:
     """Scores with the synthetic references."""
-    monkeypatch.setattr("gym_extensions.scoring.references.load_references", lambda: references)
+    monkeypatch.setattr("gym_extensions.references.load_references", lambda: references)
     monkeypatch.setattr("gym_extensions.scoring.pipeline.load_references", lambda: references)

@@ -22,14 +22,13 @@ from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.experts.references import CURRENT
+from gym_extensions.references import CURRENT, load_references, read_references
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import read_run, write_run
 from gym_extensions.scoring import cli as score_cli
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
-from gym_extensions.scoring.references import load_references, read_references
 
 LIGHT = """
 name = "hopper-light"

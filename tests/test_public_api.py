@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.references import load_references
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import score_folder
-from gym_extensions.scoring.references import load_references
 
 PUBLIC = {
     "gym_extensions.envs": """

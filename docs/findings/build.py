@@ -19,10 +19,10 @@ from gym_extensions import results
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.files import write_text
+from gym_extensions.references import ALONE
 from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.landscapes import best, landscapes_of
 from gym_extensions.scoring.pipeline import make_scorer
-from gym_extensions.scoring.references import ALONE
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed
 

@@ -12,10 +12,10 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
+from gym_extensions.references import load_references
 from gym_extensions.scoring.formulas import BY_NAME
 from gym_extensions.scoring.landscapes import SHARES
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS
-from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.statistics import difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.site.text import fixed, interval
 

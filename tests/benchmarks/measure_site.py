@@ -24,6 +24,7 @@ import msgspec
 import numpy as np
 
 from gym_extensions.catalog.groups import SUITES, group
+from gym_extensions.references import Reference, References
 from gym_extensions.rollouts.manifest import (
     Code,
     Observes,
@@ -35,7 +36,6 @@ from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.entry.normalization import Results
 from gym_extensions.scoring.entry.scorer import score_group
 from gym_extensions.scoring.entry.values import suite_scores
-from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
 from gym_extensions.site.build import build_site
 

@@ -24,8 +24,8 @@ from functools import partial
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.references import Reference, References
 from gym_extensions.scoring.pipeline import Scorer, publish, scorecards
-from gym_extensions.scoring.references import Reference, References
 
 GROUP_NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity")
 

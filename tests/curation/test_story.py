@@ -17,13 +17,13 @@ from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.report import GateReport
+from gym_extensions.references import Reference, References
 from gym_extensions.rollouts.policies.files import policy_keys
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
 from gym_extensions.rollouts.run import Memory, read_run
 from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.ranking.group_board import boards
-from gym_extensions.scoring.references import Reference, References
 
 from ..verification import entries
 from ..verification.entries import GROUP, change_document, change_log, copy, honest

@@ -18,7 +18,7 @@ from gym_extensions import results
 from gym_extensions.envs import group
 
 ROOT = Path(__file__).resolve().parents[2]
-REFERENCES = ROOT / "scoring" / "gym_extensions" / "scoring" / "references_data" / "2.json"
+REFERENCES = ROOT / "scoring" / "gym_extensions" / "references" / "2.json"
 pytestmark = pytest.mark.xdist_group("core")  # one process scores all entries
 GROUPS = (
     *("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity"),

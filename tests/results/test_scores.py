@@ -10,11 +10,11 @@ import pytest
 
 from gym_extensions import results
 from gym_extensions.errors import BenchError
+from gym_extensions.references import References
 from gym_extensions.scoring.formulas import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
-from gym_extensions.scoring.references import References
 
 Write = Callable[..., Path]
 ROOT = Path(__file__).resolve().parents[2]

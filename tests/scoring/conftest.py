@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.references import References
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import Scorecard
 
 from .entries import FIVE, Enter, Value

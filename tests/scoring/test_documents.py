@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.references import References
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison, compare
 from gym_extensions.scoring.ranking.group_board import boards
-from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
 from ..conftest import write_submission

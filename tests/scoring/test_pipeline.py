@@ -11,12 +11,11 @@ import pytest
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
-from gym_extensions.experts.references import REFERENCES
+from gym_extensions.references import References, load_references, path_of
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, score_folders, scorecard_document, scorecards
-from gym_extensions.scoring.references import References, load_references
 
 Write = Callable[..., Path]
 PROTOCOLS = ("sequential", "single", "joint")
@@ -71,7 +70,7 @@ def test_workers_do_not_matter(many: Path, references: References) -> None:
 
 def test_every_task_of_a_custom_group_needs_a_reference(tmp_path: Path) -> None:
     group = TaskGroup("mine", (Task("MyHopper", "Hopper"),))
-    path = REFERENCES / "1.json"
+    path = path_of("1")
     with pytest.raises(BenchError, match="MyHopper") as raised:
         make_scorer([group], path)
     assert (raised.value.code, raised.value.where) == ("missing-reference", str(path))

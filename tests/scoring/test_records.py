@@ -10,9 +10,9 @@ from gym_extensions import experts
 from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import Measurement, RecordCard
+from gym_extensions.references import load_references
 from gym_extensions.scoring.poses import PolicyPoses
 from gym_extensions.scoring.records import Bar, RecordReview, bar, problem_of, read_review, split_paths
-from gym_extensions.scoring.references import load_references
 
 CLAIM = Measurement(episodes=100, mean=100.0, deviation=5.0)
 CARD = RecordCard("gym_extensions/Hopper-v0", "", "", (), CLAIM, ("A",))

@@ -11,12 +11,12 @@ import msgspec
 import pytest
 from scipy import stats
 
+from gym_extensions.references import Reference, References
 from gym_extensions.rollouts.manifest import Observes
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Action, Decision, Review, read_review, write_review
 from gym_extensions.scoring.formulas import METRICS, MetricValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
-from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
 
 from ..conftest import VERSIONS, verification

@@ -8,8 +8,8 @@ import msgspec
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.references import Reference, References
 from gym_extensions.rollouts.run import read_run, write_run
-from gym_extensions.scoring.references import Reference, References
 
 from ..conftest import MANIFEST, write_submission
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
+from gym_extensions import references
 from gym_extensions.__main__ import main
 from gym_extensions.rollouts.review import Decision, Review, write_review
-from gym_extensions.scoring import references
 from gym_extensions.scoring.pipeline import Scorer
 from gym_extensions.site import build as module
 from gym_extensions.site.build import Built, build_site

@@ -19,6 +19,7 @@ from gym_extensions.curation.git import MACHINE_ERRORS, Repository
 from gym_extensions.curation.pull_request import RULES, SUBMISSIONS, PullRequest, is_data
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
+from gym_extensions.references import load_references
 from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem, cut
 from gym_extensions.rollouts.problem import problems as problems_of
@@ -29,7 +30,6 @@ from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.records import CARD, Record
-from gym_extensions.scoring.references import load_references
 from gym_extensions.verification.episodes import Cell, Player, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest

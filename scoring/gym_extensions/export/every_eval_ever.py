@@ -17,11 +17,11 @@ from typing import Any
 
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
+from gym_extensions.references import References
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.formulas import METRICS, NOT_RANKED, Metric, MetricValue
 from gym_extensions.scoring.output.board_frames import scores
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
-from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.versions import version
 

@@ -12,19 +12,19 @@ from pathlib import Path
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, TaskGroup, with_custom
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.layout import MANIFEST, NAME, submission_folders
-from gym_extensions.rollouts.problem import Problem, escape
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.submission import Submission
-from gym_extensions.scoring.entry.scorer import score
-from gym_extensions.scoring.ranking.group_board import boards
-from gym_extensions.scoring.references import (
+from gym_extensions.references import (
     RULERS,
     References,
     add_references,
     load_references,
     read_references,
 )
+from gym_extensions.rollouts.layout import MANIFEST, NAME, submission_folders
+from gym_extensions.rollouts.problem import Problem, escape
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.submission import Submission
+from gym_extensions.scoring.entry.scorer import score
+from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 
 Paths = str | Path | Iterable[str | Path]

@@ -11,16 +11,15 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
 from gym_extensions.catalog.tasks import TASKS, Task, task
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import MAX_CARD, Measurement, RecordCard, floor_margin, read_card
-from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
-from gym_extensions.experts.references import Task as References
 from gym_extensions.files import write_text
+from gym_extensions.references import measured
 from gym_extensions.rollouts.layout import MEBIBYTE, read_regular
 from gym_extensions.rollouts.review import Count, Date, Sha256, Text, Value
 from gym_extensions.scoring.documents import JsonDocument, about
@@ -63,14 +62,9 @@ class Bar:
         return self.mean + floor_margin(standard_error, self.floor_deviation)
 
 
-@cache
-def _reference_tasks() -> dict[str, References]:
-    return parse_file((REFERENCES / f"{CURRENT}.json").read_bytes()).tasks
-
-
 def bar(row: Task) -> Bar:
     """What a record of a task must beat. Raises ``BenchError`` if the task has no references."""
-    found = _reference_tasks().get(row.id)
+    found = measured().get(row.id)
     if found is None:
         message = f"{row.name} has no references, so that nothing can be a record."
         raise BenchError("missing-reference", message, row.name, "Choose another task.")

@@ -18,7 +18,7 @@ from gym_extensions.scoring.documents import JsonDocument, about, filled
 from gym_extensions.scoring.formulas import MetricValue, Profile
 
 if TYPE_CHECKING:
-    from gym_extensions.scoring.references import Reference
+    from gym_extensions.references import Reference
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.references import load_references
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.ranking import boards as model
 from gym_extensions.scoring.ranking.boards import BoardEntry, BoardMetric, BoardsDocument
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.records import Record
-from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.entry_results import COLUMNS, SEQUENTIAL, EntryResult, group_order
 from gym_extensions.site.text import count

@@ -45,10 +45,10 @@ def main(argv: list[str] | None = None) -> int:
     """Builds the site. Prints the problems of refused submissions and the path of the index."""
     options = parser().parse_args(argv)
     # They load pandas and scipy, for which --help and mistakes do not wait.
+    from gym_extensions.references import load_references
     from gym_extensions.scoring.output.screen import console, count, show_line
     from gym_extensions.scoring.pipeline import Scorer, find_submissions
     from gym_extensions.scoring.records import verified_records
-    from gym_extensions.scoring.references import load_references
     from gym_extensions.scoring.scorecard import ReferencesInfo
     from gym_extensions.site.build import base_digest, build_site
     from gym_extensions.site.output import folder_key, scorecards_since

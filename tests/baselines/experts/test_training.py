@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.experts import training
-from gym_extensions.baselines.experts.measuring import Workplace
+from gym_extensions.baselines.experts.candidates import Workplace
 from gym_extensions.baselines.experts.recipes import Recipe, recipe, training_task
 from gym_extensions.catalog.tasks import task
 from gym_extensions.catalog.variations import Wall

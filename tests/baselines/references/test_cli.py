@@ -12,7 +12,7 @@ from gym_extensions.baselines.references.cli import CURRENT_FILE
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import task
-from gym_extensions.experts.references import parse_file
+from gym_extensions.references import parse_file
 
 PUSHER = task("Pusher")
 

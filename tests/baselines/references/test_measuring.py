@@ -11,7 +11,7 @@ import msgspec
 import pytest
 
 from gym_extensions import experts
-from gym_extensions.baselines.experts.measuring import QUICK
+from gym_extensions.baselines.experts.candidates import QUICK
 from gym_extensions.baselines.references.cli import CURRENT_FILE
 from gym_extensions.baselines.references.measuring import (
     Measurement,
@@ -27,8 +27,7 @@ from gym_extensions.baselines.references.measuring import (
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import references as model
-from gym_extensions.experts.references import Floor, FloorAgent, parse_file
+from gym_extensions.references import Floor, FloorAgent, MeasuredReference, parse_file
 
 PUSHER = task("Pusher")
 HOPPER = task("Hopper")
@@ -107,7 +106,7 @@ def test_the_published_file_is_made_from_floors_cards_and_the_planner(tmp_path: 
 
 
 def test_a_task_is_open_without_an_expert_or_with_one_that_is_not_clear(tmp_path: Path) -> None:
-    assert with_expert(HOPPER, FLOOR, tmp_path) == model.Task(FLOOR, None)
+    assert with_expert(HOPPER, FLOOR, tmp_path) == MeasuredReference(FLOOR, None)
     high = Floor(3700.0, "zero", agents={"zero": FloorAgent(3700.0, std=100.0)})
     row = with_expert(HOPPER, high)
     assert row.expert is None

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.references import Reference, References
 from gym_extensions.scoring.output.highlights import highlights
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.references import Reference, References
 
 Write = Callable[..., Path]
 FORGETS_HALF = "forgets HopperGravityHalf most: {} → {}"

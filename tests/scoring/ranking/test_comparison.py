@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.errors import BenchError
+from gym_extensions.references import References
 from gym_extensions.scoring import cli
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import compare
-from gym_extensions.scoring.references import References
 
 Write = Callable[..., Path]
 

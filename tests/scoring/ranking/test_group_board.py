@@ -13,6 +13,7 @@ import pytest
 from scipy import stats
 
 from gym_extensions.catalog.groups import group
+from gym_extensions.references import Reference, References, trained_alone
 from gym_extensions.rollouts.review import Action, Decision
 from gym_extensions.scoring.formulas import BOARD_METRICS, BY_NAME, MetricValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
@@ -25,7 +26,6 @@ from gym_extensions.scoring.ranking.boards import (
     board_keys,
 )
 from gym_extensions.scoring.ranking.group_board import board, boards
-from gym_extensions.scoring.references import Reference, References, trained_alone
 from gym_extensions.scoring.scorecard import Scorecard
 
 from ...conftest import MANIFEST

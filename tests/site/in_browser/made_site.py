@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from gym_extensions.references import load_references
 from gym_extensions.scoring.poses import write
-from gym_extensions.scoring.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES as PAGES_OF_SITE

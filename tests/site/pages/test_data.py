@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from gym_extensions.scoring.references import load_references
+from gym_extensions.references import load_references
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
 from ..browser import files, typed

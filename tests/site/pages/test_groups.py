@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from gym_extensions.scoring.references import load_references
+from gym_extensions.references import load_references
 
 from ..browser import read
 

@@ -11,9 +11,9 @@ import pytest
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.experts import DATA, Measurement, RecordCard, Step
+from gym_extensions.references import load_references
 from gym_extensions.scoring.poses import PolicyPoses
 from gym_extensions.scoring.records import Record, RecordReview
-from gym_extensions.scoring.references import load_references
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST
 from gym_extensions.site.pages.tasks import TaskView, best_entries

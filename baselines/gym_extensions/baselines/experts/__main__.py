@@ -8,10 +8,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gym_extensions import experts
-from gym_extensions.baselines.experts import measuring, training
-from gym_extensions.baselines.experts.measuring import QUICK, Workplace, mujoco_tasks
+from gym_extensions.baselines.experts import candidates, training
+from gym_extensions.baselines.experts.candidates import QUICK, Workplace, mujoco_tasks
 from gym_extensions.baselines.experts.recipes import FAMILIES, recipe
 from gym_extensions.errors import reports_mistakes
+from gym_extensions.references import measured
 
 PAGE, MARKER = Path("docs/experts.md"), "<!-- tables -->"
 """The page with the tables, and what they follow there."""
@@ -24,12 +25,12 @@ def main(argv: list[str] | None = None) -> int:
     args = _parser().parse_args(argv)
     if args.command == "tables":
         prose = PAGE.read_text(encoding="utf-8").split(MARKER)[0]
-        PAGE.write_text(f"{prose}{MARKER}\n" + "\n".join(measuring.tables()) + "\n", encoding="utf-8")
+        PAGE.write_text(f"{prose}{MARKER}\n" + "\n".join(candidates.tables()) + "\n", encoding="utf-8")
         return 0
     differs = False
     for line in _lines(args):
         print(line, flush=True)
-        differs |= line.endswith(measuring.DIFFERS)
+        differs |= line.endswith(candidates.DIFFERS)
     return int(differs)
 
 
@@ -40,7 +41,7 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     tasks = [task for task in mujoco_tasks().values() if re.fullmatch("|".join(patterns), task.name)]
     if args.command == "harvest":
         for family in args.families or sorted(set(FAMILIES.values())):
-            yield from measuring.harvest(work, args.submissions, family)
+            yield from candidates.harvest(work, args.submissions, family)
     elif args.command == "train":
         for name in args.recipes:
             row = recipe(name)
@@ -49,15 +50,15 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
             command = f"{PROGRAM} train {name} --seed {args.seed}{origin}"
             yield from training.train(work, row, args.seed, parent, command)
     elif args.command == "select":
-        yield from measuring.select(work, tasks, args.episodes)
+        yield from candidates.select(work, tasks, args.episodes)
     elif args.command == "publish":
-        yield from (measuring.publish(work, task, args.episodes, experts.DATA) for task in tasks)
+        yield from (candidates.publish(work, task, args.episodes, experts.DATA) for task in tasks)
     elif args.command == "check":
-        yield from measuring.check([task for task in tasks if task.name in experts.names()], args.episodes)
+        yield from candidates.check([task for task in tasks if task.name in experts.names()], args.episodes)
     else:
-        ranked = measuring.stored_candidates(args.submissions)
+        ranked = candidates.stored_candidates(args.submissions)
         cells = {task.name: ranked.get(task.name, []) for task in tasks}
-        yield from measuring.challenge(work, cells, args.episodes)
+        yield from candidates.challenge(work, cells, args.episodes, measured())
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -13,7 +13,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.algorithms.trpo import REFERENCE, Trpo, TrpoSettings
-from gym_extensions.baselines.experts.measuring import SCREENING, Workplace
+from gym_extensions.baselines.experts.candidates import SCREENING, Workplace
 from gym_extensions.baselines.experts.recipes import Recipe, training_task
 from gym_extensions.baselines.trust_region.policy import EPSILON, Moments
 from gym_extensions.baselines.trust_region.values import Collector, Transitions

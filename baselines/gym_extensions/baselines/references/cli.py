@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.experts.measuring import QUICK
+from gym_extensions.baselines.experts.candidates import QUICK
 from gym_extensions.baselines.references.measuring import custom, differences, published
 from gym_extensions.baselines.submission import prepare
 from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
@@ -18,11 +18,11 @@ from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.experts import EPISODES
-from gym_extensions.experts.references import CURRENT, REFERENCES
 from gym_extensions.files import write_bytes
+from gym_extensions.references import path_of
 from gym_extensions.rollouts.layout import PROGRESS
 
-CURRENT_FILE = REFERENCES / f"{CURRENT}.json"
+CURRENT_FILE = path_of()
 TRAINED_AGENT = "trpo"
 """The expert of a task of a custom group."""
 

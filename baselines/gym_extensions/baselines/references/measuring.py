@@ -19,7 +19,7 @@ import msgspec
 
 from gym_extensions import experts
 from gym_extensions.baselines import algorithms, workers
-from gym_extensions.baselines.experts.measuring import measured_again, shape_problem
+from gym_extensions.baselines.experts.candidates import measured_again, shape_problem
 from gym_extensions.baselines.progress import open_bars
 from gym_extensions.baselines.train_agent import agent_settings
 from gym_extensions.baselines.training import events
@@ -34,8 +34,16 @@ from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import EPISODES, beats_floor
-from gym_extensions.experts import references as model
-from gym_extensions.experts.references import REFERENCES, Expert, File, Floor, FloorAgent, Run, parse_file
+from gym_extensions.references import (
+    Expert,
+    File,
+    Floor,
+    FloorAgent,
+    MeasuredReference,
+    Run,
+    parse_file,
+    path_of,
+)
 from gym_extensions.rollouts.layout import PROGRESS
 
 FLOOR_AGENTS = ("random", "zero")
@@ -151,7 +159,9 @@ def _is_above(floor: Floor, mean: float, standard_error: float) -> bool:
     return beats_floor(mean, standard_error, floor.mean, deviation)
 
 
-def with_runs(floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, budget: str = "") -> model.Task:
+def with_runs(
+    floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, budget: str = ""
+) -> MeasuredReference:
     """A custom task, from its floor and the returns of its training runs, or of the planner, by run."""
     parts = {run: summary(returns) for run, returns in runs.items()}
     beaten = {run: _is_above(floor, part.mean, part.standard_error) for run, part in parts.items()}
@@ -164,26 +174,30 @@ def with_runs(floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, bud
     if budget:
         expert.runs = [Run(run, part.mean, part.std, beaten[run]) for run, part in parts.items()]
     is_unbeaten = is_open(list(beaten.values()))
-    return model.Task(floor, None, expert) if is_unbeaten else model.Task(floor, expert)
+    return MeasuredReference(floor, None, expert) if is_unbeaten else MeasuredReference(floor, expert)
 
 
-def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> model.Task:
+def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> MeasuredReference:
     """A published MuJoCo task, from its floor and the card of its expert; open without a clear expert.
 
     Raises ``BenchError`` if the card is of another definition of the task, or the policy is not the one of
     the card or has other shapes than the task.
     """
     if task.name not in experts.names(folder):
-        return model.Task(floor, None)
+        return MeasuredReference(floor, None)
     card, policy = experts.card(task, folder), experts.load(task, folder)
     if problem := shape_problem(policy, task):
         raise BenchError("other-shapes", f"The expert of {task.name} {problem}.", str(folder))
     mean, error, count = card.measurement.mean, card.measurement.standard_error, card.measurement.episodes
     expert = Expert(mean, error, count, "expert", card.policy, provisional=card.provisional)
-    return model.Task(floor, expert) if _is_above(floor, mean, error) else model.Task(floor, None, expert)
+    return (
+        MeasuredReference(floor, expert)
+        if _is_above(floor, mean, error)
+        else MeasuredReference(floor, None, expert)
+    )
 
 
-def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, model.Task]:
+def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, MeasuredReference]:
     """The references by task id of the file at ``path``; none if it does not exist.
 
     Raises:
@@ -214,7 +228,7 @@ def published(out: Path, jobs: int, folder: Path = experts.DATA, tasks: Iterable
             refused.
     """
     chosen = list(tasks) or list(TASKS.values())
-    first, found = (read_file(path, chosen) for path in (REFERENCES / f"{FIRST}.json", out))
+    first, found = (read_file(path, chosen) for path in (path_of(FIRST), out))
     floors = {task.id: (found | first)[task.id].floor for task in chosen if task.id in found | first}
     floors |= {name: each.floor for name, each in found.items()}
     floors |= measured_floors([task for task in chosen if task.id not in floors], jobs)
@@ -227,7 +241,7 @@ def published(out: Path, jobs: int, folder: Path = experts.DATA, tasks: Iterable
             planned = first[task.id].expert
             assert planned is not None, f"version {FIRST} has a planner of every navigation task"
             expert = Expert(planned.mean, planned.standard_error, planned.episodes, PLANNER)
-            content[task.id] = model.Task(floor, expert)
+            content[task.id] = MeasuredReference(floor, expert)
     return File(2, out.stem, content)
 
 

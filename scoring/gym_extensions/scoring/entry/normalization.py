@@ -10,9 +10,9 @@ from typing import Any
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, stages
+from gym_extensions.references import References
 from gym_extensions.rollouts.submission import SubmittedGroup
 from gym_extensions.scoring.formulas import Run, area
-from gym_extensions.scoring.references import References
 
 Cells = list[list[list[list[float]]]]
 Means = list[list[list[float]]]

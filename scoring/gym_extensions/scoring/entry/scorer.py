@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from gym_extensions.references import References
 from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Verification, why_claimed
 from gym_extensions.rollouts.review import level as review_level
 from gym_extensions.rollouts.run import RunDocument
@@ -15,7 +16,6 @@ from gym_extensions.scoring.entry.published import paper_table, reported_groups
 from gym_extensions.scoring.entry.sketches import Sketch, run_sketches
 from gym_extensions.scoring.entry.values import metric_values, suite_scores
 from gym_extensions.scoring.formulas import iqm, profile
-from gym_extensions.scoring.references import References
 from gym_extensions.scoring.scorecard import GroupScore, ManifestSummary, Scorecard, VerificationSummary
 
 

@@ -7,9 +7,9 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from gym_extensions.catalog.groups import SUITES
+from gym_extensions.references import Reference, References
 from gym_extensions.scoring.entry.normalization import Results, normalized_runs
 from gym_extensions.scoring.formulas import FINAL, JOINT_GAP, METRICS, Metric, MetricValue, Run
-from gym_extensions.scoring.references import Reference, References
 from gym_extensions.scoring.scorecard import GroupScore, SuiteScore
 from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, to_interval
 

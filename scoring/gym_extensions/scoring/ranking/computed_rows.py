@@ -6,10 +6,10 @@ from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.references import ALONE, RULERS, References, trained_alone
 from gym_extensions.scoring.entry.values import ALL_OPEN, anchor_terms
 from gym_extensions.scoring.formulas import BOARD_METRICS, JOINT_GAP, MetricValue, Run
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, ComputedEntry
-from gym_extensions.scoring.references import ALONE, RULERS, References, trained_alone
 from gym_extensions.scoring.statistics import Summary, mean_of_groups, summary, to_interval
 
 FROM_FLOORS = "Computed from the mean returns of the floors, which have no runs and no curves."

@@ -12,6 +12,7 @@ from itertools import combinations
 
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS
+from gym_extensions.references import References, load_references
 from gym_extensions.rollouts.review import REPORTED, Level
 from gym_extensions.scoring import formulas
 from gym_extensions.scoring.entry.values import NEEDS, estimate
@@ -21,7 +22,6 @@ from gym_extensions.scoring.ranking.boards import BoardEntry, BoardKey, BoardMet
 from gym_extensions.scoring.ranking.computed_rows import computed_rows
 from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_entries
 from gym_extensions.scoring.ranking.core_board import core_board
-from gym_extensions.scoring.references import References, load_references
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.statistics import Summary, rank_intervals, significant_pairs
 

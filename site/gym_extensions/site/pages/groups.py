@@ -9,7 +9,7 @@ from functools import partial
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.experts.references import Task as Reference
+from gym_extensions.references import MeasuredReference
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.scorecard import PaperRow, Scorecard
 from gym_extensions.site import paths
@@ -50,7 +50,7 @@ class TaskRow:
 
     task: str
     picture: str
-    measured: Reference | None
+    measured: MeasuredReference | None
 
     @property
     def has_page(self) -> bool:
@@ -144,7 +144,7 @@ def _group(
     group: TaskGroup | None,
     boards: Sequence[BoardView],
     entries: Sequence[Scorecard],
-    known: Mapping[str, Reference],
+    known: Mapping[str, MeasuredReference],
 ) -> Group:
     tasks = group.task_ids if group else next((board.results[0].tasks for board in boards), ())
     return Group(

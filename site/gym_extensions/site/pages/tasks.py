@@ -8,7 +8,7 @@ from functools import cache, cached_property, partial
 
 from markupsafe import Markup
 
-from gym_extensions import experts
+from gym_extensions import experts, references
 from gym_extensions.catalog import tasks as catalog
 from gym_extensions.catalog.descriptions import description
 from gym_extensions.catalog.fingerprints import published
@@ -16,12 +16,10 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task, tasks_by_base
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.experts import Step
-from gym_extensions.experts.references import REFERENCES, parse_file
-from gym_extensions.experts.references import Task as Reference
+from gym_extensions.references import MeasuredReference, load_references, trained_alone
 from gym_extensions.scoring.poses import FOLDER as POSES
 from gym_extensions.scoring.poses import PolicyPoses, TaskPoses
 from gym_extensions.scoring.records import Record
-from gym_extensions.scoring.references import load_references, trained_alone
 from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
@@ -72,11 +70,11 @@ def publish_pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
 
 
 @cache
-def measured(info: ReferencesInfo) -> Mapping[str, Reference]:
+def measured(info: ReferencesInfo) -> Mapping[str, MeasuredReference]:
     """Floor and expert by task id, of this benchmark version; empty if the digest of its file is another."""
     if not info.sha256 or load_references(info.version).digest != info.sha256:
         return {}
-    return parse_file((REFERENCES / f"{info.version}.json").read_bytes()).tasks
+    return references.measured(info.version)
 
 
 def alone(task_id: str) -> tuple[float, ...]:
@@ -110,7 +108,7 @@ class TaskView:
     """A task as its page shows it, with its best entries and its verified records, the best one first."""
 
     task: Task
-    measured: Reference | None
+    measured: MeasuredReference | None
     best: tuple[BestEntry, ...]
     records: tuple[Record, ...]
 

@@ -15,18 +15,19 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.errors import BenchError
-from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
-from gym_extensions.scoring.references import (
+from gym_extensions.references import (
     Reference,
     add_references,
     load_references,
+    measured,
     parse_references,
+    path_of,
     read_references,
     trained_alone,
 )
 
-VERSIONS = sorted(path.stem for path in REFERENCES.glob("*.json"))
-TASK_ROWS = parse_file((REFERENCES / f"{CURRENT}.json").read_bytes()).tasks
+VERSIONS = sorted(path.stem for path in path_of().parent.glob("*.json"))
+TASK_ROWS = measured()
 HOPPER, HUMANOID = "gym_extensions/Hopper-v0", "gym_extensions/Humanoid-v0"
 FLOOR = {"mean": 10, "agents": {"random": {"mean": 3}, "zero": {"mean": 10}}}
 EXPERT = {"mean": 30.5, "standard_error": 0.5, "episodes": 100}
@@ -43,7 +44,7 @@ def a_file(**changes: object) -> bytes:
 def test_every_version_loads(version: str) -> None:
     found = load_references(version)
     assert found.version == version
-    assert found.digest == hashlib.sha256((REFERENCES / f"{version}.json").read_bytes()).hexdigest()
+    assert found.digest == hashlib.sha256(path_of(version).read_bytes()).hexdigest()
     tasks = [task for group in GROUPS.values() for task in group.task_ids]
     assert found.missing(tasks) == []
 
@@ -140,7 +141,7 @@ def test_of_every_mujoco_task_of_a_group_the_runs_on_it_alone_are_known() -> Non
 
 def test_the_current_version_has_every_task_and_floors_of_its_definition() -> None:
     assert list(TASK_ROWS) == list(TASKS)
-    first = parse_file((REFERENCES / "1.json").read_bytes()).tasks
+    first = measured("1")
     for name, row in TASK_ROWS.items():
         assert row.floor.fingerprint == published(name)
         assert row.floor.mean == max(agent.mean for agent in row.floor.agents.values())

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gym_extensions import experts
-from gym_extensions.baselines.experts import measuring
-from gym_extensions.baselines.experts.measuring import fitted
+from gym_extensions.baselines.experts import candidates
+from gym_extensions.baselines.experts.candidates import fitted
 from gym_extensions.baselines.experts.recipes import meant
 from gym_extensions.catalog.tasks import task
 from gym_extensions.rollouts.policies.mlp import Policy
@@ -31,8 +31,8 @@ def make_policy(inputs: int) -> Policy:
 @pytest.mark.parametrize("name", ["Pusher", "HalfCheetah", "HopperGravityHalf"])
 def test_an_expert_measured_again_has_the_return_of_its_card(name: str) -> None:
     row, card = task(name), experts.card(name)
-    seeds = [experts.seed(row, "measure", index) for index in range(measuring.QUICK)]
-    returns, _ = measuring.episodes(experts.load(name), row, seeds)
+    seeds = [experts.seed(row, "measure", index) for index in range(candidates.QUICK)]
+    returns, _ = candidates.episodes(experts.load(name), row, seeds)
     assert np.mean(returns) == pytest.approx(card.first_hundred, abs=3 * card.measurement.deviation / 10)
 
 
@@ -56,7 +56,7 @@ def test_an_expert_is_provisional_if_too_few_episodes_show_what_the_task_is_for(
 
 
 def test_the_best_stored_policies_of_the_logs_have_files() -> None:
-    ranked = measuring.stored_candidates(Path("submissions"))
+    ranked = candidates.stored_candidates(Path("submissions"))
     means = [mean for mean, _ in ranked["HopperGravityHalf"]]
     assert means == sorted(means, reverse=True)
-    assert all(name.startswith(measuring.STORED) for _, name in ranked["HopperGravityHalf"])
+    assert all(name.startswith(candidates.STORED) for _, name in ranked["HopperGravityHalf"])

@@ -24,8 +24,8 @@ from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.experts import Card, Measurement, Step, seed
-from gym_extensions.experts.references import CURRENT, REFERENCES, parse_file
 from gym_extensions.files import write_text
+from gym_extensions.references import MeasuredReference, measured
 from gym_extensions.rollouts.log import read_log
 from gym_extensions.rollouts.policies.files import has_policies, read_policies
 from gym_extensions.rollouts.policies.mlp import Policy
@@ -350,7 +350,7 @@ def challenge(
     work: Workplace,
     cells: Mapping[str, Sequence[tuple[float, str]]],
     count: int,
-    references: Path = REFERENCES / f"{CURRENT}.json",
+    references: Mapping[str, MeasuredReference],
 ) -> Iterator[str]:
     """Evaluates cells of entries above the expert on fresh seeds; yields a line for each.
 
@@ -363,12 +363,11 @@ def challenge(
         work: keeps the returns.
         cells: mean return in the log and candidate, the best first, by task (:func:`stored_candidates`).
         count: number of fresh episodes.
-        references: the references file.
+        references: floors and experts by task id.
     """
-    known = parse_file(references.read_bytes()).tasks
     for name, ranked in cells.items():
         task = published_task(name)
-        row = known[task.id]
+        row = references[task.id]
         if row.expert is None or not row.expert.policy or row.expert.provisional:
             continue
         floor, expert = row.floor.mean, row.expert
@@ -388,7 +387,7 @@ def challenge(
 
 def tables() -> Iterator[str]:
     """The lines of the documentation's tables, one per body, and the sums."""
-    known = parse_file((REFERENCES / f"{CURRENT}.json").read_bytes()).tasks
+    known = measured()
     states, steps, measuring = Counter[str](), dict[str, float](), 0.0
     for family in dict.fromkeys(FAMILIES.values()):
         yield f"\n### {family}\n"

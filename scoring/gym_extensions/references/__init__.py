@@ -1,4 +1,7 @@
-"""Frozen floors and experts that normalize returns. 0 ignores observations, 1 is the task's expert."""
+"""Frozen floors and experts that normalize returns: 0 ignores observations, 1 is the task's expert.
+
+``<version>.json`` beside this module has those of a benchmark version. ``maintain references`` measures them.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,105 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError
-from gym_extensions.experts.references import CURRENT, REFERENCES, Expert, parse_file
 
+CURRENT = "2"
+"""The benchmark version whose references normalize every score."""
 ALONE = "alone"
 RULERS = {ALONE: "1"}
 """Other rulers of ``score --ruler``, and the version of their references. In ``alone``, 1 is the reference
 agent after 300,000 steps on the task alone; in navigation it is the planner in both."""
+
+
+class FloorAgent(msgspec.Struct, omit_defaults=True):
+    """Returns of an agent that ignores observations: mean, population standard deviation, and its seed."""
+
+    mean: float
+    std: float = 0.0
+    standard_error: float = 0.0
+    seed: int = 0
+
+
+class Floor(msgspec.Struct, omit_defaults=True):
+    """The better one of two agents that ignore observations, over ``episodes`` prescribed episodes each."""
+
+    mean: float
+    agent: str = ""
+    episodes: int = 0
+    standard_error: float = 0.0
+    agents: dict[str, FloorAgent] = {}
+    fingerprint: str = ""
+
+
+class Run(msgspec.Struct, omit_defaults=True):
+    """The mean return of one training run; in version 1 with more."""
+
+    run: int
+    mean: float
+    std: float = 0.0
+    beats_floor: bool = True
+
+
+class Expert(msgspec.Struct, omit_defaults=True):
+    """What the score 1 stands for; in version 1 it was called the ceiling.
+
+    Args:
+        standard_error: of the mean, over the runs if there are several, else over the episodes.
+        episodes: number of episodes (of each run).
+        agent: who acts: ``expert``, a published policy with its SHA-256; ``planner``; or the agent of runs.
+        provisional: why it does not do what the task is for.
+    """
+
+    mean: float
+    standard_error: float = 0.0
+    episodes: int = 0
+    agent: str = ""
+    policy: str = ""
+    provisional: str = ""
+    budget: str = ""
+    runs: list[Run] = []
+
+    @property
+    def df(self) -> float:
+        """Degrees of freedom of the standard error."""
+        return float(max((len(self.runs) if len(self.runs) > 1 else self.episodes) - 1, 0))
+
+
+class MeasuredReference(msgspec.Struct):
+    """How a task's floor and expert were measured.
+
+    An open task has no expert; its attempts did not beat the floor clearly.
+    """
+
+    floor: Floor
+    expert: Expert | None
+    attempts: Expert | msgspec.UnsetType | None = msgspec.UNSET
+
+
+class File(msgspec.Struct):
+    """A references file."""
+
+    format: Literal[2]
+    version: str
+    tasks: dict[str, MeasuredReference]
+
+
+def parse_file(data: bytes) -> File:
+    """The content of a references file. Raises ``ValueError`` for another format.
+
+    In format 1, that of version 1, experts are called ceilings.
+    """
+    content = msgspec.json.decode(data, type=dict[str, Any])
+    if content.get("format") == 1:
+        tasks = msgspec.convert(content.get("tasks"), dict[str, dict[str, Any]])
+        experts = {name: {**task, "expert": task.get("ceiling")} for name, task in tasks.items()}
+        content |= {"format": 2, "tasks": experts}
+    return msgspec.convert(content, File)
 
 
 @dataclass(frozen=True)
@@ -121,15 +214,25 @@ def read_references(path: Path) -> References:
         raise BenchError("malformed-references", message, str(path), hint) from error
 
 
+def path_of(version: str = CURRENT) -> Path:
+    """The file of a benchmark version."""
+    return Path(__file__).with_name(f"{version}.json")
+
+
 def load_references(version: str = CURRENT) -> References:
     """The references of a benchmark version, without tasks if there is no such version."""
-    path = REFERENCES / f"{version}.json"
+    path = path_of(version)
     return read_references(path) if path.exists() else References(version, {})
 
 
 @cache
+def measured(version: str = CURRENT) -> Mapping[str, MeasuredReference]:
+    """How the floors and experts of a benchmark version were measured, by task id."""
+    return parse_file(path_of(version).read_bytes()).tasks
+
+
 def trained_alone() -> Mapping[str, Expert]:
     """The reference agent after 300,000 steps on a task alone: the runs of version 1, by task id."""
-    tasks = parse_file((REFERENCES / f"{RULERS[ALONE]}.json").read_bytes()).tasks
-    found = {name: task.expert or task.attempts or None for name, task in tasks.items()}
+    tasks = measured(RULERS[ALONE]).items()
+    found = {name: task.expert or task.attempts or None for name, task in tasks}
     return {name: each for name, each in found.items() if each and each.budget == STANDARD_BUDGET}
