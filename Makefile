@@ -19,7 +19,7 @@ leaderboard: .venv/scoring.installed  ## check and score every submission, build
 	@.venv/bin/gym-extensions site submissions --out _site
 
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
-	.venv/bin/pytest -n 2 --dist loadgroup $(PYTEST)
+	.venv/bin/pytest -n 2 --dist loadfile $(PYTEST)
 
 browser: .venv/everything.installed .venv/docs.installed site-assets  ## run the tests of the pages in Chromium; none may be skipped
 	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser tests/site/test_html5.py
@@ -42,7 +42,7 @@ check: .venv/everything.installed  ## check style, types, import layers and work
 	.venv/bin/check-jsonschema --quiet --builtin-schema vendor.dependabot .github/dependabot.yml
 
 coverage: .venv/everything.installed  ## run the tests and measure which lines and branches they reach
-	.venv/bin/pytest -n 2 --dist loadgroup --cov --cov-report=term
+	.venv/bin/pytest -n 2 --dist loadfile --cov --cov-report=term
 
 docs: .venv/everything.installed  ## write the generated tables and outputs of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.schema docs

@@ -19,7 +19,6 @@ from gym_extensions.envs import group
 
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCES = ROOT / "scoring" / "gym_extensions" / "references" / "2.json"
-pytestmark = pytest.mark.xdist_group("core")  # one process scores all entries
 GROUPS = (
     *("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity"),
     *("hopper-wall", "walker2d-wall", "halfcheetah-wall", "hopper-body"),

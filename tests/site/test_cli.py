@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions import references
 from gym_extensions.__main__ import main
-from gym_extensions.scoring import pipeline, references
+from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import score_folders
 
 from .made_entries import REFERENCES, submission

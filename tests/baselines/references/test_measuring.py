@@ -35,7 +35,7 @@ NAVIGATION = task("State-Based-Navigation-2d-Map0-Goal0")
 
 
 def test_the_published_floors_and_experts_of_three_tasks_follow_from_seeds_and_files() -> None:
-    assert differences([PUSHER, task("PusherMovingGoal"), NAVIGATION], CURRENT_FILE, 1, QUICK) == []
+    assert differences([PUSHER, task("HopperGravityHalf"), NAVIGATION], CURRENT_FILE, 1, QUICK) == []
 
 
 def test_each_agent_and_task_has_its_own_seed() -> None:

@@ -30,10 +30,7 @@ from .test_loading import reports
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = [
-    pytest.mark.skipif(not ASSETS.is_dir(), reason="the simulator is not there (make site-assets)"),
-    pytest.mark.xdist_group("play"),
-]
+pytestmark = pytest.mark.skipif(not ASSETS.is_dir(), reason="the simulator is not there (make site-assets)")
 STARTS, STEPS = 10, 50
 
 WORLD = """async ([name, options]) => {
