@@ -11,8 +11,8 @@ import numpy as np
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.gate import check_pull_request
+from gym_extensions.curation.gate_report import GateReport
 from gym_extensions.curation.git import Repository
-from gym_extensions.curation.report import GateReport
 from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.run import PolicyFile, read_run, write_run

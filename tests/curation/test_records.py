@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.curation.cli import maintain
-from gym_extensions.curation.report import comment
+from gym_extensions.curation.gate_report import comment
 from gym_extensions.scoring.records import Record, read_review
 
 from ..verification.made_records import change_card, claim_more, lower_the_bar, make_record, record_path

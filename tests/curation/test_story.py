@@ -15,8 +15,8 @@ from gym_extensions.baselines import train
 from gym_extensions.catalog.groups import group
 from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate import check_pull_request
+from gym_extensions.curation.gate_report import GateReport
 from gym_extensions.curation.git import Repository
-from gym_extensions.curation.report import GateReport
 from gym_extensions.references import Reference, References
 from gym_extensions.rollouts.policies.files import policy_keys
 from gym_extensions.rollouts.reader import read

@@ -11,9 +11,9 @@ from typing import get_args
 from gym_extensions import experts
 from gym_extensions.curation import review as reviews
 from gym_extensions.curation.gate import check_pull_request
+from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request import RULES
-from gym_extensions.curation.report import comment, read_report
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import DOCUMENT, submission_folders

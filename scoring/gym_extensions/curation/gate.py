@@ -14,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from gym_extensions.curation import report as reports
+from gym_extensions.curation import gate_report as reports
 from gym_extensions.curation.git import MACHINE_ERRORS, Repository
 from gym_extensions.curation.pull_request import RULES, SUBMISSIONS, PullRequest, is_data
 from gym_extensions.errors import BenchError

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.curation.gate_report import Kind
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
-from gym_extensions.curation.report import Kind
 from gym_extensions.experts import MAX_CARD, MAX_POLICY
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.manifest import RECORDED, manifest_of, parse

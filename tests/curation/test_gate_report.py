@@ -10,7 +10,14 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.curation.cli import check_pr as main
-from gym_extensions.curation.report import MAX_BYTES, GateReport, GateScore, code_block, comment, read_report
+from gym_extensions.curation.gate_report import (
+    MAX_BYTES,
+    GateReport,
+    GateScore,
+    code_block,
+    comment,
+    read_report,
+)
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import Problem
 
