@@ -81,7 +81,8 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         FOLDER / "core.svg",
     )
     draw_groups(tables.by_group(metrics, names, FINAL), [group.name for group in CORE], FOLDER / "groups.svg")
-    scores = tables.as_scores(results.evaluations(submissions / FINE_TUNING))
+    evaluations = results.evaluations(submissions / FINE_TUNING)
+    scores = tables.as_scores(evaluations)
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
     draw_landscape(landscape(submissions), LANDSCAPE)
     trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
@@ -116,6 +117,7 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         open_tasks={name: each for name, each in tables.open_tasks().items() if name in scored},
         transfer_titles=tables.transfer_titles(),
         transfers=tables.transfers(metrics),
+        practice=tables.practice_by_other_runs(evaluations),
         replay=tables.replay({name: forgetting_of_runs(submissions / name) for name in REPLAY}),
         landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
         missing={

@@ -12,7 +12,7 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
-from gym_extensions.references import load_references
+from gym_extensions.references import load_references, trained_alone
 from gym_extensions.scoring.formulas import BY_NAME
 from gym_extensions.scoring.landscapes import SHARES
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS
@@ -164,6 +164,25 @@ def transfers(metrics: pd.DataFrame) -> list[tuple[str, list[Value]]]:
         if not all(math.isnan(each.mean) for each in values):
             rows.append((group.name, values))
     return sorted(rows, key=lambda row: sum(math.isnan(each.mean) for each in row[1]))
+
+
+def practice_by_other_runs(evaluations: pd.DataFrame) -> list[tuple[str, Value]]:
+    """Practice on the groups without single runs: the cumulative runs minus those of version 1's references.
+
+    Args:
+        evaluations: mean returns of fine-tuning, from ``results.evaluations``.
+    """
+    rows = []
+    for group in GROUPS.values():
+        protocols = dict(list(evaluations[evaluations["group"] == group.id].groupby("protocol")))
+        task = group.task_ids[-1]
+        if "cumulative" in protocols and "single" not in protocols and task in trained_alone():
+            last = protocols["cumulative"].query("task == @task and stage == stage.max()")["return"]
+            normalize = load_references().tasks[task].normalize
+            alone = [normalize(run.mean) for run in trained_alone()[task].runs]
+            gap = difference([normalize(each) for each in last], alone)
+            rows.append((group.name, Value(gap.mean, gap.low or math.nan, gap.high or math.nan)))
+    return rows
 
 
 def transfer_titles() -> list[str]:
