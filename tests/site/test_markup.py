@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.site.charts.tasks import pictures
+from gym_extensions.site.charts.task_pictures import pictures
 from gym_extensions.site.pages.page import TASK_LIST
 from gym_extensions.site.paths import task_path
 

@@ -13,12 +13,11 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.formulas import BY_NAME
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
-from gym_extensions.site import FOLDER, entry_results, paths, tables, text
+from gym_extensions.site import FOLDER, entry_facts, entry_results, paths, tables, text
 from gym_extensions.site.board_views import RANKED_COLUMNS, missing_reasons
 from gym_extensions.site.charts import landscapes as landscape_charts
-from gym_extensions.site.charts import lines, strips
-from gym_extensions.site.charts import tasks as task_charts
-from gym_extensions.site.charts.tasks import PICTURES
+from gym_extensions.site.charts import profiles, strips, task_curves, task_pictures
+from gym_extensions.site.charts.task_pictures import PICTURES
 from gym_extensions.site.output import digest
 from gym_extensions.site.play import stroboscopes
 
@@ -48,12 +47,14 @@ def environment() -> Environment:
     templates.globals.update(
         paths=paths,
         text=text,
+        entry_facts=entry_facts,
         tables=tables,
         results=entry_results,
         landscape_charts=landscape_charts,
-        line_charts=lines,
+        profiles=profiles,
+        task_curves=task_curves,
         strips=strips,
-        task_charts=task_charts,
+        task_pictures=task_pictures,
         stroboscopes=stroboscopes,
         board_columns=entry_results.COLUMNS,
         forgetting=highlights.FORGETTING,

@@ -18,7 +18,7 @@ from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 from ..browser import typed
 from ..conftest import everything, learner, sequential, submission
 from ..pages.test_core import GROUPS, method
-from ..play.test_offer import write_run
+from ..play.test_assets import write_run
 from ..play.test_watch import poses_of
 
 ASSETS = Path(__file__).parents[3] / FOLDER

@@ -20,9 +20,9 @@ from gym_extensions import experts
 from gym_extensions.catalog.tasks import task
 from gym_extensions.catalog.variations import Wall
 from gym_extensions.envs.mujoco.env import TaskEnv
-from gym_extensions.site.play.offer import policy_file
+from gym_extensions.site.play.assets import policy_file
 
-from ..play.test_offer import hopper_policy
+from ..play.test_assets import hopper_policy
 from .made_site import ASSETS
 from .test_layout import AXE, SERIOUS, WIDE
 from .test_loading import reports

@@ -12,6 +12,7 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site.entry_facts import is_verified
 from gym_extensions.site.pages import (
     changes,
     compare,
@@ -23,9 +24,8 @@ from gym_extensions.site.pages import (
     tasks,
 )
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
+from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION
-from gym_extensions.site.play.offer import offer
-from gym_extensions.site.text import is_verified
 
 
 def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -51,7 +51,7 @@ def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page on which MuJoCo runs in the browser, and its files; without the simulator it says so."""
     leaders = [board.leader.row.card.name for board in site.boards if board.leader]
     watch = paths.entry_path(leaders[0]) if leaders else "entries.html"
-    play = offer(site, render.folders, render.simulator) if render.simulator else None
+    play = assets(site, render.folders, render.simulator) if render.simulator else None
     size = sum(map(len, render.simulator.files().values())) / 1e6 if render.simulator else 0.0
     values = {"play": play, "watch": watch, "size": size, "version": VERSION}
     yield "play.html", render("play.html", "play.html", **values)

@@ -14,7 +14,7 @@ from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.scorecard import PaperRow, Scorecard
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
-from gym_extensions.site.charts.tasks import group_picture, task_picture
+from gym_extensions.site.charts.task_pictures import group_picture, task_picture
 from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.output import encoded
 from gym_extensions.site.pages.landscapes import TITLES

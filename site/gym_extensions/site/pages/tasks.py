@@ -23,12 +23,13 @@ from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
-from gym_extensions.site.charts.tasks import map_file, map_picture, pictures, task_picture
+from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures, task_picture
+from gym_extensions.site.entry_facts import is_verified
 from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
-from gym_extensions.site.play.offer import play_link
+from gym_extensions.site.play.assets import play_link
 from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
-from gym_extensions.site.text import inline, is_verified, short
+from gym_extensions.site.text import inline, short
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:

@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
-from gym_extensions.site.charts.tasks import SIZE, task_picture
+from gym_extensions.site.charts.task_pictures import SIZE, task_picture
 from gym_extensions.site.play.kinematics import Array, Placed, placed
 from gym_extensions.site.play.watch import Episode, WatchedTask
 from gym_extensions.site.text import digits_for, fixed

@@ -1,4 +1,4 @@
-"""What the page Play offers: bodies, tasks, and policies that a script in the browser evaluates.
+"""The files that the page Play loads: bodies, tasks, and policies that a script in the browser evaluates.
 
 There is no room for every policy. The site publishes the experts of the tasks, then of each group the first
 run of the entries that trained in sequence, the best entries first, until ``MAX_BYTES`` are reached. Policies
@@ -61,14 +61,14 @@ def play_link(task: Task) -> str:
     return f"play.html#?task={task.name}" if is_playable(task) and task.version == 0 else ""
 
 
-class Offer(NamedTuple):
+class Assets(NamedTuple):
     """The files of Play by path, and the results that are not offered (title and group) by the reason."""
 
     files: dict[str, bytes]
     absent: dict[str, list[tuple[str, str]]]
 
 
-def offer(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) -> Offer:
+def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) -> Assets:
     """The index, models, policies and the simulator. The order of the boards decides who comes first."""
     files = _models()
     tasks = {task.name: _task(task) for task in TASKS.values() if is_playable(task)}
@@ -107,7 +107,7 @@ def offer(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) 
         "groups": list(groups.values()),
     }
     files["play/index.json"] = json.dumps(index, ensure_ascii=False, separators=(",", ":")).encode()
-    return Offer(files | simulator.files(), absent)
+    return Assets(files | simulator.files(), absent)
 
 
 def _in_turn(boards: Sequence[BoardView]) -> Iterator[tuple[BoardView, Row]]:

@@ -19,7 +19,7 @@ from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import Render
-from gym_extensions.site.play import offer
+from gym_extensions.site.play import assets
 from gym_extensions.site.play.mujoco_wasm import Simulator
 
 from ..browser import typed
@@ -98,7 +98,7 @@ def index_of(files: dict[str, bytes | str]) -> dict[str, Any]:
 
 def test_a_policy_file_has_every_array_that_the_policy_uses() -> None:
     policy = hopper_policy(0)
-    header, arrays = read(offer.policy_file([policy, hopper_policy(1)]))
+    header, arrays = read(assets.policy_file([policy, hopper_policy(1)]))
     assert (header["format"], len(header["policies"])) == (1, 2)
     assert header["policies"][0]["activation"] == "tanh"
     assert {name: arrays[name].dtype for name in ("weight_0", "observation_mean")} == {
@@ -110,20 +110,20 @@ def test_a_policy_file_has_every_array_that_the_policy_uses() -> None:
 
 
 def test_play_offers_bodies_whose_rules_the_script_has() -> None:
-    assert offer.is_playable(task("HopperBigFoot"))
+    assert assets.is_playable(task("HopperBigFoot"))
     assert [
-        name for name in ("HopperMotorNoise", "HopperNoisyWall", "Pusher") if offer.is_playable(task(name))
+        name for name in ("HopperMotorNoise", "HopperNoisyWall", "Pusher") if assets.is_playable(task(name))
     ] == []
-    groups = {each.name for each in offer.playable_groups()}
+    groups = {each.name for each in assets.playable_groups()}
     assert {"hopper-gravity", "humanoid-wall", "humanoid-standup-run"} <= groups
     assert not {"pusher", "nav-state", "hopper-noisy-wall"} & groups
-    assert offer.play_link(task("HopperWall")) == "play.html#?task=HopperWall"
-    assert offer.play_link(task("Pusher")) == ""
+    assert assets.play_link(task("HopperWall")) == "play.html#?task=HopperWall"
+    assert assets.play_link(task("Pusher")) == ""
 
 
 def test_the_index_says_how_the_world_of_a_task_differs(built: Callable[..., dict[str, bytes | str]]) -> None:
     tasks = index_of(built({}))["tasks"]
-    assert set(tasks) == {each.name for each in TASKS.values() if offer.is_playable(each)}
+    assert set(tasks) == {each.name for each in TASKS.values() if assets.is_playable(each)}
     wall, foot = tasks["HopperWall"], tasks["HopperBigFoot"]
     assert (wall["gravity"], wall["limbs"], wall["wall"]) == (1.0, {}, True)
     assert (foot["limbs"], foot["wall"]) == ({"Foot": 1.25}, False)
@@ -146,8 +146,8 @@ def test_an_entry_is_offered_with_its_first_run(
 @pytest.mark.parametrize(
     ("damage", "why"),
     [
-        (lambda path: path.unlink(), offer.NO_POLICIES),
-        (lambda path: path.write_bytes(b"ONNX"), offer.NOT_ARRAYS),
+        (lambda path: path.unlink(), assets.NO_POLICIES),
+        (lambda path: path.write_bytes(b"ONNX"), assets.NOT_ARRAYS),
     ],
     ids=["none", "another format"],
 )

@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gym_extensions.site.charts import lines as line_charts
-from gym_extensions.site.charts.lines import line_chart
+from gym_extensions.site.charts import profiles, task_curves
 from gym_extensions.site.charts.svg import Scale
 from gym_extensions.site.entry_results import results_of
 
@@ -21,7 +20,9 @@ Y = Scale(0.0, 1.0, 100.0, 0.0)
 
 def test_lines_levels_and_shading_have_the_coordinates_of_their_values() -> None:
     mean = [(0.0, 0.0), (0.5, 1.0)]
-    svg = ElementTree.fromstring(line_chart([mean, mean], X, Y, "", bold=mean, since=0.5, levels=[1.0]))
+    svg = ElementTree.fromstring(
+        task_curves.line_chart([mean, mean], X, Y, "", bold=mean, since=0.5, levels=[1.0])
+    )
     assert [(line.get("class"), line.get("d")) for line in svg.iter("path")] == [
         ("level", "M0.0 0.0H100.0"),
         ("thin", "M0 200l100-200"),
@@ -65,7 +66,7 @@ def of_profile(document: dict[str, Any], profile: tuple[tuple[float, float], ...
     taus, shares = (list(side) for side in zip(*profile, strict=True))
     scores(document).update(profile={"tau": taus, "fraction": shares}, iqm=0.4)
     (result, *_) = results_of(typed(document).submissions[0].groups)
-    return ElementTree.fromstring(line_charts.of_result(result))
+    return ElementTree.fromstring(profiles.of_result(result))
 
 
 def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, Any]) -> None:
@@ -108,6 +109,6 @@ def test_a_long_curve_is_drawn_as_means_of_neighbours(
     line = [[at, float(at % 2)] for at in range(points)]
     scores(document)["curves"] = [{"run": 0, "task": "gym_extensions/Hopper-v0", "points": line}]
     (result, *_) = results_of(typed(document).submissions[0].groups)
-    (panel,) = line_charts.curves(result)
+    (panel,) = task_curves.curves(result)
     (way,) = re.findall(r'class="thin" d="M\d+ -?\d+l([^"]*)"', panel.drawing)
     assert len(re.findall(r"-?\d+", way)) == 2 * (drawn - 1)

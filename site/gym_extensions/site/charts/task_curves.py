@@ -1,8 +1,4 @@
-"""Line charts: scores over the sequence, training curves and performance profiles.
-
-Performance profiles are those of Agarwal et al. (2021), "Deep Reinforcement Learning at the Edge of the
-Statistical Precipice".
-"""
+"""Line charts of every task: scores over the sequence of one or several entries, and training curves."""
 
 from __future__ import annotations
 
@@ -14,7 +10,7 @@ from itertools import islice
 from operator import sub
 from statistics import fmean
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from gym_extensions.site.board_views import Row
 from gym_extensions.site.charts.svg import (
@@ -33,8 +29,6 @@ from gym_extensions.site.text import fixed, grouped, short, variation
 
 X, Y = (34.0, 200.0), (100.0, 10.0)
 """Left and right, bottom and top of a panel."""
-PROFILE_X, PROFILE_Y = (40.0, 372.0), (164.0, 24.0)
-"""The same of a performance profile."""
 MARGIN = 8
 MOST_POINTS = 80
 """Points of a training curve: one in two pixels."""
@@ -195,8 +189,6 @@ def _means(line: Points) -> Points:
     return tuple((fmean(x for x, _ in part), fmean(y for _, y in part)) for part in parts)
 
 
-DESCRIBED = (0.0, 0.5, 1.0, 2.0)
-"""The scores whose shares the description names, where the profile has them."""
 LINE_STYLES = 6
 """Number of line styles in the style sheet, and of lines in a chart."""
 
@@ -215,69 +207,14 @@ class Line:
         return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{body}</svg>')
 
 
-def _lines(rows: Iterable[Row]) -> list[Line]:
+def lines_of(rows: Iterable[Row]) -> list[Line]:
+    """The lines of the first entries."""
     return [Line(f"p{number}", row) for number, row in enumerate(islice(rows, LINE_STYLES), 1)]
-
-
-def describe(profile: Points) -> str:
-    """The profile in words, for example ``above 0: 100 %, above 0.5: 60 %``."""
-    shares = dict(profile)
-    return ", ".join(f"above {tick_label(at)}: {_percent(shares[at])}" for at in DESCRIBED if at in shares)
-
-
-def of_result(result: EntryResult) -> Markup:
-    """The profile of one entry on one group; empty without a profile."""
-    return _chart([("p1", "", result.profile)], describe(result.profile)) if result.profile else Markup("")
-
-
-def profiles(rows: Sequence[Row]) -> list[Line]:
-    """The lines of the first entries that have a profile, from top to bottom."""
-    return _lines(row for row in rows if row.result.profile)
-
-
-def of_board(lines: Sequence[Line]) -> Markup:
-    """All lines on one scale; the board's first entry is drawn last, above the others."""
-    titled = [(line.kind, line.row.entry.title, line.row.result.profile) for line in lines]
-    return _chart(titled, "; ".join(f"{title}: {describe(profile)}" for _, title, profile in titled))
-
-
-def _chart(lines: Sequence[tuple[str, str, Points]], label: str) -> Markup:
-    """The profiles: class, title and points of each."""
-    first, last = lines[0][2][0][0], max(profile[-1][0] for _, _, profile in lines)
-    x, y = Scale(first, last, *PROFILE_X), Scale(0.0, 1.0, *PROFILE_Y)
-    body = [stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]
-    body += [text("tick side", x.start - 5, y.at(share) + 3, _percent(share)) for share in (0.0, 0.5, 1.0)]
-    body += [
-        stroke(x.at(score), y.start, x.at(score), y.end, f"grid {name}")
-        for score, name in ((0.0, "floor"), (1.0, "expert"))
-    ]
-    body += [
-        text(f"tick{' key' if score in {0, 1} else ''}", x.at(score), y.start + 14, tick_label(score))
-        for score in x.ticks()
-    ]
-    body.append(text("tick name", 0, 10, "share of runs and tasks above the score"))
-    body.append(text("tick side", x.end, y.start + 29, "score at the end (0 floor, 1 expert)"))
-    for kind, title, profile in reversed(lines):
-        named = f"<title>{escape(title)}</title>" if title else ""
-        through = points(_corners(profile), x, y)
-        body.append(f'<polyline class="line {kind}" points="{through}">{named}</polyline>')
-    return picture("profile", "384", "196", label, "".join(body))
-
-
-def _corners(profile: Points) -> list[tuple[float, float]]:
-    """The points without those between two others of the same share."""
-    inner = range(1, len(profile) - 1)
-    level = {at for at in inner if profile[at - 1][1] == profile[at][1] == profile[at + 1][1]}
-    return [point for at, point in enumerate(profile) if at not in level]
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f}\u202f%"
 
 
 def drawn(rows: Sequence[Row]) -> list[Line]:
     """The first entries that have scores over the sequence."""
-    return _lines(row for row in rows if row.result.stages)
+    return lines_of(row for row in rows if row.result.stages)
 
 
 def panels(lines: Sequence[Line]) -> list[tuple[Markup, Markup]]:

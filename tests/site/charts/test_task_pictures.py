@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.references import Expert, Floor, MeasuredReference
-from gym_extensions.site.charts.tasks import reference_dots, task_picture
+from gym_extensions.site.charts.task_pictures import reference_dots, task_picture
 
 SOLVED = MeasuredReference(Floor(10.0), Expert(200.0, agent="expert"))
 

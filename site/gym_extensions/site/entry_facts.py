@@ -1,0 +1,120 @@
+"""Facts of an entry in words: its level, how it was verified, and what its manifest states."""
+
+from __future__ import annotations
+
+from gym_extensions.rollouts.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.text import count, grouped
+
+LEVELS = {
+    REPORTED: "Published elsewhere without logs, so nothing can be checked.",
+    CLAIMED: (
+        "The files keep to every rule. Nothing else is known: the runs publish no policies, or nobody has "
+        "verified these files yet."
+    ),
+    VERIFIED: (
+        "The board’s own machine ran the policies of every run on seeds that did not exist when the entry "
+        "was submitted, and their returns agree with the log. Beside it: how many logged episodes it "
+        "repeated bit for bit. Only verified entries have a rank."
+    ),
+    REPRODUCED: (
+        "Verified, and one of the runs was trained again and agrees with the log. It is the only level that "
+        "bears on how often was trained."
+    ),
+}
+"""What each level of an entry means, from the lowest."""
+REFUSED = "refused"
+OBSERVED = {
+    "task_in_training": "task label in training",
+    "task_in_evaluation": "task label in evaluation",
+    "boundaries": "task boundaries",
+}
+STEPS = {"recorded": "recorded by the training loop", "claimed": "claimed by the authors"}
+NOT_STATED = "not stated"
+
+
+def evaluated(card: Scorecard) -> str:
+    """How actions are selected in evaluation, for example ``sampled actions``."""
+    return NOT_STATED if card.manifest is None else f"{card.manifest.protocol.evaluation} actions"
+
+
+def observed(card: Scorecard) -> str:
+    """The task information that the agent receives besides the environment's observations."""
+    if card.manifest is None:
+        return NOT_STATED
+    observes = card.manifest.observes
+    return ", ".join(label for key, label in OBSERVED.items() if getattr(observes, key)) or "none"
+
+
+def task_label(card: Scorecard) -> str:
+    """When the agent receives the task label: ``none``, ``training``, ``evaluation`` or both."""
+    if card.manifest is None:
+        return NOT_STATED
+    observes = card.manifest.observes
+    times = {"training": observes.task_in_training, "evaluation": observes.task_in_evaluation}
+    return " and ".join(name for name, received in times.items() if received) or "none"
+
+
+def parameters(card: Scorecard) -> str:
+    """The number of parameters at the start, and at the end if it differs: the largest of all groups."""
+    memory = card.manifest.memory if card.manifest else None
+    if memory is None:
+        return NOT_STATED
+    first, last = memory.parameters_first, memory.parameters_last
+    return grouped(first) if first == last else f"{grouped(first)} → {grouped(last)}"
+
+
+def stored(card: Scorecard) -> str:
+    """The maximum number of transitions that the agent stores."""
+    memory = card.manifest.memory if card.manifest else None
+    return NOT_STATED if memory is None else grouped(memory.stored_steps)
+
+
+def tuning(card: Scorecard) -> str:
+    """The training steps that were spent on choosing the settings."""
+    spent = card.manifest.tuning if card.manifest else None
+    if spent is None:
+        return NOT_STATED
+    if not spent.steps:
+        return "none declared"
+    return f"{grouped(spent.steps)} steps" + (f" on {', '.join(spent.tasks)}" if spent.tasks else "")
+
+
+def level(card: Scorecard) -> str:
+    """The level of an entry; ``refused`` with problems."""
+    return card.level or REFUSED
+
+
+def checked(card: Scorecard) -> str:
+    """How an entry was verified, in a sentence or two; what its level means if it was not."""
+    if not is_verified(card):
+        return LEVELS[card.level] if card.level else ""
+    passed = [found for found in card.verifications if found.passed and found.current]
+    runs, episodes, repeated = (
+        sum(getattr(found, name) for found in passed) for name in ("current", "episodes", "repeated")
+    )
+    text = f"Verified: the policies of {count(runs, 'run')} were run on new seeds and agree with the logs"
+    if episodes:
+        text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
+    return text + (". A run was trained again and agrees." if card.level == REPRODUCED else ".")
+
+
+def is_verified(card: Scorecard) -> bool:
+    """Whether the policies of all its runs were run on new seeds, and agree with the logs."""
+    return card.level in (VERIFIED, REPRODUCED)
+
+
+def facts(card: Scorecard) -> list[tuple[str, str]]:
+    """What the manifest states on training and evaluation, as (label, value)."""
+    if card.manifest is None:
+        return []
+    rows = [
+        ("Algorithm", card.manifest.protocol.algorithm),
+        ("Actions in evaluation", card.manifest.protocol.evaluation),
+        ("Training steps", STEPS[card.manifest.protocol.steps]),
+        ("Task label, task boundaries", observed(card)),
+        ("Transitions stored", stored(card)),
+        ("Parameters", parameters(card)),
+        ("Tuning", tuning(card)),
+    ]
+    return [(label, value) for label, value in rows if value]
