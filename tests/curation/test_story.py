@@ -179,6 +179,10 @@ def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) 
         ("other-agent-version", {"memory": memory}),
         ("no-policies", {"policies": None}),
     )
+    patch = msgspec.structs.replace(
+        versions, gym_extensions=".".join([*versions.gym_extensions.split(".")[:2], "9"])
+    )
+    assert with_entry.donate("origin/main", 5, 9, versions=patch).verdict == "passed"
     for seed, (rule, changes) in enumerate(cases, 5):
         report = with_entry.donate("origin/main", 5, seed, **changes)
         assert [(each.rule, each.where) for each in report.problems] == [(rule, f"{GROUP}/sequential/run5")]

@@ -215,9 +215,13 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
 
 
 def _agent_versions(document: RunDocument) -> dict[str, str]:
-    """The versions on which it depends what a run of an agent of this project is."""
-    names = ("gym_extensions", "gymnasium", "mujoco")
-    return {name: getattr(document.versions, name) for name in names} | document.packages
+    """The versions that determine what an agent of this project learns.
+
+    Of this project it is the minor version: a patch release changes no agent.
+    """
+    used = document.versions
+    minor = ".".join(used.gym_extensions.split(".")[:2])
+    return {"gym_extensions": minor, "gymnasium": used.gymnasium, "mujoco": used.mujoco} | document.packages
 
 
 def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> Judgement:
