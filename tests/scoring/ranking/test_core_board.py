@@ -233,6 +233,16 @@ def test_an_entry_with_part_of_the_core_is_shown_without_a_core_score(on_core: O
     assert entry.cost.steps is None
 
 
+def test_an_entry_without_a_score_in_a_group_says_why(on_core: OnCore) -> None:
+    card = on_core("a", normal(1, 0.5))
+    log = card.groups[GROUPS[1]]["sequential"]
+    none = MetricValue(why="A task is open.")
+    without = replace(log, metrics={**log.metrics, FINAL: none})
+    card = replace(card, groups={**card.groups, GROUPS[1]: {"sequential": without}})
+    entry = row(board_of([card, on_core("b", normal(2, 0.5))]), "a")
+    assert (entry.ranked, entry.metrics[FINAL].why) == (False, f"No score in {GROUPS[1]}: A task is open.")
+
+
 def test_runs_beyond_a_look_and_different_numbers_are_noted_and_not_compared(on_core: OnCore) -> None:
     ten, twelve = normal(1, 0.5, 10), normal(1, 0.5, 12)
     more = {**ten, GROUPS[0]: (*twelve[GROUPS[0]][:10], 99.0, 99.0)}

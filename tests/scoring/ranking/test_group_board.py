@@ -101,6 +101,15 @@ def test_entries_are_sorted_by_final_performance_and_ranked_by_intervals(enter: 
     assert [entry.runs for entry in made.rows] == [5, 5, 5]
 
 
+def test_a_row_has_what_the_manifest_states(enter: Enter) -> None:
+    card = enter("a", 500)
+    (entry,) = board([card], KEY).rows
+    assert card.manifest is not None
+    stated = card.manifest
+    assert (entry.steps, entry.evaluation) == ("recorded", "sampled")
+    assert (entry.authors, entry.observes, entry.memory) == (stated.authors, stated.observes, stated.memory)
+
+
 def test_entries_with_fewer_runs_are_below_without_a_rank_and_count_nowhere(enter: Enter) -> None:
     made = board(
         [at_level(enter("few", 950, runs=(0, 1)), "verified"), enter("low", 200), enter("high", 900)], KEY
