@@ -72,12 +72,6 @@ def test_why_an_expert_is_provisional_is_kept() -> None:
     assert parse_references(data).tasks[HOPPER].provisional == "it sits"
 
 
-def test_a_file_of_format_1_has_ceilings_in_place_of_experts() -> None:
-    row = {"floor": FLOOR, "ceiling": EXPERT, "unsolved": False}
-    found = parse_references(a_file(format=1, tasks={HOPPER: row})).tasks[HOPPER]
-    assert (found.expert, found.standard_error) == (30.5, 0.5)
-
-
 @pytest.mark.parametrize(
     ("data", "told"),
     [
@@ -85,8 +79,6 @@ def test_a_file_of_format_1_has_ceilings_in_place_of_experts() -> None:
         (b"{", "truncated"),
         (a_file(format=3), "3"),
         (a_file(tasks=[]), "tasks"),
-        (a_file(format=1, tasks=[]), "object"),
-        (a_file(format=1, tasks={HOPPER: {"ceiling": EXPERT}}), "floor"),
         (a_file(tasks={HOPPER: {"expert": EXPERT}}), "floor"),
         (a_file(tasks={HOPPER: {"floor": FLOOR}}), "expert"),
         (a_file(tasks={HOPPER: TASK | {"expert": EXPERT | {"mean": 10}}}), HOPPER),

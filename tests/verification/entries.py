@@ -35,7 +35,7 @@ from gym_extensions.rollouts.run import (
     read_run,
     write_run,
 )
-from gym_extensions.verification.episodes import Cell, Player
+from gym_extensions.verification.episodes import Cell, run_cell
 from gym_extensions.verification.verify import this_machine
 from gym_extensions.versions import version
 
@@ -78,13 +78,13 @@ def write_run_files(
         played: those whose episodes are logged; by default the stored ones.
     """
     members = group_of(GROUP)
-    player, episodes = Player(members), []
+    episodes = []
     for stage in stages(protocol, len(members.tasks)):
         for index, task in enumerate(members.tasks):
             seeds = tuple(evaluation_seed(members.id, task.id, each) for each in range(EVALUATION_EPISODES))
             policy = (played or policies)[stage, task.name if protocol == "single" else None]
             noise = None if policy.head == "deterministic" else 1000 * run + 10 * stage + index
-            outcomes = player.outcomes(policy, Cell(stage, index, seeds, noise))
+            outcomes = run_cell(members, policy, Cell(stage, index, seeds, noise))
             episodes += [
                 Episode(stage, task.id, number, seed, *outcome)
                 for number, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))

@@ -24,7 +24,6 @@ from gym_extensions.scoring.landscapes import (
     load,
     path_of,
 )
-from gym_extensions.verification.episodes import Player
 from gym_extensions.verification.landscape_recorder import returns_of
 from gym_extensions.versions import blas_kernels
 
@@ -128,7 +127,7 @@ class Listener:
 def test_an_agent_that_observes_the_task_is_told_the_nearest_one() -> None:
     gravity = GROUPS["hopper-gravity"]
     policy = Listener()
-    returns_of(Player(gravity), policy, axes(gravity)[0], 5, 0)  # type: ignore[arg-type]
+    returns_of(gravity, policy, axes(gravity)[0], 5, 0)  # type: ignore[arg-type]
     assert list(dict.fromkeys(policy.told)) == [0, 1, 2, 3, 4]
 
 
@@ -143,16 +142,19 @@ def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path
         measured = found.axis(axis.name)
         for index, run in enumerate(found.runs):
             log = read_log(entry / run_file(group.name, "sequential", run, ".csv"))
-            for each in (each for each in axis.trained if each.low == each.high):
-                at = axis.points.index(each.low)
+            for each in axis.trained:  # a wall stands anywhere in a range of several points
+                at = [each.low <= point <= each.high for point in axis.points]
                 of_task = log[log["task"] == group.task_ids[each.task]]
                 for stage in range(len(group.tasks) + 1):
                     episodes = of_task["return"][of_task["stage"] == stage]
-                    deviation = measured.deviations[index][stage][at]
+                    means = np.array(measured.returns[index][stage])[at]
+                    deviation = np.array(measured.deviations[index][stage])[at].max()
                     error = np.hypot(episodes.std(ddof=0) / 19**0.5, deviation / 9**0.5) + 1.0
-                    differences.append((measured.returns[index][stage][at] - episodes.mean()) / error)
+                    nearest = np.clip(episodes.mean(), means.min(), means.max())
+                    differences.append((nearest - episodes.mean()) / error)
     assert abs(fmean(differences)) < 0.5
-    assert 0.3 < np.std(differences) < 1.6
+    assert np.std(differences) < 1.6
+    assert np.std(differences) > 0.3 or "wall" in path.stem
     assert np.mean(np.abs(differences) > 3) < 0.04
 
 
@@ -161,8 +163,8 @@ def test_a_stage_of_a_committed_landscape_is_measured_again() -> None:
     entry, group, stage = SUBMISSIONS / "cloning", GROUPS["hopper-gravity"], 1
     found, (axis,) = landscapes_of(entry)[group.id], axes(group)
     arrays = read_arrays(entry, group, "sequential", 0)
-    player, policy = Player(group), policies_of(arrays, group, "sequential")[stage, None]
-    returns = np.array(returns_of(player, policy, axis, stage, 0))
+    policy = policies_of(arrays, group, "sequential")[stage, None]
+    returns = np.array(returns_of(group, policy, axis, stage, 0))
     golden = np.array(found.axes[0].returns[0][stage])
     if found.versions["blas"] == blas_kernels():
         assert returns.mean(axis=1).round(1).tolist() == golden.tolist()

@@ -111,4 +111,4 @@ def test_where_the_runtime_is_missing_nothing_is_decided(
     (run,) = runs_of(submission).values()
     request = run.request(submission, entry, run.prescribed[:1])
     with pytest.raises(BenchError, match=r"gym-extensions\[onnx\]"):
-        episodes.played(request, episodes.Player(group("hopper-wall")))
+        episodes.played(request, group("hopper-wall"))

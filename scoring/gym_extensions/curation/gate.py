@@ -30,7 +30,7 @@ from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.records import CARD, Record
-from gym_extensions.verification.episodes import Cell, Player, played
+from gym_extensions.verification.episodes import Cell, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest
 from gym_extensions.verification.record_runs import sample
@@ -251,12 +251,11 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> 
     repeated = episodes = 0
     problems: list[Problem] = []
     for group, members in groupby(cells, key=lambda item: item[0].log.group):
-        player = Player(group)
         for run, cell in members:
             if draw((run, cell)) not in drawn or time.monotonic() > end:
                 continue
             request = run.request(submission, folder, (cell,))
-            result = repetition(run, (cell,), played(request, player))
+            result = repetition(run, (cell,), played(request, group))
             repeated, episodes = repeated + result.repeated, episodes + result.episodes
             if result.difference and run.other_machine:
                 notes.append(f"{run.name} was made elsewhere ({run.other_machine}): {result.difference}.")

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
@@ -56,7 +56,7 @@ class Run(msgspec.Struct, omit_defaults=True):
 
 
 class Expert(msgspec.Struct, omit_defaults=True):
-    """What the score 1 stands for; in version 1 it was called the ceiling.
+    """What the score 1 stands for.
 
     Args:
         standard_error: of the mean, over the runs if there are several, else over the episodes.
@@ -100,16 +100,8 @@ class File(msgspec.Struct):
 
 
 def parse_file(data: bytes) -> File:
-    """The content of a references file. Raises ``ValueError`` for another format.
-
-    In format 1, that of version 1, experts are called ceilings.
-    """
-    content = msgspec.json.decode(data, type=dict[str, Any])
-    if content.get("format") == 1:
-        tasks = msgspec.convert(content.get("tasks"), dict[str, dict[str, Any]])
-        experts = {name: {**task, "expert": task.get("ceiling")} for name, task in tasks.items()}
-        content |= {"format": 2, "tasks": experts}
-    return msgspec.convert(content, File)
+    """The content of a references file. Raises ``ValueError`` for another format."""
+    return msgspec.json.decode(data, type=File)
 
 
 @dataclass(frozen=True)
@@ -221,8 +213,7 @@ def path_of(version: str = CURRENT) -> Path:
 
 def load_references(version: str = CURRENT) -> References:
     """The references of a benchmark version, without tasks if there is no such version."""
-    path = path_of(version)
-    return read_references(path) if path.exists() else References(version, {})
+    return read_references(path_of(version)) if path_of(version).exists() else References(version, {})
 
 
 @cache

@@ -129,47 +129,38 @@ def no_log_file() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-class Player:
-    """Runs policies on the tasks of one group.
+def run_cell(
+    group: TaskGroup,
+    policy: AnyPolicy,
+    cell: Cell,
+    watch: Callable[[Any, Any], None] | None = None,
+    world: Task | None = None,
+) -> list[Outcome]:
+    """The outcomes of a cell, an episode per seed, with the policy of its stage.
 
-    Every cell has environments of its own: making them takes milliseconds, and one of a Humanoid 17 MB of the
-    4 GiB that the process with limits has.
+    A cell has environments of its own: making them takes milliseconds, and one of a Humanoid 17 MB of the
+    4 GiB that the process with limits has. ``watch`` is called with them and the actions, after the reset and
+    after every step. With ``world``, the episodes run in that task, and the policy still observes the index
+    of the cell's task.
+
+    Raises:
+        BenchError: the policy does not fit the task, samples without a seed of the noise, or gives an action
+            that is not finite.
     """
+    env: Any = make_vec(world or group.tasks[cell.task], len(cell.seeds))
+    shape = env.single_action_space.shape
+    if policy.num_actions != int(np.prod(shape)):
+        message = f"The policy has {policy.num_actions} actions; the task has {shape[0]}."
+        raise BenchError("bad-actions", message)
+    policy.reset()
+    noise = None if cell.noise is None else np.random.default_rng(cell.noise)
 
-    def __init__(self, group: TaskGroup) -> None:
-        require_published_engine()
-        self.group = group
+    def act(observations: Any, *_: Any) -> Any:
+        return policy.act(observations, noise, cell.task).reshape(len(observations), *shape)
 
-    def outcomes(
-        self,
-        policy: AnyPolicy,
-        cell: Cell,
-        watch: Callable[[Any, Any], None] | None = None,
-        world: Task | None = None,
-    ) -> list[Outcome]:
-        """The outcomes of a cell, an episode per seed, with the policy of its stage.
-
-        ``watch`` is called with the environments and the actions, after the reset and after every step. With
-        ``world``, the episodes run in that task, and the policy still observes the index of the cell's task.
-
-        Raises:
-            BenchError: the policy does not fit the task, samples without a seed of the noise, or gives an
-                action that is not finite.
-        """
-        env: Any = make_vec(world or self.group.tasks[cell.task], len(cell.seeds))
-        shape = env.single_action_space.shape
-        if policy.num_actions != int(np.prod(shape)):
-            message = f"The policy has {policy.num_actions} actions; the task has {shape[0]}."
-            raise BenchError("bad-actions", message)
-        policy.reset()
-        noise = None if cell.noise is None else np.random.default_rng(cell.noise)
-
-        def act(observations: Any, *_: Any) -> Any:
-            return policy.act(observations, noise, cell.task).reshape(len(observations), *shape)
-
-        seen = None if watch is None else lambda actions: watch(env, actions)
-        with closing(env), np.errstate(all="ignore"), no_log_file():
-            return run_episodes(env, cell.seeds, act, watch=seen, where="the policy")
+    seen = None if watch is None else lambda actions: watch(env, actions)
+    with closing(env), np.errstate(all="ignore"), no_log_file():
+        return run_episodes(env, cell.seeds, act, watch=seen, where="the policy")
 
 
 def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolicy]:
@@ -194,16 +185,20 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolic
     return policies
 
 
-def played(request: RunRequest, player: Player) -> Played:
-    """The outcomes of a run's cells, in this process. Raises ``BenchError`` without what runs networks."""
+def played(request: RunRequest, group: TaskGroup) -> Played:
+    """The outcomes of a run's cells, in this process.
+
+    Raises ``BenchError`` with another engine than that of the published tasks, or without what runs networks.
+    """
+    require_published_engine()
     try:
-        policies = stored_policies(request, player.group)
+        policies = stored_policies(request, group)
         results = {}
         for cell in sorted(request.cells, key=lambda each: each.task):
-            where = f"stage {cell.stage}, {player.group.tasks[cell.task].name}"
-            policy = policies[request.key(player.group, cell)]
+            where = f"stage {cell.stage}, {group.tasks[cell.task].name}"
+            policy = policies[request.key(group, cell)]
             try:
-                results[cell] = tuple(player.outcomes(policy, cell))
+                results[cell] = tuple(run_cell(group, policy, cell))
             except BenchError as error:
                 raise BenchError(error.code, f"{where}: {error.message}", hint=error.hint) from error
     except BenchError as error:
@@ -218,9 +213,9 @@ def played(request: RunRequest, player: Player) -> Played:
 def play(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: the outcomes of runs of one group, one after another."""
     requests = msgspec.convert(call["runs"], list[RunRequest])
-    player = Player(with_custom(call["groups"])[requests[0].group])
+    group = with_custom(call["groups"])[requests[0].group]
     for request in requests:
-        yield msgspec.to_builtins(played(request, player))
+        yield msgspec.to_builtins(played(request, group))
 
 
 class Store:

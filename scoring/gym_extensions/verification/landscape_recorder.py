@@ -16,7 +16,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.groups import group as group_named
 from gym_extensions.catalog.protocol import evaluation_seed, stages
 from gym_extensions.catalog.worlds import Axis, axes
-from gym_extensions.envs.fingerprinting import engine
+from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
 from gym_extensions.rollouts.manifest import manifest_of, parse
@@ -24,7 +24,7 @@ from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.scoring import landscapes
 from gym_extensions.scoring.landscapes import Landscape, measured_runs
-from gym_extensions.verification.episodes import Cell, Player, RunRequest, request_of, stored_policies
+from gym_extensions.verification.episodes import Cell, RunRequest, request_of, run_cell, stored_policies
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.versions import blas_kernels, version
@@ -36,26 +36,27 @@ DIGITS = 1
 """Digits after the point of stored returns."""
 
 
-def returns_of(player: Player, policy: AnyPolicy, axis: Axis, stage: int, run: int) -> list[list[float]]:
+def returns_of(group: TaskGroup, policy: AnyPolicy, axis: Axis, stage: int, run: int) -> list[list[float]]:
     """The returns [point][episode] of the policy of a stage in the worlds of an axis, one after another."""
-    group, returns = player.group.id, []
-    seeds = tuple(evaluation_seed(group, "landscape", episode) for episode in range(landscapes.EPISODES))
+    returns = []
+    seeds = tuple(evaluation_seed(group.id, "landscape", episode) for episode in range(landscapes.EPISODES))
     for point, value in enumerate(axis.points):
         where = f"landscape/{axis.name}/{point}/run{run}/stage{stage}"
-        cell = Cell(stage, axis.nearest(value), seeds, evaluation_seed(group, where, 0))
-        outcomes = player.outcomes(policy, cell, world=axis.world(value))
+        cell = Cell(stage, axis.nearest(value), seeds, evaluation_seed(group.id, where, 0))
+        outcomes = run_cell(group, policy, cell, world=axis.world(value))
         returns.append([outcome.return_ for outcome in outcomes])
     return returns
 
 
 def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: returns [axis][stage][point][episode] of one run."""
+    require_published_engine()
     request = msgspec.convert(call["run"], RunRequest)
     group = GROUPS[request.group]
-    policies, player = stored_policies(request, group), Player(group)
+    policies = stored_policies(request, group)
     for axis in axes(group):
         for stage in stages(landscapes.PROTOCOL, len(group.tasks)):
-            yield returns_of(player, policies[stage, None], axis, stage, request.run)
+            yield returns_of(group, policies[stage, None], axis, stage, request.run)
 
 
 def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1) -> Landscape | str:

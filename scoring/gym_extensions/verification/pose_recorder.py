@@ -12,14 +12,15 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.groups import with_custom
+from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.tasks import Task
+from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring import poses as store
-from gym_extensions.verification.episodes import Cell, Player, RunRequest, limits_of, stored_policies
+from gym_extensions.verification.episodes import Cell, RunRequest, limits_of, run_cell, stored_policies
 from gym_extensions.verification.limits import answers
 from gym_extensions.verification.new_seeds import tested_cells
 from gym_extensions.verification.verify import SAMPLED, Run
@@ -80,19 +81,20 @@ def coordinates(states: Mapping[str, Any], episode: int) -> Array:
 def record(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: a clip of each cell of a run, in the order of the cells."""
     request = msgspec.convert(call["run"], RunRequest)
-    player = Player(with_custom(call["groups"])[request.group])
-    policies = stored_policies(request, player.group)
-    timings = [timing_of(task) for task in player.group.tasks]
+    group = with_custom(call["groups"])[request.group]
+    policies = stored_policies(request, group)
+    timings = [timing_of(task) for task in group.tasks]
     for cell, episode in zip(request.cells, call["episodes"], strict=True):
         timing = timings[cell.task]
-        outcomes, tracks = recorded(player, policies[request.key(player.group, cell)], cell, timing)
+        outcomes, tracks = recorded(group, policies[request.key(group, cell)], cell, timing)
         yield {**motion(tracks[episode], outcomes[episode], timing), **asdict(timing)}
 
 
 def recorded(
-    player: Player, policy: AnyPolicy, cell: Cell, timing: Timing
+    group: TaskGroup, policy: AnyPolicy, cell: Cell, timing: Timing
 ) -> tuple[list[Outcome], list[list[Array]]]:
     """The outcomes of a cell, and the coordinates of each episode after the reset and every shown step."""
+    require_published_engine()
     tracks: list[list[Array]] = [[] for _ in cell.seeds]
 
     def watch(env: Any, _: Any) -> None:
@@ -101,7 +103,7 @@ def recorded(
             for episode, track in enumerate(tracks):
                 track.append(coordinates(states, episode))
 
-    return player.outcomes(policy, cell, watch), tracks
+    return run_cell(group, policy, cell, watch), tracks
 
 
 def motion(track: Sequence[Array], outcome: Outcome, timing: Timing) -> dict[str, Any]:

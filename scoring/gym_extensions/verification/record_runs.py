@@ -23,7 +23,7 @@ from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.scoring import records
 from gym_extensions.scoring.poses import FOLDER as POSES
 from gym_extensions.scoring.poses import Clip, PolicyPoses, TaskPoses
-from gym_extensions.verification.episodes import Cell, Player
+from gym_extensions.verification.episodes import Cell
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import Draw
 from gym_extensions.verification.pose_recorder import (
@@ -52,8 +52,8 @@ def outcomes(policy: Policy, row: Task, seeds: Sequence[int]) -> tuple[list[Outc
     if policy.head != "deterministic" or policy.num_tasks:
         message = "The policy samples its actions, or has arrays per task of a group."
         raise BenchError("bad-policy", message, row.name, "Give a deterministic policy of the one task.")
-    player = Player(TaskGroup("record", (row,)))
-    return recorded(player, policy, Cell(1, 0, tuple(seeds)), timing_of(row))
+    group = TaskGroup("record", (row,))
+    return recorded(group, policy, Cell(1, 0, tuple(seeds)), timing_of(row))
 
 
 def measurement(results: Sequence[Outcome]) -> Measurement:

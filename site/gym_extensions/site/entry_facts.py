@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from gym_extensions.rollouts.manifest import Tuning
 from gym_extensions.rollouts.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
+from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.text import count, grouped
 
@@ -23,12 +25,6 @@ LEVELS = {
     ),
 }
 """What each level of an entry means, from the lowest."""
-REFUSED = "refused"
-OBSERVED = {
-    "task_in_training": "task label in training",
-    "task_in_evaluation": "task label in evaluation",
-    "boundaries": "task boundaries",
-}
 STEPS = {"recorded": "recorded by the training loop", "claimed": "claimed by the authors"}
 NOT_STATED = "not stated"
 
@@ -36,14 +32,6 @@ NOT_STATED = "not stated"
 def evaluated(card: Scorecard) -> str:
     """How actions are selected in evaluation, for example ``sampled actions``."""
     return NOT_STATED if card.manifest is None else f"{card.manifest.protocol.evaluation} actions"
-
-
-def observed(card: Scorecard) -> str:
-    """The task information that the agent receives besides the environment's observations."""
-    if card.manifest is None:
-        return NOT_STATED
-    observes = card.manifest.observes
-    return ", ".join(label for key, label in OBSERVED.items() if getattr(observes, key)) or "none"
 
 
 def task_label(card: Scorecard) -> str:
@@ -55,9 +43,8 @@ def task_label(card: Scorecard) -> str:
     return " and ".join(name for name, received in times.items() if received) or "none"
 
 
-def parameters(card: Scorecard) -> str:
+def parameters(memory: Memory | None) -> str:
     """The number of parameters at the start, and at the end if it differs: the largest of all groups."""
-    memory = card.manifest.memory if card.manifest else None
     if memory is None:
         return NOT_STATED
     first, last = memory.parameters_first, memory.parameters_last
@@ -70,19 +57,16 @@ def stored(card: Scorecard) -> str:
     return NOT_STATED if memory is None else grouped(memory.stored_steps)
 
 
-def tuning(card: Scorecard) -> str:
+def tuning(spent: Tuning | None) -> str:
     """The training steps that were spent on choosing the settings."""
-    spent = card.manifest.tuning if card.manifest else None
-    if spent is None:
-        return NOT_STATED
-    if not spent.steps:
-        return "none declared"
+    if spent is None or not spent.steps:
+        return NOT_STATED if spent is None else "none declared"
     return f"{grouped(spent.steps)} steps" + (f" on {', '.join(spent.tasks)}" if spent.tasks else "")
 
 
 def level(card: Scorecard) -> str:
     """The level of an entry; ``refused`` with problems."""
-    return card.level or REFUSED
+    return card.level or "refused"
 
 
 def checked(card: Scorecard) -> str:
@@ -106,15 +90,15 @@ def is_verified(card: Scorecard) -> bool:
 
 def facts(card: Scorecard) -> list[tuple[str, str]]:
     """What the manifest states on training and evaluation, as (label, value)."""
-    if card.manifest is None:
+    if (manifest := card.manifest) is None:
         return []
-    rows = [
-        ("Algorithm", card.manifest.protocol.algorithm),
-        ("Actions in evaluation", card.manifest.protocol.evaluation),
-        ("Training steps", STEPS[card.manifest.protocol.steps]),
-        ("Task label, task boundaries", observed(card)),
+    return [
+        ("Algorithm", manifest.protocol.algorithm),
+        ("Actions in evaluation", manifest.protocol.evaluation),
+        ("Training steps", STEPS[manifest.protocol.steps]),
+        ("Task label", task_label(card)),
+        ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
         ("Transitions stored", stored(card)),
-        ("Parameters", parameters(card)),
-        ("Tuning", tuning(card)),
+        ("Parameters", parameters(manifest.memory)),
+        ("Tuning", tuning(manifest.tuning)),
     ]
-    return [(label, value) for label, value in rows if value]

@@ -8,15 +8,14 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from gym_extensions import catalog, rollouts, scoring
+from gym_extensions import catalog, references, rollouts, scoring
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.formulas import BY_NAME
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
 from gym_extensions.site import FOLDER, entry_facts, entry_results, paths, tables, text
 from gym_extensions.site.board_views import RANKED_COLUMNS, missing_reasons
-from gym_extensions.site.charts import landscapes as landscape_charts
-from gym_extensions.site.charts import profiles, strips, task_curves, task_pictures
+from gym_extensions.site.charts import landscapes, profiles, strips, task_curves, task_pictures
 from gym_extensions.site.charts.task_pictures import PICTURES
 from gym_extensions.site.output import digest
 from gym_extensions.site.play import stroboscopes
@@ -50,7 +49,7 @@ def environment() -> Environment:
         entry_facts=entry_facts,
         tables=tables,
         results=entry_results,
-        landscape_charts=landscape_charts,
+        landscape_charts=landscapes,
         profiles=profiles,
         task_curves=task_curves,
         strips=strips,
@@ -74,7 +73,7 @@ def source_digest() -> str:
     folders = [
         FOLDER,
         PICTURES,
-        *(Path(path) for package in (catalog, rollouts, scoring) for path in package.__path__),
+        *(Path(path) for package in (catalog, references, rollouts, scoring) for path in package.__path__),
     ]
     files = sorted(
         file

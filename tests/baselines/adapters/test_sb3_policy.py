@@ -25,7 +25,7 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.policies.onnx import OnnxPolicy
-from gym_extensions.verification.episodes import Cell, Player
+from gym_extensions.verification.episodes import Cell, run_cell
 
 OBSERVATIONS = gym.spaces.Box(-np.inf, np.inf, (5,), np.float64)
 ACTIONS = gym.spaces.Box(np.array([-1, -3], np.float32), np.array([1, 5], np.float32))
@@ -180,12 +180,12 @@ def test_the_logged_episodes_are_those_that_a_verifier_repeats() -> None:
 def require_equal_episodes(make: Any) -> None:
     """An evaluation logs the episodes that a verifier plays with the agent's policy."""
     members = group("hopper-wall")
-    evaluator, player = Evaluator(members), Player(members)
+    evaluator = Evaluator(members)
     env = evaluator.envs(members.tasks[1])
     agent = make(env.single_observation_space, env.single_action_space, 0)
     logged = evaluator.evaluate(agent, 0, members.tasks[1], agent.policy())
     seeds = tuple(episode.seed for episode in logged)
-    repeated = player.outcomes(agent.policy(), Cell(0, 1, seeds))
+    repeated = run_cell(members, agent.policy(), Cell(0, 1, seeds))
     assert [episode.return_ for episode in logged] == [outcome.return_ for outcome in repeated]
     evaluator.close()
 

@@ -8,11 +8,10 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.baselines.references import cli, measuring
-from gym_extensions.baselines.references.cli import CURRENT_FILE
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import task
-from gym_extensions.references import parse_file
+from gym_extensions.references import parse_file, path_of
 
 PUSHER = task("Pusher")
 
@@ -21,7 +20,7 @@ PUSHER = task("Pusher")
 def test_a_floor_and_an_expert_of_other_episodes_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    document = json.loads(CURRENT_FILE.read_bytes())
+    document = json.loads(path_of().read_bytes())
     for agent in document["tasks"][PUSHER.id]["floor"]["agents"].values():
         agent["mean"] = -1.0
     document["tasks"][PUSHER.id]["expert"]["mean"] = -3.0
@@ -58,10 +57,10 @@ def test_an_interrupted_measurement_of_custom_groups_trains_nothing_twice(
 
 
 def test_a_custom_group_needs_a_file_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    before = CURRENT_FILE.read_bytes()
+    before = path_of().read_bytes()
     assert cli.main(["--groups", "pusher"]) == 2
     assert "Custom groups have a file of their own." in capsys.readouterr().err
-    assert CURRENT_FILE.read_bytes() == before
+    assert path_of().read_bytes() == before
 
 
 @pytest.mark.usefixtures("quick")

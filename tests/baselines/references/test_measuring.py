@@ -12,7 +12,6 @@ import pytest
 
 from gym_extensions import experts
 from gym_extensions.baselines.experts.candidates import QUICK
-from gym_extensions.baselines.references.cli import CURRENT_FILE
 from gym_extensions.baselines.references.measuring import (
     Measurement,
     differences,
@@ -27,7 +26,7 @@ from gym_extensions.baselines.references.measuring import (
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.references import Floor, FloorAgent, MeasuredReference, parse_file
+from gym_extensions.references import Floor, FloorAgent, MeasuredReference, parse_file, path_of
 
 PUSHER = task("Pusher")
 HOPPER = task("Hopper")
@@ -35,7 +34,7 @@ NAVIGATION = task("State-Based-Navigation-2d-Map0-Goal0")
 
 
 def test_the_published_floors_and_experts_of_three_tasks_follow_from_seeds_and_files() -> None:
-    assert differences([PUSHER, task("HopperGravityHalf"), NAVIGATION], CURRENT_FILE, 1, QUICK) == []
+    assert differences([PUSHER, task("HopperGravityHalf"), NAVIGATION], path_of(), 1, QUICK) == []
 
 
 def test_each_agent_and_task_has_its_own_seed() -> None:
@@ -101,7 +100,7 @@ def test_the_error_of_a_single_run_is_that_of_its_episodes() -> None:
 
 def test_the_published_file_is_made_from_floors_cards_and_the_planner(tmp_path: Path) -> None:
     made = published(tmp_path / "2.json", 1, tasks=[PUSHER, NAVIGATION])
-    current = parse_file(CURRENT_FILE.read_bytes())
+    current = parse_file(path_of().read_bytes())
     assert made.tasks == {task.id: current.tasks[task.id] for task in (PUSHER, NAVIGATION)}
 
 

@@ -22,7 +22,6 @@ from gym_extensions.files import write_bytes
 from gym_extensions.references import path_of
 from gym_extensions.rollouts.layout import PROGRESS
 
-CURRENT_FILE = path_of()
 TRAINED_AGENT = "trpo"
 """The expert of a task of a custom group."""
 
@@ -53,7 +52,7 @@ def parser() -> argparse.ArgumentParser:
     add("--agent", default=TRAINED_AGENT, choices=algorithms.names(), help=trained)
     target = command.add_mutually_exclusive_group()
     target.add_argument("--out", type=Path, help=file)
-    target.add_argument("--check", type=Path, metavar="FILE", nargs="?", const=CURRENT_FILE, help=again)
+    target.add_argument("--check", type=Path, metavar="FILE", nargs="?", const=path_of(), help=again)
     add("--quick", action="store_true", help=f"check on the first {QUICK} episodes")
     add("--jobs", type=int, default=1, help="worker processes (default: 1)")
     return command
@@ -79,7 +78,7 @@ def main(argv: list[str] | None = None) -> int:
         for sentence in different:
             print(f"  {sentence}")
         return 1 if different else 0
-    out = options.out or CURRENT_FILE
+    out = options.out or path_of()
     if out.is_dir():
         raise BenchError("bad-out", "It is a folder.", str(out), "Name a file, such as references.json.")
     if chosen and not options.out:

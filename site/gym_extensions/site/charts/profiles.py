@@ -1,7 +1,6 @@
 """Performance profiles: the share of runs and tasks that score above each value.
 
-They are those of Agarwal et al. (2021), "Deep Reinforcement Learning at the Edge of the Statistical
-Precipice".
+Source: Agarwal et al., Deep RL at the Edge of the Statistical Precipice, NeurIPS 2021.
 """
 
 from __future__ import annotations
