@@ -215,13 +215,14 @@ def between_and_beyond(shares: pd.DataFrame) -> list[tuple[str, str, Value, Valu
     rows = []
     for group in CORE:
         found = shares[shares["group"] == group.id].pivot(index="submission", columns="share")
-        if not found.empty:
-            ends = found[["mean", "low", "high"]].swaplevel(axis=1)
-            values = [
-                (group.name, str(name), *(Value(*ends.loc[name, each]) for each in SHARES))
-                for name in found.index
-            ]
-            rows += sorted(values, key=lambda row: -row[2].mean)
+        ends = {name: Value(math.nan, math.nan, math.nan) for name in SHARES}
+        values = []
+        for name in found.index:
+            stated = found["mean"].columns
+            own = {each: Value(*(found.loc[name, (end, each)] for end in Value._fields)) for each in stated}
+            values.append((group.name, str(name), *(ends | own).values()))
+        if len(values) > 1:  # the best of one entry is its own
+            rows += sorted(values, key=lambda row: -(row[3] if math.isnan(row[2].mean) else row[2]).mean)
     return rows
 
 
