@@ -187,4 +187,4 @@ def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
     beside = both[both["submission"] == "cloning"].set_index(["group", "share"])["mean"]
     assert (alone >= beside).all()  # another entry can only raise the best
     assert (alone > beside).any()
-    assert results.landscapes(ROOT / "submissions" / "ppo").empty
+    assert results.landscapes(ROOT / "submissions" / "trpo-2017").empty  # it has no policies
