@@ -15,7 +15,7 @@ from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
 from gym_extensions.references import load_references, trained_alone
 from gym_extensions.scoring.formulas import BY_NAME
 from gym_extensions.scoring.landscapes import SHARES
-from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS
+from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, last_look
 from gym_extensions.scoring.statistics import difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.site.text import fixed, interval
 
@@ -142,7 +142,7 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
     Args:
         metrics: of ``results.metrics``.
         runs: forgetting of each run, by group id. A t test per group that was learned, with Holm's correction
-            over them, finds where its mean differs from 0.
+            over them, finds where its mean differs from 0. It tests the runs of the last look alone.
     """
     found = {}
     for group in GROUPS.values():
@@ -150,7 +150,8 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
         if not any(math.isnan(each.mean) for each in values):
             found[group.id] = Forgetting(group, len(runs[group.id]), values, separated=False)
     learned = [each for each in found.values() if each.is_learned]
-    rejected = holm(np.array([zero_mean_p(summary(runs[each.group.id])) for each in learned]))
+    tested = [runs[each.group.id][: last_look(each.runs)] for each in learned]
+    rejected = holm(np.array([zero_mean_p(summary(part)) for part in tested]))
     for each, is_separated in zip(learned, rejected, strict=True):
         found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_separated))
     return sorted(found.values(), key=lambda each: -each.values[2].mean)
