@@ -293,7 +293,7 @@ def limits_of(requests: Sequence[RunRequest]) -> Limits:
 
 
 def _batches(requests: Sequence[RunRequest], jobs: int) -> list[list[RunRequest]]:
-    """The runs of a group together, which share environments, in parts that keep all processes busy."""
+    """The runs of a group together, in parts that keep all processes busy."""
     size = max(1, -(-len(requests) // jobs))
     batches = []
     for _, members in groupby(requests, key=lambda request: request.group):
