@@ -222,8 +222,8 @@ def measured(version: str = CURRENT) -> Mapping[str, MeasuredReference]:
     return parse_file(path_of(version).read_bytes()).tasks
 
 
+@cache
 def trained_alone() -> Mapping[str, Expert]:
     """The reference agent after 300,000 steps on a task alone: the runs of version 1, by task id."""
-    tasks = measured(RULERS[ALONE]).items()
-    found = {name: task.expert or task.attempts or None for name, task in tasks}
+    found = {name: task.expert or task.attempts or None for name, task in measured(RULERS[ALONE]).items()}
     return {name: each for name, each in found.items() if each and each.budget == STANDARD_BUDGET}
