@@ -249,7 +249,7 @@ def manifest_text() -> str:
 
 
 JOBS = ("curation.gate", *(f"verification.{name}_recorder" for name in ("landscape", "pose")))
-JOBS += ("verification.episodes", "verification.record_runs")
+JOBS += ("verification.episodes", "verification.verify_record")
 """The modules that give jobs to processes with limits."""
 
 

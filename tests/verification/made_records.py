@@ -12,7 +12,7 @@ from gym_extensions.experts import Step
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import CARD, Bar, Record
-from gym_extensions.verification.record_runs import write_record
+from gym_extensions.verification.verify_record import write_record
 
 HISTORY = (Step("mine", "sac", 2_000_000, command="python train.py"),)
 

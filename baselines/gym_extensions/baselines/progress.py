@@ -17,8 +17,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn, TimeRemainingColumn
 
 from gym_extensions.baselines.training import events
+from gym_extensions.baselines.training.arguments import listed
 from gym_extensions.baselines.training.checkpoints import CONTINUES
-from gym_extensions.baselines.training.request import listed
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import PROGRESS
 

@@ -18,11 +18,11 @@ from gym_extensions.baselines import submission
 from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
 from gym_extensions.baselines.agent_checks import action_function, card_of, observes_of
 from gym_extensions.baselines.training import usage
+from gym_extensions.baselines.training.arguments import parse_request
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import EXCESS
 from gym_extensions.baselines.training.evaluation import Evaluator
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, training_seed
-from gym_extensions.baselines.training.request import parse_request
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.catalog.tasks import Task

@@ -15,12 +15,12 @@ from gym_extensions.baselines import algorithms, submission, workers
 from gym_extensions.baselines.agent import Card, Factory, TaskLabel
 from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
 from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
-from gym_extensions.baselines.training import request as requests
+from gym_extensions.baselines.training import arguments
+from gym_extensions.baselines.training.arguments import Groups, Request
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
 from gym_extensions.baselines.training.evaluation import first_actions, policy_of, require_agreement
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
-from gym_extensions.baselines.training.request import Groups, Request
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.usage import commit_of
 from gym_extensions.baselines.workers import Failure, failure_of, jobs_failed, require_sendable
@@ -102,9 +102,9 @@ def train(
     Example:
         >>> logs = train("random", "hopper-gravity", "single", "smoke", 0, out="mine")  # doctest: +SKIP
     """
-    request = requests.parse_request(groups, protocols, budget, runs, num_envs)
-    requests.require_positive(num_threads, "--num-threads")
-    interim, logs = requests.parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
+    request = arguments.parse_request(groups, protocols, budget, runs, num_envs)
+    arguments.require_positive(num_threads, "--num-threads")
+    interim, logs = arguments.parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
     check_callback(callback)
     path = Path(out)
     if jobs:
@@ -238,7 +238,7 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     """
     submission.validate(out, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
-    requests.require_equal_spaces(request.groups)
+    arguments.require_equal_spaces(request.groups)
     settings, card = agent_settings(make, settings, request.groups[0])
     path, tables = out / MANIFEST, submission.manifest_tables(card, settings)
     submission.require_same(path, submission.read_manifest(path), tables)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from gym_extensions import experts
-from gym_extensions.curation import review as reviews
+from gym_extensions.curation import after_merge
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.curation.git import Repository
@@ -25,8 +25,8 @@ from gym_extensions.verification import cli as verification
 from gym_extensions.verification.fetch import Fetcher, cache_folder
 from gym_extensions.verification.landscape_recorder import measure_all
 from gym_extensions.verification.new_seeds import require_value
-from gym_extensions.verification.record_runs import line_of, verify_record, write_expert_poses
 from gym_extensions.verification.verify import record
+from gym_extensions.verification.verify_record import line_of, verify_record, write_expert_poses
 
 
 def gate_parser() -> argparse.ArgumentParser:
@@ -155,15 +155,15 @@ def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> in
     records, paths = split_paths(options.entries)
     entries = submission_folders(paths)
     if options.take and len(records) == 1 and not entries:
-        reviews.take_record(records[0], options.take)
+        after_merge.take_record(records[0], options.take)
         return 0
     if (options.decision or options.take) and (records or len(entries) != 1):
         command.error("--decision is about one entry, --take about one entry or record")
     if options.decision:
-        reviews.decide(entries[0], options.decision, options.by, options.reason)
+        after_merge.decide(entries[0], options.decision, options.by, options.reason)
         return 0
     if options.take:
-        reviews.take(entries[0], options.take)
+        after_merge.take(entries[0], options.take)
         return 0
     status, reviewed = 0, list[Path | Record]([*entries, *records])
     for each in reviewed:
@@ -184,7 +184,7 @@ def review_record(record: Record, options: argparse.Namespace) -> int:
     """
     if options.fetch or record.review is not None:
         return 0
-    value = require_value(options.seeds) if options.seeds else reviews.record_commit(record)
+    value = require_value(options.seeds) if options.seeds else after_merge.record_commit(record)
     review = verify_record(record, value)
     print(line_of(record, review))
     record.write(review, options.record and options.record / RECORDS / f"{record.name}{REVIEW}")
@@ -197,7 +197,7 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
     Raises:
         BenchError: the entry has problems, or cannot be verified at the moment. Nothing is recorded then.
     """
-    runs = reviews.undecided_runs(entry)
+    runs = after_merge.undecided_runs(entry)
     if not runs:
         print(f"{entry.name}: nothing is left to verify; a new draw needs new files.")
         return 0
@@ -209,9 +209,9 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
                 fetcher.fetch(policies, name)
         return 0
     if options.retrain_own:
-        options = argparse.Namespace(**(vars(options) | {"retrain": reviews.is_of_this_project(entry)}))
+        options = argparse.Namespace(**(vars(options) | {"retrain": after_merge.is_of_this_project(entry)}))
     value = options.seeds and require_value(options.seeds)
-    value = value or reviews.merge_commit(entry, reviews.run_files(entry, runs))
+    value = value or after_merge.merge_commit(entry, after_merge.run_files(entry, runs))
     report = verification.verified(entry, value, options, only_new=True)
     print("\n".join(verification.lines_of(report)))
     if options.record and report.verification is not None:

@@ -33,8 +33,8 @@ from gym_extensions.scoring.records import CARD, Record
 from gym_extensions.verification.episodes import Cell, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest
-from gym_extensions.verification.record_runs import sample
 from gym_extensions.verification.verify import SAMPLED, Run, repetition, runs_of
+from gym_extensions.verification.verify_record import sample
 
 CODEOWNERS = ".github/CODEOWNERS"
 RECORD = re.compile(r"[A-Za-z0-9]{1,64}/[A-Za-z0-9][A-Za-z0-9_-]{0,63}")

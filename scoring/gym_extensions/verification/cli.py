@@ -21,8 +21,8 @@ from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.fetch import Fetcher, cache_folder
 from gym_extensions.verification.new_seeds import ALPHA, require_value
 from gym_extensions.verification.pose_recorder import poses_of
-from gym_extensions.verification.record_runs import line_of, verify_record
 from gym_extensions.verification.verify import Report, record, runs_of, verify
+from gym_extensions.verification.verify_record import line_of, verify_record
 
 ENTRY_HELP = "a submission's folder, a folder of them, records/TASK/NAME, or records"
 EPILOG = """Exit status: 0 all entries are verified, 1 one is not, 2 wrong usage or missing files."""

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.baselines.training.arguments import parse_request, parse_runs
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.baselines.training.jobs import Interim, Settings, jobs_of, training_seed
-from gym_extensions.baselines.training.request import parse_request, parse_runs
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.errors import BenchError

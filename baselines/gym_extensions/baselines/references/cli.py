@@ -12,7 +12,12 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.experts.candidates import QUICK
 from gym_extensions.baselines.references.measuring import custom, differences, published
 from gym_extensions.baselines.submission import prepare
-from gym_extensions.baselines.training.request import parse_groups, parse_names, parse_runs, require_positive
+from gym_extensions.baselines.training.arguments import (
+    parse_groups,
+    parse_names,
+    parse_runs,
+    require_positive,
+)
 from gym_extensions.catalog.protocol import BUDGETS, FIRST_REFERENCE_RUN, STANDARD_BUDGET
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.envs.fingerprinting import require_published_engine

@@ -1,4 +1,4 @@
-"""Reviews on the base branch: verification with seeds from the merge commit, and decisions."""
+"""Reviews after a merge: verification with seeds from the merge commit, and decisions."""
 
 from __future__ import annotations
 

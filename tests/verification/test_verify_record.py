@@ -10,7 +10,7 @@ import pytest
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.records import Record
 from gym_extensions.verification.cli import main
-from gym_extensions.verification.record_runs import sample, verify_record, write_record
+from gym_extensions.verification.verify_record import sample, verify_record, write_record
 
 from .made_records import HISTORY, change_card, claim_more, lower_the_bar, make_policy, make_record
 

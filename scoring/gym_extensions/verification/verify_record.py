@@ -36,7 +36,7 @@ from gym_extensions.verification.pose_recorder import (
 )
 from gym_extensions.versions import version
 
-JOB = "gym_extensions.verification.record_runs:play"
+JOB = "gym_extensions.verification.verify_record:play"
 LIMITS = Limits(cpu_seconds=1800, wall_seconds=7200)
 """Of the process that runs a record: 100 episodes take a few seconds, those of the Humanoid half a minute."""
 T = TypeVar("T")
