@@ -71,7 +71,7 @@ def test_curves_of_meal_are_cut_into_stages(tmp_path: Path, form: str) -> None:
     [runs] = results.foreign_runs(tmp_path, "meal")
     assert runs.name == "ippo/EWC"
     assert runs.matrix.tolist() == [[[1.0, 0.0], [0.25, 1.0]]]
-    board = results.foreign_board(tmp_path, "meal", columns=["name", "level", "forgetting"])
+    board = results.foreign_board(tmp_path, "meal")[["name", "level", "forgetting"]]
     assert board.values.tolist() == [["ippo/EWC", "imported", 0.75]]
 
 

@@ -97,15 +97,6 @@ def test_a_submission_without_curves_gives_an_empty_frame_with_the_same_types(su
     assert empty.dtypes.equals(filled.dtypes)
 
 
-def test_columns_can_be_chosen_and_an_unknown_one_is_reported_before_anything_is_read(
-    submission: Write,
-) -> None:
-    assert results.episodes(submission(), columns=["return", "run"]).columns.tolist() == ["return", "run"]
-    with pytest.raises(BenchError) as error:
-        results.episodes("nowhere", columns=["retrun"])
-    assert str(error.value) == "columns: There is no column 'retrun'. Did you mean 'return'?"
-
-
 def test_a_submission_with_problems_is_refused(submission: Write) -> None:
     folder = submission()
     log = folder / GROUP / "sequential" / "run0.csv"

@@ -111,8 +111,6 @@ def test_an_empty_board_has_the_same_types(submission: Write) -> None:
         ({"group": "gravty"}, ("group", "'gravity'")),
         ({"protocol": "singel"}, ("protocol", "'single'")),
         ({"budget": "1m0"}, ("budget", "'1M'")),
-        ({"columns": ["forgeting"]}, ("columns", "'forgetting'")),
-        ({"columns": "runs"}, ("columns", "['runs']")),
     ],
 )
 def test_an_unknown_name_is_reported_with_the_closest(
@@ -156,13 +154,13 @@ def test_scores_are_the_mean_returns_by_run_stage_and_task(submission: Write, re
     assert array.to_numpy().shape == (2, 5)
 
 
-R = [[[0.0, 0.0, 0.0], [1.0, 0.25, 0.0], [0.5, 1.0, 0.5], [0.25, 0.5, 1.0]]]
-
-
 def test_scores_of_a_suite_name_its_groups() -> None:
     with pytest.raises(BenchError, match="'gravity' is a suite") as error:
         results.scores(SUBMISSIONS, "gravity")
     assert (error.value.where, "hopper-gravity-v0" in error.value.hint) == ("group", True)
+
+
+R = [[[0.0, 0.0, 0.0], [1.0, 0.25, 0.0], [0.5, 1.0, 0.5], [0.25, 0.5, 1.0]]]
 
 
 def test_metrics_of_a_matrix_worked_by_hand() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
-from gym_extensions.results.frames import chosen_columns
 from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.output.board_frames import ENDS, typed
 
@@ -80,7 +79,7 @@ def foreign_runs(folder: str | Path, benchmark: str) -> list[ForeignRuns]:
     return found
 
 
-def foreign_board(folder: str | Path, benchmark: str, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def foreign_board(folder: str | Path, benchmark: str) -> pd.DataFrame:
     """A board of another benchmark, computed from its logs: one row per method. None has a rank.
 
     ================  =======  =====================================================================
@@ -96,20 +95,18 @@ def foreign_board(folder: str | Path, benchmark: str, columns: Sequence[str] | N
     ``METRIC_high``   float64  upper end of its 95 % interval; missing with one run or without a mean
     ================  =======  =====================================================================
 
-    The rows are sorted by final performance, best first. ``columns`` are those to return, in this order; all
-    by default. The other arguments and the errors are those of :func:`foreign_runs`.
+    The rows are sorted by final performance, best first. The arguments and errors are those of
+    :func:`foreign_runs`.
     """
     names = [metric.name for metric in METRICS["sequential"]]
     dtypes = {"name": "str", "level": "str", "runs": "int64", "ranked": "bool", "why": "str"}
     dtypes |= dict.fromkeys([f"{name}{end}" for name in names for end in ENDS], "float64")
-    chosen = chosen_columns(columns, dtypes)
     rows = []
     for runs in foreign_runs(folder, benchmark):
         found = compute(runs.matrix, runs.single, auc=runs.auc, single_auc=runs.single_auc)
         cells = [end for name in names for end in (found[name].mean, found[name].low, found[name].high)]
         rows.append((runs.name, IMPORTED, len(runs.matrix), False, NOT_VERIFIED, *cells))
-    frame = typed(rows, dtypes).sort_values(names[0], ascending=False, kind="stable", ignore_index=True)
-    return frame[chosen]
+    return typed(rows, dtypes).sort_values(names[0], ascending=False, kind="stable", ignore_index=True)
 
 
 def _bad(path: Path, message: str, hint: str) -> BenchError:

@@ -11,7 +11,7 @@ import pandas as pd
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.protocol import PROTOCOLS, Budget
 from gym_extensions.catalog.protocol import budget as budget_named
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
 from gym_extensions.rollouts.log import CURVE_COLUMNS, stage_steps
 from gym_extensions.rollouts.reader import read
@@ -40,19 +40,6 @@ CURVE_DTYPES = KEY_DTYPES | {"task": "str", "step": "int64", "return": "float64"
 """The columns of training curves, of finished and of unfinished runs."""
 
 
-def chosen_columns(columns: Sequence[str] | None, available: Iterable[str]) -> list[str]:
-    """The columns, or all available ones if None. Raises ``BenchError`` for one that is not available."""
-    known = list(available)
-    if isinstance(columns, str):
-        hint = f"Give a list: [{columns!r}]."
-        raise BenchError("bad-columns", f"Expected a list of columns, got {columns!r}.", "columns", hint)
-    for name in columns or ():
-        if name not in known:
-            hint = did_you_mean(str(name), known)
-            raise BenchError("unknown-column", f"There is no column {name!r}.", "columns", hint)
-    return known if columns is None else list(columns)
-
-
 def concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.DataFrame:
     """The frames below each other, with these columns and dtypes also without rows."""
     return typed(pd.concat(frames, ignore_index=True)[list(dtypes)] if frames else (), dtypes)
@@ -63,9 +50,7 @@ EPISODE_DTYPES |= {"length": "int64", "return": "float64", "terminated": "bool",
 EPISODE_DTYPES |= {"fingerprint": "str"}
 
 
-def episodes(
-    submissions: Paths, columns: Sequence[str] | None = None, *, groups: CustomGroups = ()
-) -> pd.DataFrame:
+def episodes(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     """Every evaluation episode, one per row, in the order of the logs.
 
     ===========  =======  ==========================================================================
@@ -91,14 +76,11 @@ def episodes(
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
-        columns: the columns to return, in this order; all by default.
         groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
 
     Raises:
-        BenchError: a path does not exist, a submission has problems, a column is unknown, or a group is
-            invalid.
+        BenchError: a path does not exist, a submission has problems, or a group is invalid.
     """
-    chosen = chosen_columns(columns, EPISODE_DTYPES)
     frames = [
         log.rows.assign(
             submission=submission.name,
@@ -113,12 +95,10 @@ def episodes(
         for submission, group_id, group in read_groups(submissions, groups)
         for protocol, log in group.logs.items()
     ]
-    return concat(frames, EPISODE_DTYPES)[chosen]
+    return concat(frames, EPISODE_DTYPES)
 
 
-def curves(
-    submissions: Paths, columns: Sequence[str] | None = None, *, groups: CustomGroups = ()
-) -> pd.DataFrame:
+def curves(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     """Every point of the training curves, one per row, by protocol, run and task.
 
     ===========  =======  ==========================================================================
@@ -136,7 +116,6 @@ def curves(
     Runs without curves have no rows. The curves of unfinished runs are in :func:`unfinished_curves`.
     The arguments and errors are those of :func:`episodes`.
     """
-    chosen = chosen_columns(columns, CURVE_DTYPES)
     rows = (
         (submission.name, group_id, protocol, run, curve.task, step, value)
         for submission, group_id, group in read_groups(submissions, groups)
@@ -145,16 +124,14 @@ def curves(
         for curve in document.curves
         for step, value in zip(curve.steps, curve.returns, strict=True)
     )
-    return typed(rows, CURVE_DTYPES)[chosen]
+    return typed(rows, CURVE_DTYPES)
 
 
 EVALUATION_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "step": "int64", "trained": "float64"}
 EVALUATION_DTYPES |= {"episodes": "int64", "return": "float64"}
 
 
-def evaluations(
-    submissions: Paths, columns: Sequence[str] | None = None, *, groups: CustomGroups = ()
-) -> pd.DataFrame:
+def evaluations(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     """Every evaluation of a task, during training and after each stage, in the order of training.
 
     ===========  =======  ==========================================================================
@@ -176,7 +153,6 @@ def evaluations(
     The rows after a stage are the means of the logs. Rows are sorted by group, protocol, run, step and task
     in training order. The arguments and errors are those of :func:`episodes`.
     """
-    chosen = chosen_columns(columns, EVALUATION_DTYPES)
     frames = [
         _evaluations_of(group, budget_named(submission.manifest.protocol.budget)).assign(
             submission=submission.name, group=group_id
@@ -184,7 +160,7 @@ def evaluations(
         for submission, group_id, group in read_groups(submissions, groups)
         if submission.manifest is not None
     ]
-    return concat(frames, EVALUATION_DTYPES)[chosen]
+    return concat(frames, EVALUATION_DTYPES)
 
 
 def _evaluations_of(group: SubmittedGroup, budget: Budget) -> pd.DataFrame:

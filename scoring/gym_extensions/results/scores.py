@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from gym_extensions.catalog.groups import GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.metrics import compute
-from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, chosen_columns
+from gym_extensions.results.frames import KEY_DTYPES, CustomGroups
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.landscapes import best, landscapes_of, summary
 from gym_extensions.scoring.output import board_frames
@@ -27,7 +27,6 @@ from gym_extensions.scoring.ranking.group_board import board as board_of
 
 def metrics(
     submissions: Paths,
-    columns: Sequence[str] | None = None,
     *,
     groups: CustomGroups = (),
     references: str | Path | None = None,
@@ -52,17 +51,15 @@ def metrics(
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
-        columns: the columns to return, in this order; all by default.
         groups: custom groups that the submissions may contain: TOML files or TaskGroup objects.
         references: the references file of the custom groups' tasks.
 
     Raises:
-        BenchError: a path does not exist, a submission has problems, or a column is unknown.
+        BenchError: a path does not exist, or a submission has problems.
     """
-    chosen = chosen_columns(columns, board_frames.METRIC_DTYPES)
     scorer = make_scorer(groups, references)
     cards = list(valid_scorecards(submissions, scorer).values())
-    return board_frames.metrics_frame(pipeline.scorecard_document(cards, scorer.references))[chosen]
+    return board_frames.metrics_frame(pipeline.scorecard_document(cards, scorer.references))
 
 
 def board(
@@ -72,7 +69,6 @@ def board(
     budget: str = STANDARD_BUDGET,
     *,
     task_conditioned: bool = False,
-    columns: Sequence[str] | None = None,
     groups: CustomGroups = (),
     references: str | Path | None = None,
 ) -> pd.DataFrame:
@@ -110,10 +106,10 @@ def board(
         protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         budget: name of the training budget. The site has no board of the budget ``smoke``.
         task_conditioned: whether the agents observe the task in evaluation.
-        columns, groups, references: as in :func:`metrics`.
+        groups, references: as in :func:`metrics`.
 
     Raises:
-        BenchError: a group, protocol, budget, path or column is unknown, or a submission has problems.
+        BenchError: a group, protocol, budget or path is unknown, or a submission has problems.
 
     Warns:
         UserWarning: the board is empty, and the submissions have results with another budget.
@@ -121,7 +117,6 @@ def board(
     scorer, group_id = _scorer_of(group, groups, references)
     _check("protocol", protocol, PROTOCOLS)
     _check("budget", budget, BUDGETS)
-    chosen = chosen_columns(columns, board_frames.board_dtypes(protocol))
     names = SUITES.get(group_id, (group_id,))
     only = tuple(name for name, known in scorer.groups.items() if known.id in names)
     cards = list(valid_scorecards(submissions, replace(scorer, only=only)).values())
@@ -133,7 +128,7 @@ def board(
             message = f"The board of {group_id}, {protocol}, budget {budget} is empty. The submissions have "
             warnings.warn(f"{message}the budget {', '.join(budgets)}.", UserWarning, stacklevel=2)
         found = replace(found, computed=())
-    return board_frames.board_frame(found)[chosen]
+    return board_frames.board_frame(found)
 
 
 def _scorer_of(
@@ -156,7 +151,7 @@ def _check(argument: str, name: str, choices: Collection[str]) -> None:
         raise BenchError(f"unknown-{argument}", f"There is no {argument} {name!r}.", argument, hint)
 
 
-def core(submissions: Paths = "submissions", *, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def core(submissions: Paths = "submissions") -> pd.DataFrame:
     """The core board: one row per method, over all groups of the core (docs/metrics.md).
 
     Ranked methods come first, best first; only the groups of the core are read.
@@ -184,11 +179,10 @@ def core(submissions: Paths = "submissions", *, columns: Sequence[str] | None = 
     The metrics are ``final_performance``, ``learning_performance``, ``forgetting`` and
     ``zero_shot_transfer``. The arguments and errors are those of :func:`metrics`.
     """
-    chosen = chosen_columns(columns, board_frames.CORE_DTYPES)
-    return board_frames.core_frame(_core_board(submissions))[chosen]
+    return board_frames.core_frame(_core_board(submissions))
 
 
-def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def core_pairs(submissions: Paths = "submissions") -> pd.DataFrame:
     """Every pair of ranked methods on the core board, for final performance and for forgetting.
 
     The columns are ``metric``, ``first``, ``second``, ``look``, ``paired``, the difference first − second as
@@ -196,8 +190,7 @@ def core_pairs(submissions: Paths = "submissions", *, columns: Sequence[str] | N
     (``separated``, ``equivalent`` or ``open``), ``exploratory`` and ``next_look``. docs/scorecard.md says
     more. The arguments and errors are those of :func:`metrics`.
     """
-    chosen = chosen_columns(columns, board_frames.PAIR_DTYPES)
-    return board_frames.core_pairs_frame(_core_board(submissions))[chosen]
+    return board_frames.core_pairs_frame(_core_board(submissions))
 
 
 LANDSCAPE_DTYPES = {"submission": "str", "group": "str", "share": "str", "runs": "int64"}
@@ -249,7 +242,6 @@ def scores(
     protocol: str = "sequential",
     *,
     stage: int | None = None,
-    columns: Sequence[str] | None = None,
     groups: CustomGroups = (),
     references: str | Path | None = None,
 ) -> pd.DataFrame:
@@ -270,18 +262,16 @@ def scores(
 
     Args:
         stage: of which stage; -1 for the last one, None for all.
-        submissions, group, protocol, columns, groups, references: as in :func:`board`, without suites.
+        submissions, group, protocol, groups, references: as in :func:`board`, without suites.
 
     Raises:
-        BenchError: a group, protocol, path or column is unknown, the group is a suite, or a submission has
-            problems.
+        BenchError: a group, protocol or path is unknown, the group is a suite, or a submission has problems.
     """
     scorer, group_id = _scorer_of(group, groups, references)
     if group_id in SUITES:
         hint = f"Name one of its groups: {', '.join(SUITES[group_id])}."
         raise BenchError("not-a-group", f"{group_id!r} is a suite, not a group.", "group", hint)
     _check("protocol", protocol, PROTOCOLS)
-    chosen = chosen_columns(columns, SCORE_DTYPES)
     only = tuple(name for name, known in scorer.groups.items() if known.id == group_id)
     rows = (
         (card.name, group_id, protocol, run, number, task, mean, score.reference[task].normalize(mean))
@@ -294,7 +284,7 @@ def scores(
     frame = typed(rows, SCORE_DTYPES)
     if stage is not None:
         frame = frame[frame["stage"] == (frame["stage"].max() if stage == -1 else stage)]
-    return frame.reset_index(drop=True)[chosen]
+    return frame.reset_index(drop=True)
 
 
 def score_matrix(
@@ -332,9 +322,7 @@ def score_matrix(
     return frame.pivot(index="run", columns="task", values=values)[list(dict.fromkeys(frame["task"]))]
 
 
-def metrics_of(
-    matrix: npt.ArrayLike, single: npt.ArrayLike | None = None, columns: Sequence[str] | None = None
-) -> pd.DataFrame:
+def metrics_of(matrix: npt.ArrayLike, single: npt.ArrayLike | None = None) -> pd.DataFrame:
     """The metrics of a matrix of returns from anywhere, as a frame; :func:`gym_extensions.metrics.compute`
     takes more.
 
@@ -351,17 +339,14 @@ def metrics_of(
         matrix: ([runs,] stages, T): row s, column j is the return (or success rate) on task j after training
             on s tasks, best normalized. With T + 1 stages the first one is untrained; with T it is left out.
         single: ([runs,] T): the return of an agent trained on task j alone, for forward transfer.
-        columns: the columns to return, in this order; all by default.
 
     Raises:
-        BenchError: the arrays have another shape or a value that is not finite, or a column is unknown.
+        BenchError: the arrays have another shape or a value that is not finite.
 
     Example:
         >>> metrics_of([[1.0, 0.0], [0.5, 1.0]]).set_index("metric")["mean"]["forgetting"]
         np.float64(0.5)
     """
     dtypes = {"metric": "str", **dict.fromkeys(("mean", "low", "high"), "float64")}
-    chosen = chosen_columns(columns, dtypes)
     values = compute(matrix, single)
-    rows = ((name, value.mean, value.low, value.high) for name, value in values.items())
-    return typed(rows, dtypes)[chosen]
+    return typed(((name, value.mean, value.low, value.high) for name, value in values.items()), dtypes)
