@@ -10,7 +10,7 @@ import pytest
 
 from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate_report import comment
-from gym_extensions.scoring.records import Record, read_review
+from gym_extensions.scoring.records import Record, read_record_review
 
 from ..verification.made_records import change_card, claim_more, lower_the_bar, make_record, record_path
 from .repositories import checked, commit, git, make_repository, rules
@@ -54,7 +54,7 @@ def test_a_record_is_shown_after_one_pull_request(project: Path, tmp_path: Path)
         assert git(project, "status", "--porcelain") == ""
     assert maintain(["review", str(card), "--take", str(file)]) == 0
     assert git(project, "status", "--porcelain").split() == ["??", f"{HOPPER}/mine.review.json"]
-    assert (Record(card).verified, read_review(file).value) == (True, merge)
+    assert (Record(card).verified, read_record_review(file).value) == (True, merge)
     assert maintain(["review", str(card), "--take", str(file)]) == 2, "the first draw stands"
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from gym_extensions.scoring.entry.published import PRINTED_COLUMNS, TOTAL, group_id, table_path
+from gym_extensions.scoring.entry.reported_tables import PRINTED_COLUMNS, TOTAL, group_id, table_path
 
 
 @dataclass(frozen=True)

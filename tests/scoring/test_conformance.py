@@ -15,7 +15,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.references import Reference, References
 from gym_extensions.scoring.entry.normalization import Results, normalized_runs
-from gym_extensions.scoring.entry.published import paper_table
+from gym_extensions.scoring.entry.reported_tables import paper_table
 from gym_extensions.scoring.entry.values import NO_TERM, TOO_FEW_POINTS, metric_values
 from gym_extensions.scoring.formulas import METRICS, MetricValue, area, iqm, profile
 from gym_extensions.scoring.statistics import (

@@ -12,7 +12,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.experts import Measurement, RecordCard
 from gym_extensions.references import load_references
 from gym_extensions.scoring.poses import PolicyPoses
-from gym_extensions.scoring.records import Bar, RecordReview, bar, problem_of, read_review, split_paths
+from gym_extensions.scoring.records import Bar, RecordReview, bar, problem_of, read_record_review, split_paths
 
 CLAIM = Measurement(episodes=100, mean=100.0, deviation=5.0)
 CARD = RecordCard("gym_extensions/Hopper-v0", "", "", (), CLAIM, ("A",))
@@ -75,11 +75,11 @@ def test_a_review_is_read_only_as_it_is_written(tmp_path: Path) -> None:
     review = RecordReview(card="0" * 64, poses=None, **numbers, **texts)  # type: ignore[arg-type]
     path = tmp_path / "a.review.json"
     path.write_text(review.to_json())
-    assert read_review(path) == review
+    assert read_record_review(path) == review
     for text in ("", "{}", review.to_json() + " ", review.to_json().replace("1.0", "1e999")):
         path.write_text(text)
         with pytest.raises(BenchError) as error:
-            read_review(path)
+            read_record_review(path)
         assert error.value.code == "bad-review"
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.algorithms import missing_extra
-from gym_extensions.baselines.progress import LOGS
 from gym_extensions.baselines.submission import missing_runs
 from gym_extensions.baselines.training.arguments import (
     parse_groups,
@@ -20,6 +19,7 @@ from gym_extensions.baselines.training.arguments import (
     require_positive,
 )
 from gym_extensions.baselines.training.checkpoints import CONTINUES
+from gym_extensions.baselines.training.progress import LOGS
 from gym_extensions.baselines.workers import DISK_FULL, JOBS_FAILED
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError, reports_mistakes

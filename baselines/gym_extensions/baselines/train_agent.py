@@ -14,13 +14,13 @@ from typing import Any
 from gym_extensions.baselines import algorithms, submission, workers
 from gym_extensions.baselines.agent import Card, Factory, TaskLabel
 from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
-from gym_extensions.baselines.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
 from gym_extensions.baselines.training import arguments
 from gym_extensions.baselines.training.arguments import Groups, Request
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
 from gym_extensions.baselines.training.evaluation import first_actions, policy_of, require_agreement
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
+from gym_extensions.baselines.training.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.usage import commit_of
 from gym_extensions.baselines.workers import Failure, failure_of, jobs_failed, require_sendable

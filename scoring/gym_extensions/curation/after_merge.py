@@ -126,7 +126,7 @@ def take_record(found: Record, file: Path) -> None:
         BenchError: the file does not review these files with seeds from the commit that fixed them, its
             verdict does not follow from its numbers, or the record has a review.
     """
-    review = records.read_review(file)
+    review = records.read_record_review(file)
     needed, seen = records.bar(found.task), review.measurement
     verdict = needed.least(seen.standard_error), records.problem_of(found.card, needed, seen)
     if review.card != found.digest or found.review is not None:

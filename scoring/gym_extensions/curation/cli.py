@@ -13,7 +13,7 @@ from gym_extensions.curation import after_merge
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.curation.git import Repository
-from gym_extensions.curation.pull_request import RULES
+from gym_extensions.curation.pull_request_rules import RULES
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
 from gym_extensions.rollouts.layout import DOCUMENT, submission_folders

@@ -16,7 +16,7 @@ import msgspec
 
 from gym_extensions.curation import gate_report as reports
 from gym_extensions.curation.git import MACHINE_ERRORS, Repository
-from gym_extensions.curation.pull_request import RULES, SUBMISSIONS, PullRequest, is_data
+from gym_extensions.curation.pull_request_rules import RULES, SUBMISSIONS, PullRequest, is_data
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.references import load_references

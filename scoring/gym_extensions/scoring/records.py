@@ -134,7 +134,7 @@ class Record:
     def review(self) -> RecordReview | None:
         """The review of the files as they are; None if there is none."""
         path = self.path.with_suffix(REVIEW)
-        found = read_review(path) if path.exists() else None
+        found = read_record_review(path) if path.exists() else None
         return found if found and found.card == self.digest else None
 
     @property
@@ -162,7 +162,7 @@ def problem_of(card: RecordCard, bar: Bar, seen: Measurement) -> str:
     return ""
 
 
-def read_review(path: Path) -> RecordReview:
+def read_record_review(path: Path) -> RecordReview:
     """The review in a file, strictly: as the command writes it, with a motion that can be drawn.
 
     Raises ``BenchError`` if it is not such a file.

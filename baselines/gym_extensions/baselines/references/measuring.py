@@ -20,11 +20,11 @@ import msgspec
 from gym_extensions import experts
 from gym_extensions.baselines import algorithms, workers
 from gym_extensions.baselines.experts.candidates import measured_again, shape_problem
-from gym_extensions.baselines.progress import open_bars
 from gym_extensions.baselines.train_agent import agent_settings
 from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, training_seed
+from gym_extensions.baselines.training.progress import open_bars
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.workers import Failure, Runnable, jobs_failed
 from gym_extensions.catalog.groups import TaskGroup

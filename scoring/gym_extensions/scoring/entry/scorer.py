@@ -12,7 +12,7 @@ from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.documents import filled
 from gym_extensions.scoring.entry.normalization import Results, normalized_runs, results
-from gym_extensions.scoring.entry.published import paper_table, reported_groups
+from gym_extensions.scoring.entry.reported_tables import paper_table, reported_groups
 from gym_extensions.scoring.entry.sketches import Sketch, run_sketches
 from gym_extensions.scoring.entry.values import metric_values, suite_scores
 from gym_extensions.scoring.formulas import iqm, profile

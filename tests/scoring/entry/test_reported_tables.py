@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.entry.published import findings, task_id
+from gym_extensions.scoring.entry.reported_tables import findings, task_id
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import (
     PAPER_COLUMNS,

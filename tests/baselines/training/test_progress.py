@@ -16,12 +16,12 @@ from rich.console import Console
 from rich.progress import Progress, TextColumn
 
 from gym_extensions.baselines import BatchTrained, JobFinished, StageStarted, TaskEvaluated, train
-from gym_extensions.baselines import progress as progress_module
-from gym_extensions.baselines.progress import EPISODE_WORK, Bars, Lines, clock_time
+from gym_extensions.baselines.training import progress as progress_module
 from gym_extensions.baselines.training.events import Event, JobPlan, StagePlan, TrainingStarted
+from gym_extensions.baselines.training.progress import EPISODE_WORK, Bars, Lines, clock_time
 from gym_extensions.errors import BenchError
 
-from .conftest import QUICK_GROUP, SHORT_GROUP, Watched
+from ..conftest import QUICK_GROUP, SHORT_GROUP, Watched
 
 STARTED = TrainingStarted((JobPlan("group run0", (StagePlan(1, 400, 2), StagePlan(2, 400, 2))),))
 TASK = "gym_extensions/Hopper-v0"
