@@ -62,6 +62,19 @@ def test_a_change_is_at_least_a_twentieth_of_the_span(
     assert sentences(submission(runs=(0,), value=forgets(fall, 0, 1)), references) == expected
 
 
+def test_what_earlier_tasks_help_is_told_over_the_runs_of_both_protocols(
+    submission: Write, references: References
+) -> None:
+    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        return 500.0 + (200.0 + run) * (protocol == "sequential" and position == 3) + 50.0 * run
+
+    folder = submission(protocols=("sequential", "single"), runs=(0, 1, 2), value=value)
+    assert sentences(folder, references) == ["earlier tasks help Hopper most: 550 alone, 751 after them"]
+    for file in (folder / "hopper-gravity" / "single").glob("run2.*"):
+        file.unlink()
+    assert sentences(folder, references) == ["earlier tasks help Hopper most: 525 alone, 751 after them"]
+
+
 def test_an_agent_that_learned_nothing_has_no_change(submission: Write, references: References) -> None:
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return -400.0 + (100.0 if protocol == "sequential" and stage >= position else 0.0) + run

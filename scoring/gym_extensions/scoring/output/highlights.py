@@ -49,21 +49,23 @@ def task_name(task_id: str) -> str:
     return task_id.rpartition("/")[2].rpartition("-v")[0] or task_id
 
 
-def _runs(score: GroupScore, single: GroupScore | None, index: int, column: str) -> list[float]:
+def _runs(score: GroupScore, single: GroupScore | None, index: int, column: str) -> dict[int, float]:
     """The mean return of each run behind a cell of the paper's table, empty for a published table."""
+    source, stage = score, {"fully_trained": -1, AFTER: index + 1}.get(column, -1)
     if column == "single_env":
-        return [run[-1][index] for run in single.return_matrix] if single else []
-    stage = {"fully_trained": -1, AFTER: index + 1}[column]
-    return [run[stage][index] for run in score.return_matrix]
+        if single is None:
+            return {}
+        source = single
+    return {run: means[stage][index] for run, means in zip(source.runs, source.return_matrix, strict=True)}
 
 
 def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contrast) -> Change | None:
     """The task that changes most, in units of the tasks' spans from floor to expert.
 
-    A change counts if it is at least .05 of the span and a paired t test over runs finds it, at 5 % with
-    Holm's correction over the tasks; a single run has no test, and counts. Tasks without a span count only if
-    no task has one. An agent that learned nothing has no change. The arguments are those of
-    :func:`highlights`, and what is compared.
+    A change counts if it is at least .05 of the span and a paired t test over the runs that both columns have
+    finds it, at 5 % with Holm's correction over the tasks; a single run has no test, and counts. Tasks
+    without a span count only if no task has one. An agent that learned nothing has no change. The arguments
+    are those of :func:`highlights`, and what is compared.
     """
     if learned_nothing(score.metrics):
         return None
@@ -71,9 +73,11 @@ def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contr
     for index, row in list(enumerate(score.paper_table))[contrast.tasks]:
         before, after = row.cell(contrast.before), row.cell(contrast.after)
         if before and after:
-            runs = [_runs(score, single, index, column) for column in (contrast.before, contrast.after)]
-            is_tested = min(map(len, runs)) > 1
-            p_value = zero_mean_p(summary([b - a for a, b in zip(*runs, strict=True)])) if is_tested else 0.0
+            first, second = (_runs(score, single, index, name) for name in (contrast.before, contrast.after))
+            differences = [second[run] - first[run] for run in sorted(first.keys() & second.keys())]
+            if first and not differences:
+                continue
+            p_value = zero_mean_p(summary(differences)) if len(differences) > 1 else 0.0
             change = Change(row.task, before.mean, after.mean)
             found.append((change, score.reference[row.task].span, p_value))
     chosen = [each for each in found if each[1] is not None] or found
