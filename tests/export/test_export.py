@@ -146,9 +146,9 @@ def test_minari_loads_the_dataset_and_its_environment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     minari = pytest.importorskip("minari")
-    out = tmp_path / "minari"
-    assert cli.main(["minari", str(ENTRY), "--group", GROUP, "--episodes", "1", "--out", str(out)]) == 0
-    monkeypatch.setenv("MINARI_DATASETS_PATH", str(out))
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["minari", str(ENTRY), "--group", GROUP, "--episodes", "1", "--out", "minari"]) == 0
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
     dataset = minari.load_dataset("gym-extensions/HopperWall/trpo-sequential-run0-stage2-v0")
     assert dataset.total_episodes == 1
     assert dataset.recover_environment().spec.id == "gym_extensions/HopperWall-v0"

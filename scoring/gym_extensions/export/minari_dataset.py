@@ -125,7 +125,7 @@ def _verified(entry: Path, tasks: TaskGroup, protocol: str, run: int) -> Manifes
 def _root(folder: Path) -> Iterator[None]:
     """Minari's root of datasets is this folder."""
     before = os.environ.get(ROOT)
-    os.environ[ROOT] = str(folder)
+    os.environ[ROOT] = str(folder.resolve())
     try:
         yield
     finally:
