@@ -158,7 +158,7 @@ def test_a_review_that_is_written_later_is_shown(built: Path, scored: Scored) ->
     write_review(built / "submissions" / "alpha", Review(decisions=[accepted]))
     assert main(["site"]) == 0
     assert scored == ["alpha"]
-    assert "Accepted: " in (built / "_site" / "changes.html").read_text(encoding="utf-8")
+    assert "Verified." in (built / "_site" / "submissions" / "alpha.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("content", [b"", b"\x93", b"[]"])

@@ -38,7 +38,6 @@ def environment() -> Environment:
     templates.filters.update(
         fixed=text.fixed,
         grouped=text.grouped,
-        inline=text.inline,
         readable=text.readable,
         short=text.short,
         task=text.task,

@@ -45,7 +45,6 @@ PAGES = {
     "metrics": "metrics.html",
     "data": "data.html",
     "references": "references.html",
-    "changes": "changes.html",
 }
 """One page of every kind, by path."""
 QUICK = ("overview", "group", "entry")

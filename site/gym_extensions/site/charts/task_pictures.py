@@ -12,11 +12,12 @@ from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.variations import Course
 from gym_extensions.references import MeasuredReference
-from gym_extensions.site import bundled
+from gym_extensions.site import FOLDER
 from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import digits_for, fixed
 
-PICTURES = bundled("pictures", "docs/environments/pictures")
+INSTALLED = FOLDER / "pictures"
+PICTURES = INSTALLED if INSTALLED.exists() else FOLDER.parents[2] / "docs" / "environments" / "pictures"
 
 
 @cache

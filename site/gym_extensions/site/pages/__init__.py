@@ -14,7 +14,6 @@ from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.entry_facts import is_verified
 from gym_extensions.site.pages import (
-    changes,
     compare,
     core,
     data,
@@ -72,7 +71,7 @@ PAGES = (
     Page("Docs", doc=f"{DOCS}index.html"),
     Page("References", "references.html", tasks.publish_references, in_footer=True),
     Page("Data", "data.html", data.publish, data.publish_entry, in_footer=True),
-    Page("Changes", "changes.html", changes.publish, in_footer=True),
+    Page("Changes", doc=f"{DOCS}changelog.html", in_footer=True),
     Page("Speed", doc=f"{DOCS}speed.html", in_footer=True),
     Page("Pictures", publish=tasks.publish_pictures),
 )
