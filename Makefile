@@ -53,7 +53,7 @@ findings: .venv/everything.installed  ## write docs/findings.md, docs/reproducti
 
 docsite: .venv/docs.installed  ## build the boards and the documentation as one site, _site/ and _site/docs/
 	@.venv/bin/gym-extensions site submissions --out _site --docs
-	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
+	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build
 
 bench: .venv/everything.installed  ## measure speed, as ratios taken side by side in one run
 	$(PIP) -e '.[dev,bench]'

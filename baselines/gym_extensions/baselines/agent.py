@@ -128,7 +128,8 @@ class Agent(Protocol):
 
         Args:
             observations: (num_envs, …).
-            args, kwargs: the context, if the agent's ``act`` has a second parameter, or a keyword-only one.
+            *args: the context, if the agent's ``act`` has a second parameter.
+            **kwargs: the context, if that parameter is keyword-only.
 
         Returns:
             Actions (num_envs, …). Actions outside the action space are clipped.

@@ -29,6 +29,8 @@ from gym_extensions.rollouts.policies.files import content_sha256, npz_arrays, n
 from gym_extensions.rollouts.policies.mlp import HINT, Policy
 from gym_extensions.rollouts.policies.mlp_arrays import array_errors
 
+__all__ = ["Card", "card", "load", "names"]
+
 DATA = Path(__file__).parent / "data"
 """Holds ``<task>.npz``, the policy, and ``<task>.json``, its card."""
 EPISODES = 1000
@@ -110,7 +112,7 @@ class PolicyCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Card(PolicyCard, frozen=True):
     """How an expert came about, and what it is worth.
 
-    Args:
+    Attributes:
         from_entry: whether the policy or an ancestor of it is a policy of an entry.
         candidates: policies that were compared on the selection seeds, this one included.
         steps_tried: environment steps of all training runs whose last task this is.

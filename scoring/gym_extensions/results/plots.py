@@ -51,7 +51,7 @@ def plot_board(
 
     Args:
         data: a frame of ``board``, or submissions.
-        group, protocol, budget: of the board, with submissions.
+        group: that of the board; it, ``protocol`` and ``budget`` are used with submissions alone.
         metric: a metric of the board; its first if None.
         ax: where to draw; a new figure if None.
 

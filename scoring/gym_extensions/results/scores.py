@@ -106,7 +106,8 @@ def board(
         protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         budget: name of the training budget. The site has no board of the budget ``smoke``.
         task_conditioned: whether the agents observe the task in evaluation.
-        groups, references: as in :func:`metrics`.
+        groups: custom groups, as in :func:`metrics`.
+        references: as in :func:`metrics`.
 
     Raises:
         BenchError: a group, protocol, budget or path is unknown, or a submission has problems.
@@ -262,7 +263,8 @@ def scores(
 
     Args:
         stage: of which stage; -1 for the last one, None for all.
-        submissions, group, protocol, groups, references: as in :func:`board`, without suites.
+
+    The other arguments are those of :func:`board`; the group is no suite.
 
     Raises:
         BenchError: a group, protocol or path is unknown, the group is a suite, or a submission has problems.
@@ -305,7 +307,8 @@ def score_matrix(
     Args:
         submission: one submission.
         values: ``normalized`` (0 = floor, 1 = expert) or ``return``.
-        group, protocol, stage, groups, references: as in :func:`scores`.
+
+    The other arguments are those of :func:`scores`.
 
     Raises:
         BenchError: as in :func:`scores`; or the path contains several submissions, or none with such runs.
@@ -344,7 +347,7 @@ def metrics_of(matrix: npt.ArrayLike, single: npt.ArrayLike | None = None) -> pd
         BenchError: the arrays have another shape or a value that is not finite.
 
     Example:
-        >>> metrics_of([[1.0, 0.0], [0.5, 1.0]]).set_index("metric")["mean"]["forgetting"]
+        >>> metrics_of([[1.0, 0.0], [0.5, 1.0]]).set_index("metric").at["forgetting", "mean"]
         np.float64(0.5)
     """
     dtypes = {"metric": "str", **dict.fromkeys(("mean", "low", "high"), "float64")}

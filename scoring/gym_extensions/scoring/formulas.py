@@ -379,7 +379,7 @@ class Profile:
 
 
 def profile(scores: Sequence[Sequence[float]]) -> Profile | None:
-    """The performance profile of scores [run][task], or None without scores."""
+    """The performance profile of scores ``[run][task]``, or None without scores."""
     values = sorted(value for run in scores for value in run)
     if not values:
         return None
@@ -388,7 +388,7 @@ def profile(scores: Sequence[Sequence[float]]) -> Profile | None:
 
 
 def iqm(scores: Sequence[Sequence[float]]) -> Number:
-    """Mean of the scores [run][task] without the lowest and highest ⌊n/4⌋, or None without scores."""
+    """Mean of the scores ``[run][task]`` without the lowest and highest ⌊n/4⌋, or None without scores."""
     values = sorted(value for run in scores for value in run)
     cut = len(values) // 4
     return mean(values[cut : len(values) - cut])

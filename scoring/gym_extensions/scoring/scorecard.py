@@ -88,7 +88,7 @@ PAPER_COLUMNS = {
     "first_step": "First Step",
     "single_env": "Single Env",
 }
-"""The paper's columns: R[T][j], R[j][j], R[j−1][j], S[j]."""
+"""The paper's columns: ``R[T][j]``, ``R[j][j]``, ``R[j−1][j]``, ``S[j]``."""
 
 
 @dataclass(frozen=True, slots=True)
