@@ -127,6 +127,11 @@ def test_the_scorecard_marks_the_group_as_custom(
     assert document["references"]["version"] == f"{CURRENT} + light-references"
 
 
+def test_pages_show_the_group(folder: Path, options: list[str], tmp_path: Path) -> None:
+    assert main(["site", str(folder / "random"), *options, "--out", str(tmp_path / "pages")]) == 0
+    assert "hopper-light" in (tmp_path / "pages/submissions/random.html").read_text("utf-8")
+
+
 def test_the_policies_are_verified_in_the_tasks_of_the_file(folder: Path) -> None:
     group = str(folder / "light.toml")
     assert main(["verify", str(folder / "random"), "--groups", group, "--seeds", "0" * 40, "--write"]) == 0

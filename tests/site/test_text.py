@@ -46,6 +46,8 @@ def test_a_variation_omits_the_base_name_in_every_version(version: int) -> None:
     suffix = f"-v{version}" if version else ""
     assert text.variation(base, (half, base)) == f"Hopper{suffix}"
     assert text.variation(half, (half, base)) == f"Gravity<wbr>Half{suffix}"
+    longer = "Pendulum-v1.steps-100"
+    assert text.variation(longer, ("Pendulum-v1", longer)) == "v1.steps-100"
 
 
 @pytest.mark.parametrize("ending", ["", "-KnownGoalPosition"])

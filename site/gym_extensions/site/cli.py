@@ -28,6 +28,9 @@ def parser() -> argparse.ArgumentParser:
     add("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
     add("--mujoco", type=Path, default=FOLDER, metavar="FOLDER", help=mujoco)
     add("--docs", action="store_true", help=docs)
+    groups = "also accept the custom group in this TOML file; may be repeated"
+    add("--groups", action="append", default=[], metavar="FILE", help=groups)
+    add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
     return options
 
 
@@ -45,23 +48,22 @@ def main(argv: list[str] | None = None) -> int:
     """Builds the site. Prints the problems of refused submissions and the path of the index."""
     options = parser().parse_args(argv)
     # They load pandas and scipy, for which --help and mistakes do not wait.
-    from gym_extensions.references import load_references
     from gym_extensions.scoring.output.screen import console, count, show_line
-    from gym_extensions.scoring.pipeline import Scorer, find_submissions
+    from gym_extensions.scoring.pipeline import find_submissions, make_scorer
     from gym_extensions.scoring.records import verified_records
     from gym_extensions.scoring.scorecard import ReferencesInfo
     from gym_extensions.site.build import base_digest, build_site
-    from gym_extensions.site.output import folder_key, scorecards_since
+    from gym_extensions.site.output import digest, folder_key, scorecards_since
 
     empty = [folder for folder in options.submissions if is_empty(folder)]
     folders = find_submissions([folder for folder in options.submissions if folder not in empty])
-    references = load_references()
-    info = ReferencesInfo(references.version, references.digest)
-    base = base_digest(info)
+    scorer = make_scorer(options.groups, options.references)
+    info = ReferencesInfo(scorer.references.version, scorer.references.digest)
+    base = digest(base_digest(info).encode(), *(Path(file).read_bytes() for file in options.groups))
     keys = {folder.name: folder_key(folder, base) for folder in folders}
     with working(f"building the pages of {count(len(folders), 'submission')}"):
         built = build_site(
-            scorecards_since(options.out, folders, keys, Scorer(references)),
+            scorecards_since(options.out, folders, keys, scorer),
             info,
             options.out,
             keys=keys,

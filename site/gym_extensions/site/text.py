@@ -115,7 +115,8 @@ def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
     or parts between hyphens (``Map0-Goal1`` in place of ``State-Based-Navigation-2d-Map0-Goal1``).
     """
     names = [split_version(other)[0] for other in tasks]
-    base = next((name for name in names if all(other.startswith(name) for other in names)), "")
+    bases = (name for name in names if all(re.match(f"{re.escape(name)}(?!-)", other) for other in names))
+    base = next(bases, "")
     name, version = split_version(task_id)
     return _task((name.removeprefix(base) if base else _own_parts(name, names)) or name, version)
 
