@@ -89,9 +89,9 @@ def test_the_numbers_of_the_readme_are_in_the_findings() -> None:
 
 
 def test_the_landscape_of_the_readme_is_that_of_the_committed_entry(tmp_path: Path) -> None:
-    view = build.landscape(ROOT / "submissions")
-    build.draw_landscape(view, tmp_path / "landscape.svg")
-    committed, drawn = (path.read_text("utf-8") for path in (build.LANDSCAPE, tmp_path / "landscape.svg"))
+    (axis,) = build.landscape(ROOT / "submissions").axes
+    build.write_picture(axis.large, "landscape", tmp_path / "landscape.svg")
+    committed, drawn = ((each / "landscape.svg").read_text("utf-8") for each in (build.IMAGES, tmp_path))
     # Later entries may change the best return, and with it tints and scale; the entry's own returns stay.
     own = [re.findall(r"[\d.]+ at [\d.]+ g", text) for text in (committed, drawn)]
     assert own[0] == own[1], "run `make findings`"

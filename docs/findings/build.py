@@ -11,7 +11,7 @@ from pathlib import Path
 
 import tables
 from costs import hours
-from figures import draw_groups, draw_landscape, draw_learned_and_final, draw_retention
+from figures import draw_groups, draw_retention, write_picture
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
 
@@ -22,13 +22,16 @@ from gym_extensions.files import write_text
 from gym_extensions.references import ALONE
 from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.landscapes import best, landscapes_of
-from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
+from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
+from gym_extensions.scoring.ranking.core_board import core_board
+from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
-LANDSCAPE = ROOT / "docs" / "images" / "landscape.svg"
+IMAGES = ROOT / "docs" / "images"
 NOT_COMPARED = {
     "random",
     "zero",
@@ -69,22 +72,21 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     """Writes the page and its figures."""
     if not submissions.is_dir():
         raise SystemExit(f"{submissions}: no such folder. Give the folder with the submissions.")
-    core, metrics = results.core(submissions), results.metrics(submissions)
-    methods = tables.methods(core, results.core_pairs(submissions))
+    board = core_board(list(valid_scorecards(submissions, make_scorer(only=("core",))).values()))
+    core, metrics = core_frame(board), results.metrics(submissions)
+    methods = tables.methods(core, core_pairs_frame(board))
     names = [name for name in core["name"] if name not in NOT_COMPARED]
     groups = tables.fine_tuning(metrics, forgetting_of_runs(submissions / FINE_TUNING))
     learned = [row for row in groups if row.is_learned]
     other_ways = tables.in_other_ways(core)
-    draw_learned_and_final(
-        [(each.row["title"], each.value(LEARNED), each.value(FINAL)) for each in methods],
-        [(each.row["title"].removeprefix("TRPO, "), each.value(FINAL)) for each in other_ways],
-        FOLDER / "core.svg",
-    )
+    assert board is not None
+    write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
     draw_groups(tables.by_group(metrics, names, FINAL), [group.name for group in CORE], FOLDER / "groups.svg")
     evaluations = results.evaluations(submissions / FINE_TUNING)
     scores = tables.as_scores(evaluations)
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
-    draw_landscape(landscape(submissions), LANDSCAPE)
+    (axis,) = landscape(submissions).axes
+    write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
     trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
     scored = {row.group.name for row in groups}
     templates = Environment(

@@ -19,43 +19,12 @@ from gym_extensions.files import write_text
 from gym_extensions.results.plots import plot_retention
 from gym_extensions.scoring.output.highlights import task_name
 from gym_extensions.scoring.scorecard import PaperRow
-from gym_extensions.site.pages.landscapes import View
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 matplotlib.rcParams |= {"svg.hashsalt": "gym-extensions", "svg.fonttype": "none", "font.size": 9}
 COLUMNS = 2
-
-
-def draw_learned_and_final(
-    rows: Sequence[tuple[str, Value, Value]], levels: Sequence[tuple[str, Value]], path: Path
-) -> None:
-    """One line per method from its learned performance (ring) to its final performance (disc), and levels."""
-    figure = Figure(figsize=(7.2, 1.0 + 0.4 * len(rows)), layout="constrained")
-    axes = figure.subplots()
-    for title, each in levels:
-        axes.axvline(each.mean, color="0.55", linewidth=1, linestyle=":", zorder=0)
-        axes.annotate(
-            title,
-            (each.mean, 1.02),
-            xycoords=("data", "axes fraction"),
-            ha="center",
-            fontsize=8,
-            color="0.35",
-        )
-    for height, (_, learned, final) in enumerate(rows):
-        axes.plot([learned.mean, final.mean], [height, height], color="0.45", linewidth=1.5, zorder=2)
-        _draw_interval(axes, learned, height + 0.18, "C1")
-        _draw_interval(axes, final, height - 0.18, "C0")
-        axes.plot(learned.mean, height, "o", color="C1", markerfacecolor="white", zorder=3)
-        axes.plot(final.mean, height, "o", color="C0", zorder=3)
-    axes.set_xlim(left=0)
-    axes.set_yticks(range(len(rows)), [title for title, _, _ in rows])
-    axes.invert_yaxis()
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.set_xlabel("score: ring right after training on a task, disc at the end (0 = floor, 1 = expert)")
-    _save(figure, path)
 
 
 def draw_groups(rows: Sequence[tuple[str, Sequence[Value]]], groups: Sequence[str], path: Path) -> None:
@@ -96,15 +65,15 @@ def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> No
     _save(figure, path)
 
 
-def draw_landscape(view: View, path: Path) -> None:
-    """A landscape with one axis as the page of its entry draws it, with the rules of the style sheet."""
-    (axis,) = view.axes
+def write_picture(picture: str, name: str, path: Path) -> None:
+    """A picture of a page as a file, with the rules of the style sheet for its class and its ticks."""
     static = site.FOLDER / "static"
-    sheet = "".join((static / name).read_text("utf-8") for name in ("masthead.css", "style.css"))
+    sheet = "".join((static / file).read_text("utf-8") for file in ("masthead.css", "style.css"))
     colours = re.search(r":root \{.*?\n\}\n@media [^{]*\{\n  :root \{.*?\n\}\n", sheet, re.DOTALL)
     assert colours is not None
-    rules = re.findall(r"^\.(?:landscape|tick)[ .].*\n", sheet, re.MULTILINE)
-    head, body = re.sub(" viewBox", ' xmlns="http://www.w3.org/2000/svg" viewBox', axis.large).split(">", 1)
+    rules = re.findall(rf"^\.(?:{name}|tick)[ .].*\n", sheet, re.MULTILINE)
+    size = r'xmlns="http://www.w3.org/2000/svg" width="\1" height="\2" viewBox="0 0 \1 \2"'
+    head, body = re.sub(r'viewBox="0 0 (\S+) (\S+)"', size, str(picture)).split(">", 1)
     paper = '<rect width="100%" height="100%" fill="var(--paper)"/>'
     write_text(path, f"{head}>\n<style>\n{colours[0]}{''.join(rules)}</style>\n{paper}{body}\n")
 
