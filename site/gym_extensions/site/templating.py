@@ -19,6 +19,7 @@ from gym_extensions.site.charts import landscapes, profiles, strips, task_curves
 from gym_extensions.site.charts.task_pictures import PICTURES
 from gym_extensions.site.output import digest
 from gym_extensions.site.play import stroboscopes
+from gym_extensions.site.play.assets import play_group_link
 
 LIBRARIES = ("jinja2", "markupsafe", "msgspec", "numpy", "scipy")
 
@@ -62,6 +63,7 @@ def environment() -> Environment:
         ranked_columns=RANKED_COLUMNS,
         paper_columns=PAPER_COLUMNS,
         reported=REPORTED,
+        play_group_link=play_group_link,
     )
     return templates
 

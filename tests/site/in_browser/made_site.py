@@ -18,7 +18,7 @@ from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 from ..browser import typed
 from ..conftest import everything, learner, sequential, submission
 from ..pages.test_core import GROUPS, method
-from ..play.test_assets import write_run
+from ..play.test_assets import write_runs
 from ..play.test_watch import poses_of
 
 ASSETS = Path(__file__).parents[3] / FOLDER
@@ -65,7 +65,7 @@ def write_site(folder: Path) -> Path:
     document["submissions"] = sorted(
         document["submissions"] + many + methods, key=lambda entry: entry["name"]
     )
-    write(write_run(folder.parent / "agile"), "hopper-gravity", poses_of(document))
+    write(write_runs(folder.parent / "agile"), "hopper-gravity", poses_of(document))
     references = load_references()
     info = ReferencesInfo(references.version, references.digest)
     site = Site(Render(info, PAGES_OF_SITE, {"agile": folder.parent / "agile"}, load(ASSETS), docs=True))

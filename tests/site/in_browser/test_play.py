@@ -195,7 +195,7 @@ def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
     policies = panel.locator("select.policy")
     assert [policies.nth(side).locator("option:checked").inner_text() for side in (0, 1)] == [
         "Expert of the task",
-        "Agile, run 0",
+        "Agile",
     ]
     assert all(caption(panel, side).startswith("Return ") for side in (0, 1))
     assert panel.lines == []  # type: ignore[attr-defined]
@@ -224,12 +224,24 @@ def test_the_keyboard_pauses_pushes_and_changes_the_world(panel: Page) -> None:
     assert panel.lines == []  # type: ignore[attr-defined]
 
 
-def test_an_entry_chosen_after_an_expert_is_shown_after_its_last_stage(panel: Page) -> None:
-    figure = panel.locator(".sides figure").first
-    assert figure.locator(".stage-of option:checked").inner_text() == "trained"
-    figure.locator(".policy").select_option(label="Agile, run 0")
-    panel.wait_for_function("() => document.querySelector('.stage-of').options.length === 6")
-    assert figure.locator(".stage-of").input_value() == "5"
+def test_a_link_chooses_a_run_and_other_choices_are_shown_after_their_last_stage(
+    page: Page, http_address: str
+) -> None:
+    index = page.request.get(f"{http_address}play/index.json").json()
+    groups = {group["id"]: group for group in index["groups"]}
+    groups["hopper-body-v0"]["entries"] = groups["hopper-gravity-v0"]["entries"]
+    page.route("**/index.json", lambda route: route.fulfill(json=index))
+    page.goto(f"{http_address}play.html#?group=hopper-gravity-v0&entry=agile&run=1&stage=2")
+    page.locator("#play-load").click()
+    page.wait_for_function("() => document.querySelector('.stage-of').value === '2'")
+    values = "(menus) => menus.map((menu) => menu.value)"
+    assert page.locator(".run-of").evaluate_all(values) == ["1", "1"]
+    assert page.locator(".stage-of").evaluate_all(values) == ["2", "5"]
+    page.locator("#play-group").select_option("hopper-body-v0")
+    page.wait_for_function("() => document.querySelector('.stage-of').value === '5'")
+    for policy, stage in (("/expert", "0"), ("agile", "5")):
+        page.locator(".policy").first.select_option(policy)
+        page.wait_for_function(f"() => document.querySelector('.stage-of').value === '{stage}'")
 
 
 def test_the_mouse_pulls_a_body(panel: Page) -> None:
@@ -252,20 +264,17 @@ def test_the_panel_fits_a_narrow_screen_and_is_accessible(panel: Page) -> None:
 
 
 def problem(page: Page) -> str:
-    """The sentence that the page shows instead of the bodies; it ends with a link to Watch."""
+    """The sentence that the page shows instead of the bodies; it ends with a link to recorded episodes."""
     note = page.locator("#play-problem")
     note.wait_for()
-    assert str(note.locator("a").get_attribute("href")).startswith("submissions/")
+    assert note.locator("a").get_attribute("href") == "tasks/hopper-v0.html#watch-policies"
     return note.inner_text()
 
 
-def test_from_a_file_the_page_says_what_to_do(page: Page, address: str) -> None:
+def test_where_it_cannot_run_the_page_says_what_to_do(page: Page, address: str, http_address: str) -> None:
     assert reports(page, address, "play.html") == []
     assert "python -m http.server" in problem(page)
     assert not page.locator("#play-load").is_visible()
-
-
-def test_without_webassembly_the_page_says_what_to_do(page: Page, http_address: str) -> None:
     page.add_init_script("delete globalThis.WebAssembly")
     page.goto(f"{http_address}play.html")
     assert "Play needs WebAssembly." in problem(page)

@@ -84,6 +84,8 @@ def test_the_panel_and_its_script_are_on_the_page_of_the_entry(
     page = Reader(texts["submissions/agile.html"])
     assert page.errors == []
     assert "Watch run 0" in page.text
+    link = f"../play.html#?group={GROUP}&task=HopperGravityHalf&entry=agile&run=0&stage=1"
+    assert link in [attributes.get("href") for _, attributes in page.elements]
     assert page.text.count("Right after its training") == 4
     sections = [attributes for tag, attributes in page.elements if attributes.get("class") == "watch"]
     assert [section["data-task"] for section in sections] == ["0", "1", "2", "3", "4"]

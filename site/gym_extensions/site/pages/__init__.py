@@ -48,8 +48,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
 
 def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page on which MuJoCo runs in the browser, and its files; without the simulator it says so."""
-    leaders = [board.leader.row.card.name for board in site.boards if board.leader]
-    watch = paths.entry_path(leaders[0]) if leaders else "entries.html"
+    watch = f"{paths.task_path('Hopper-v0')}#watch-policies"
     play = assets(site, render.folders, render.simulator) if render.simulator else None
     size = sum(map(len, render.simulator.files().values())) / 1e6 if render.simulator else 0.0
     values = {"play": play, "watch": watch, "size": size, "version": VERSION}

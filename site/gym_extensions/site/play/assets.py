@@ -1,8 +1,8 @@
 """The files that the page Play loads: bodies, tasks, and policies that a script in the browser evaluates.
 
 There is no room for every policy. The site publishes the experts of the tasks, then of each group the first
-run of the entries that trained in sequence, the best entries first, until ``MAX_BYTES`` are reached. Policies
-of more than ``MAX_FILE_BYTES`` are left out.
+run of the entries that trained in sequence, the best entries first, then their second run, and so on, until
+``MAX_BYTES`` are reached. Policies of more than ``MAX_FILE_BYTES`` are left out.
 """
 
 from __future__ import annotations
@@ -10,9 +10,11 @@ from __future__ import annotations
 import importlib.util
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import urlencode
 
 import numpy as np
 
@@ -26,13 +28,13 @@ from gym_extensions.rollouts.policies.files import has_policies, read_policies
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.entry_results import SEQUENTIAL
-from gym_extensions.site.paths import entry_path, slug
+from gym_extensions.site.paths import slug
 from gym_extensions.site.play.mujoco_wasm import Simulator, license_of
 
 FORMAT = 1
 """Of the index and of policy files."""
-MAX_BYTES, MAX_FILE_BYTES = 15_000_000, 1_000_000
-"""Bytes of all policies that a site publishes for Play, and of those of one entry on one group."""
+MAX_BYTES, MAX_FILE_BYTES = 40_000_000, 1_000_000
+"""Bytes of all policies that a site publishes for Play, and of those of one run."""
 FAMILIES = ("planar", "humanoid")
 """Families of bodies whose rules the script has."""
 VARIATIONS = (Gravity, LimbScale, RangeSensor, Wall)
@@ -51,14 +53,24 @@ def is_playable(task: Task) -> bool:
     return task.body.family in FAMILIES and all(isinstance(each, VARIATIONS) for each in task.variations)
 
 
-def playable_groups() -> list[TaskGroup]:
+@cache
+def playable_groups() -> tuple[TaskGroup, ...]:
     """The published groups whose tasks can all be played."""
-    return [group for group in GROUPS.values() if all(map(is_playable, group.tasks))]
+    return tuple(group for group in GROUPS.values() if all(map(is_playable, group.tasks)))
 
 
 def play_link(task: Task) -> str:
     """The path of the page with this task chosen; empty for a task that cannot be played."""
     return f"play.html#?task={task.name}" if is_playable(task) and task.version == 0 else ""
+
+
+def play_group_link(group_id: str, entry: str = "", run: int = 0) -> str:
+    """The path of the page with a group and a run of an entry chosen; empty if the group cannot be played."""
+    tasks = {group.id: group.tasks[0].name for group in playable_groups()}
+    if group_id not in tasks:
+        return ""
+    chosen = {"entry": entry, "run": run, "stage": 1} if entry else {}
+    return f"play.html#?{urlencode({'group': group_id, 'task': tasks[group_id]} | chosen)}"
 
 
 class Assets(NamedTuple):
@@ -80,49 +92,61 @@ def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator)
             tasks[name] |= {"expert": path, "provisional": bool(experts.card(name).provisional)}
             room -= len(files[path])
     groups: dict[str, dict[str, Any]] = {
-        group.id: {"id": group.id, "tasks": [task.name for task in group.tasks], "entries": []}
+        group.id: {"id": group.id, "tasks": [task.name for task in group.tasks], "entries": {}}
         for group in playable_groups()
     }
     boards = [board for board in site.boards if board.protocol == SEQUENTIAL and board.group in groups]
-    absent: dict[str, list[tuple[str, str]]] = {}
-    for board, row in _in_turn(boards):
+    whys: dict[tuple[str, str], tuple[str, str]] = {}  # title and reason by group and name
+    for board, row, nth in _in_turn(boards):
+        entries, name = groups[board.group]["entries"], row.card.name
         content, why = b"", NO_ROOM
-        if NO_ROOM not in absent:  # of many entries, most are not read
-            content, why = _entry_file(row, board.group, folders)
+        if room:  # of many entries, most are not read
+            content, why = _run_file(row, board.group, nth, folders)
         if len(content) > room:
-            why = NO_ROOM
+            room, why = 0, NO_ROOM
         if why:
-            absent.setdefault(why, []).append((row.card.title, board.group))
+            whys.setdefault((board.group, name), (row.card.title, why))
             continue
-        path = f"play/{slug(row.card.name)}/{slug(board.group)}.bin"
+        path = f"play/{slug(name)}/{slug(board.group)}-run{row.result.runs[nth]}.bin"
         files[path] = content
         room -= len(content)
-        facts = {"name": row.card.name, "title": row.card.title, "page": entry_path(row.card.name)}
-        groups[board.group]["entries"].append({**facts, "file": path, "run": row.result.runs[0]})
+        entry = entries.setdefault(name, {"title": row.card.title, "runs": []})
+        entry["runs"].append((row.result.runs[nth], path))
+    absent: dict[str, list[tuple[str, str]]] = {}
+    for (group_id, name), (title, why) in whys.items():
+        if name not in groups[group_id]["entries"]:
+            absent.setdefault(why, []).append((title, group_id))
+    core = site.scored.core
     index = {
         "format": FORMAT,
         "mujoco": simulator.facts(),
         "bodies": {body.name: _body(body) for body in BODIES.values() if body.family in FAMILIES},
         "tasks": tasks,
         "groups": list(groups.values()),
+        "core": [entry.name for entry in core.rows if entry.ranked] if core else [],
     }
     files["play/index.json"] = json.dumps(index, ensure_ascii=False, separators=(",", ":")).encode()
     return Assets(files | simulator.files(), absent)
 
 
-def _in_turn(boards: Sequence[BoardView]) -> Iterator[tuple[BoardView, Row]]:
-    """The first entry of every board, then the second, and so on."""
-    for rows in zip_longest(*(board.rows for board in boards)):
-        yield from ((board, row) for board, row in zip(boards, rows, strict=True) if row is not None)
+def _in_turn(boards: Sequence[BoardView]) -> Iterator[tuple[BoardView, Row, int]]:
+    """Entries with the position of a run.
+
+    The first run of the first entry of every board, of the second entry, and so on; then the second runs.
+    """
+    turns = zip_longest(*(board.rows for board in boards))
+    rows = [(board, row) for turn in turns for board, row in zip(boards, turn, strict=True) if row]
+    for nth in range(max([1, *(len(row.result.runs) for _, row in rows)])):
+        yield from ((board, row, nth) for board, row in rows if nth < max(len(row.result.runs), 1))
 
 
-def _entry_file(row: Row, group_id: str, folders: Mapping[str, Path]) -> tuple[bytes, str]:
-    """The policies of an entry's first run on a group, and why there are none."""
+def _run_file(row: Row, group_id: str, nth: int, folders: Mapping[str, Path]) -> tuple[bytes, str]:
+    """The policies of a run of an entry on a group, and why there are none."""
     folder = folders.get(row.card.name)
     group = next(group for group in GROUPS.values() if group.id == group_id)
     if folder is None or not row.result.runs:
         return b"", NO_POLICIES
-    run = row.result.runs[0]
+    run = row.result.runs[nth]
     try:
         if not has_policies(folder, group, SEQUENTIAL, run):
             return b"", NO_POLICIES

@@ -100,7 +100,7 @@ class Watch:
 
     @property
     def script(self) -> str:
-        """The script that hands the poses to the player, which loads it when Play is pressed."""
+        """The script that hands the poses to the player, which loads it when Replay is pressed."""
         skeletons: list[Any] = []
         maps: list[Any] = []
         rows = []

@@ -150,7 +150,7 @@
     function run(on) {
       if (on && time >= frames - 1) time = 0;
       running = on;
-      button.textContent = on ? "Pause" : "Play";
+      button.textContent = on ? "Pause" : "Replay";
       if (on) requestAnimationFrame((now) => { before = now; tick(now); });
     }
     function tick(now) {
@@ -193,7 +193,7 @@
     let toggle = null;
     button.type = "button";
     button.className = "play";
-    button.textContent = "Play";
+    button.textContent = "Replay";
     button.setAttribute("aria-describedby", section.getAttribute("aria-labelledby"));
     button.addEventListener("click", () => {
       if (toggle) toggle();

@@ -5,6 +5,7 @@ import { World } from "./world.js";
 import { camera, drawSpace } from "./space.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4], PUSH = 0.15, PUSH_REACH = 1, LONGEST_FRAME = 0.1, MOST_WORK = 40;
+const EXPERT = "/expert"; // no name of an entry has a slash
 const BOX = [-1.7, -0.2, 1.9, 2], NEAR = 0.4, PAUSE = 1.5;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const by = (id) => document.getElementById(`play-${id}`);
@@ -19,45 +20,69 @@ class Side {
     this.caption = figure.querySelector("figcaption");
     this.menu = figure.querySelector(".policy");
     this.stages = figure.querySelector(".stage-of");
-    this.menu.addEventListener("change", () => this.load().then(() => panel.restart()));
+    this.runs = figure.querySelector(".run-of");
+    this.menu.addEventListener("change", () => this.choose().then(() => panel.restart()));
+    this.runs.addEventListener("change", () => this.load().then(() => panel.restart()));
     this.stages.addEventListener("change", () => panel.restart());
     this.canvas.addEventListener("pointerdown", (event) => this.grasp(event));
     this.canvas.addEventListener("pointermove", (event) => this.drag(event));
     for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => this.world.grasp(null));
   }
 
-  // The policies that fit the task: its expert, and the entries of the group. Keeps the choice where it can.
-  offer(task, group, preferred) {
-    const rows = group.entries.map((entry) => [entry.file, `${entry.title}, run ${entry.run}`]);
-    if (task.expert) rows.unshift([task.expert, task.provisional ? "Expert (provisional)" : "Expert of the task"]);
-    if (preferred) rows.push(["", "no second body"]);
-    const chosen = [...this.menu.options].find((option) => option.selected)?.text;
+  // The policies that fit the task: its expert, and the entries of the group. Keeps the choice where it can;
+  // of another group, the last stage is shown. `wanted` has the name of an entry, a run and a stage, or nothing.
+  offer(task, group, isSecond, wanted) {
+    const rows = group.entries.map(({ name, title }) => [name, title]);
+    if (task.expert) rows.unshift([EXPERT, task.provisional ? "Expert (provisional)" : "Expert of the task"]);
+    if (isSecond || !rows.length) rows.push(["", isSecond ? "no second body" : "none is published"]);
+    const chosen = wanted.entry || (this.menu.options.length ? this.menu.value : null);
     fill(this.menu, rows);
-    const kept = rows.find(([, text]) => text === chosen) || rows[preferred && rows.length > 1 ? 1 : 0];
-    this.menu.value = kept ? kept[0] : "";
-    return this.load();
+    const [first] = rows[isSecond && rows.length > 1 ? 1 : 0];
+    this.menu.value = rows.some(([value]) => value === chosen) ? chosen : first;
+    if (this.group !== group) this.stages.disabled = true;
+    Object.assign(this, { task, group });
+    return this.choose(wanted.run, wanted.stage);
   }
 
-  async load() {
-    const { value, selectedOptions: [option] } = this.menu, stage = this.stages.disabled ? "" : this.stages.value;
+  // Offers the runs of the chosen entry.
+  choose(run = this.runs.value, stage) {
+    const entry = this.group.entries.find(({ name }) => name === this.menu.value), runs = entry?.runs || [];
+    fill(this.runs, entry ? runs.map(([number]) => [number, number]) : [["", "–"]]);
+    if (runs.some(([number]) => String(number) === run)) this.runs.value = run;
+    this.runs.disabled = runs.length < 2;
+    return this.load(stage);
+  }
+
+  // The file of the chosen policies, below the root of the site; empty without any.
+  get file() {
+    if (this.menu.value === EXPERT) return this.task.expert;
+    const entry = this.group.entries.find(({ name }) => name === this.menu.value);
+    return entry ? entry.runs.find(([number]) => String(number) === this.runs.value)[1] : "";
+  }
+
+  get title() {
+    return this.menu.selectedOptions[0]?.text + (this.runs.value && `, run ${this.runs.value}`);
+  }
+
+  async load(stage = this.stages.disabled ? "" : this.stages.value) {
+    const { file, title } = this;
     this.policies = null;
     this.problem = "";
-    if (value) {
+    if (file) {
       try {
-        const reply = await fetch(new URL(value, this.panel.site));
+        const reply = await fetch(new URL(file, this.panel.site));
         if (!reply.ok) throw new Error("The policies could not be loaded.");
         const policies = readPolicies(await reply.arrayBuffer());
-        if (value !== this.menu.value) return;
+        if (file !== this.file) return;
         this.policies = policies;
       } catch (error) {
-        this.problem = `${option.text}: ${error.message}`;
+        this.problem = `${title}: ${error.message}`;
       }
     }
-    const names = (this.policies || []).map((_, i) => [i, i ? `${i}: after ${this.panel.group.tasks[i - 1]}` : "0: before training"]);
-    const single = names.length === 1;
-    fill(this.stages, single ? [[0, "trained"]] : names);
+    const names = (this.policies || []).map((_, i) => [i, i ? `${i}: after ${this.group.tasks[i - 1]}` : "0: before training"]);
+    fill(this.stages, names.length > 1 ? names : [[0, names.length ? "trained" : "–"]]);
     this.stages.disabled = names.length < 2;
-    this.stages.value = stage && stage < names.length ? stage : names.length - 1;
+    this.stages.value = names.some(([i]) => String(i) === stage) ? stage : Math.max(names.length - 1, 0);
   }
 
   get policy() {
@@ -103,7 +128,8 @@ class Side {
     const shapes = world.shapes(), seconds = world.steps * world.dt, { qpos } = world.data;
     if (world.body.is_planar) this.drawPlane(shapes, qpos);
     else drawSpace(figure.view(this.canvas, BOX, 0), shapes, [qpos[0], qpos[1]]);
-    const end = !world.ended ? "" : world.fell ? " It fell." : " End of the episode.";
+    const waits = this.panel.sides.some((side) => side.running) ? " “Start again” restarts both." : "";
+    const end = !world.ended ? "" : `${world.fell ? " It fell." : " End of the episode."}${waits}`;
     caption.textContent = `Return ${world.total.toFixed(1)}, step ${world.steps} (${seconds.toFixed(1)} s), ${qpos[0].toFixed(1)} m.${end}`;
   }
 
@@ -162,6 +188,12 @@ class Panel {
   constructor(mujoco, index, site) {
     Object.assign(this, { mujoco, index, site, models: {}, running: true, touched: false, work: [0, 0] });
     this.sides = [...document.querySelectorAll(".sides figure")].map((figure) => new Side(figure, this));
+    // The methods of the core come first, as on its board.
+    const place = ({ name }) => index.core.indexOf(name) + 1 || index.core.length + 1;
+    for (const group of index.groups) {
+      group.entries = Object.entries(group.entries).map(([name, entry]) => ({ name, ...entry }))
+        .sort((a, b) => place(a) - place(b));
+    }
     fill(by("group"), index.groups.map(({ id }) => [id, id]));
     fill(by("speed"), SPEEDS.map((speed) => [speed, `${speed} ×`]));
     by("speed").value = 1;
@@ -185,8 +217,8 @@ class Panel {
   }
 
   async start() {
-    const wanted = new URLSearchParams(location.hash.slice(2)).get("task"), groups = this.index.groups;
-    const group = groups.find(({ tasks }) => tasks.includes(wanted)) || groups[0];
+    const wanted = Object.fromEntries(new URLSearchParams(location.hash.slice(2))), groups = this.index.groups;
+    const group = groups.find(({ id }) => id === wanted.group) || groups.find(({ tasks }) => tasks.includes(wanted.task)) || groups[0];
     by("group").value = group.id;
     by("group").addEventListener("change", () => this.chooseGroup());
     by("task").addEventListener("change", () => this.chooseTask());
@@ -198,16 +230,22 @@ class Panel {
     by("forward").addEventListener("click", () => this.push(1));
     by("panel").hidden = false;
     await this.chooseGroup(wanted);
+    const runs = group.entries.find(({ name }) => name === wanted.entry)?.runs || [];
+    if (wanted.entry && !runs.some(([number]) => String(number) === wanted.run)) {
+      this.missing = `This site does not offer run ${wanted.run} of ${wanted.entry} here. `;
+    }
     requestAnimationFrame((now) => this.frame(now));
   }
 
-  chooseGroup(wanted) {
+  // `wanted` is what a link to this page asks for: a task; an entry and its run, after a stage and at the end.
+  chooseGroup(wanted = {}) {
     fill(by("task"), this.group.tasks.map((name) => [name, name]));
-    if (this.group.tasks.includes(wanted)) by("task").value = wanted;
-    return this.chooseTask();
+    if (this.group.tasks.includes(wanted.task)) by("task").value = wanted.task;
+    return this.chooseTask(wanted);
   }
 
-  async chooseTask() {
+  async chooseTask(wanted = {}) {
+    this.missing = "";
     const task = this.task, body = this.index.bodies[task.body], [[part, factor] = [Object.keys(body.parts)[0], 1]] = Object.entries(task.limbs);
     fill(by("part"), Object.keys(body.parts).map((name) => [name, name]));
     by("part").value = part;
@@ -218,7 +256,7 @@ class Panel {
     this.work = [0, 0];
     this.ready = false; // policies and bodies of two tasks do not fit each other
     this.models[body.name] ||= await (await fetch(new URL(body.model, this.site))).text();
-    await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i)));
+    await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i, i && wanted.entry ? { ...wanted, stage: "" } : wanted)));
     if (task !== this.task) return;
     for (const side of this.sides) side.place(this.mujoco, body, this.models[body.name], this.settings);
     this.ready = true;
@@ -295,12 +333,12 @@ class Panel {
   show() {
     for (const side of this.sides) {
       side.draw();
-      side.canvas.setAttribute("aria-label", `${this.task.body} under ${side.menu.selectedOptions[0]?.text}`);
+      side.canvas.setAttribute("aria-label", `${this.task.body} under ${side.title}`);
     }
     const [simulated, spent] = this.work, ratio = spent > 0 ? simulated / spent : 0;
     const world = this.touched ? "The body was pushed: this return is not one of the task."
       : this.isTask ? `This is ${by("task").value}.` : "This world is no task of the benchmark.";
-    by("status").textContent = `${world}${ratio ? ` One body simulates ${ratio.toFixed(ratio < 10 ? 1 : 0)} × as fast as real time.` : ""}`;
+    by("status").textContent = `${this.missing}${world}${ratio ? ` One body simulates ${ratio.toFixed(ratio < 10 ? 1 : 0)}\u00a0× as fast as real time.` : ""}`;
     by("status").dataset.ratio = ratio;
   }
 }
