@@ -267,7 +267,7 @@ def problem(page: Page) -> str:
     """The sentence that the page shows instead of the bodies; it ends with a link to recorded episodes."""
     note = page.locator("#play-problem")
     note.wait_for()
-    assert note.locator("a").get_attribute("href") == "tasks/hopper-v0.html#watch-policies"
+    assert note.locator("a").get_attribute("href") == "tasks/hopper-v0.html"
     return note.inner_text()
 
 

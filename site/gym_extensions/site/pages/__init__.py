@@ -48,7 +48,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
 
 def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page on which MuJoCo runs in the browser, and its files; without the simulator it says so."""
-    watch = f"{paths.task_path('Hopper-v0')}#watch-policies"
+    watch = paths.task_path("Hopper-v0")
     play = assets(site, render.folders, render.simulator) if render.simulator else None
     size = sum(map(len, render.simulator.files().values())) / 1e6 if render.simulator else 0.0
     values = {"play": play, "watch": watch, "size": size, "version": VERSION}
