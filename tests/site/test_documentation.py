@@ -15,6 +15,7 @@ from .browser import Reader, site_files
 
 ROOT = Path(__file__).parents[2]
 KINDS = tuple(page for page in PAGES if page.path != TASK_LIST)
+ROOT_PAGES = {"docs/index.html": "README.md", "docs/changelog.html": "CHANGELOG.md"}
 
 
 def pages(document: dict[str, Any], docs: bool) -> dict[str, Reader]:
@@ -38,7 +39,7 @@ def test_links_lead_to_files_and_headings_of_the_documentation(document: dict[st
             target = posixpath.normpath(posixpath.join(posixpath.dirname(path), address.path))
             if target.startswith("docs/"):
                 found.add(target)
-                file = ROOT / {"docs/index.html": "README.md"}.get(target, target.replace(".html", ".md"))
+                file = ROOT / ROOT_PAGES.get(target, target.replace(".html", ".md"))
                 assert file.is_file(), f"{path} links to {target}"
                 assert address.fragment in {"", *anchors(file)}, f"{path}: {attributes['href']}"
     assert {f"docs/{name}.html" for name in ("index", "submit", "metrics", "experts", "speed")} <= found
