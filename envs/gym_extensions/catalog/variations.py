@@ -86,7 +86,7 @@ class Gravity(BaseVariation):
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         before = spec.option.gravity[2]
         self.apply(spec)
-        return f"Gravity {spec.option.gravity[2]:g} m/s² ({self.factor:g} × {before:g})."
+        return f"Gravity {spec.option.gravity[2]:g} m/s² ({self.factor:g} × {before:g}).".replace("-", "−")
 
 
 @dataclass(frozen=True)
