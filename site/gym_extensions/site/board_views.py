@@ -18,7 +18,7 @@ from gym_extensions.scoring.ranking.boards import BoardEntry, BoardMetric, Board
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site.entry_results import COLUMNS, SEQUENTIAL, EntryResult, group_order
+from gym_extensions.site.entry_results import COLUMNS, SEQUENTIAL, EntryResult, group_order, shown_columns
 from gym_extensions.site.text import count
 
 
@@ -218,8 +218,8 @@ class BoardView:
 
 
 def missing_reasons(results: Sequence[EntryResult]) -> tuple[str, ...]:
-    """Why values on the boards of results of one protocol are missing, each reason once, in order."""
-    values = (result.metric(name) for result in results for name in COLUMNS[result.protocol])
+    """Why values in the shown columns of results of one protocol are missing, each reason once, in order."""
+    values = (result.metric(name) for result in results for name in shown_columns(results))
     return tuple(dict.fromkeys(value.why for value in values if value.mean is None))
 
 

@@ -11,8 +11,8 @@ from gym_extensions.site.text import count, grouped
 LEVELS = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
     CLAIMED: (
-        "The files keep to every rule. Nothing else is known: the runs publish no policies, or nobody has "
-        "verified these files yet."
+        "The files keep to every rule. Nothing else is known, because the runs publish no policies or nobody "
+        "has verified them yet."
     ),
     VERIFIED: (
         "The board’s own machine ran the policies of every run on seeds that did not exist when the entry "
@@ -27,11 +27,6 @@ LEVELS = {
 """What each level of an entry means, from the lowest."""
 STEPS = {"recorded": "recorded by the training loop", "claimed": "claimed by the authors"}
 NOT_STATED = "not stated"
-
-
-def evaluated(card: Scorecard) -> str:
-    """How actions are selected in evaluation, for example ``sampled actions``."""
-    return NOT_STATED if card.manifest is None else f"{card.manifest.protocol.evaluation} actions"
 
 
 def task_label(card: Scorecard) -> str:
@@ -64,13 +59,22 @@ def tuning(spent: Tuning | None) -> str:
     return f"{grouped(spent.steps)} steps" + (f" on {', '.join(spent.tasks)}" if spent.tasks else "")
 
 
-def level(card: Scorecard) -> str:
-    """The level of an entry; ``refused`` with problems."""
-    return card.level or "refused"
+def dated(card: Scorecard) -> str:
+    """When an entry was accepted, or else last verified, YYYY-MM-DD; empty without either."""
+    return card.accepted or next((found.date for found in reversed(card.verifications)), "")
+
+
+def has_policies(card: Scorecard) -> bool:
+    """Whether a run of a whole scorecard publishes its policies."""
+    scores = [score for protocols in card.groups.values() for score in protocols.values()]
+    return is_verified(card) or any(made.policies for score in scores for made in score.provenance)
 
 
 def checked(card: Scorecard) -> str:
     """How an entry was verified, in a sentence or two; what its level means if it was not."""
+    if card.level == CLAIMED:
+        why = "and nobody has verified them yet" if has_policies(card) else "and the runs publish no policies"
+        return f"Claimed: the files keep to every rule, {why}, so nothing else is known."
     if not is_verified(card):
         return LEVELS[card.level] if card.level else ""
     passed = [found for found in card.verifications if found.passed and found.current]
@@ -80,6 +84,10 @@ def checked(card: Scorecard) -> str:
     text = f"Verified: the policies of {count(runs, 'run')} were run on new seeds and agree with the logs"
     if episodes:
         text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
+    if episodes > repeated:
+        is_other = all("[other machine" in found.difference for found in passed if found.difference)
+        why = "come from another kind of processor, which rounds differently" if is_other else "differ"
+        text += f", the other {grouped(episodes - repeated)} {why}"
     return text + (". A run was trained again and agrees." if card.level == REPRODUCED else ".")
 
 
@@ -98,7 +106,7 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         ("Training steps", STEPS[manifest.protocol.steps]),
         ("Task label", task_label(card)),
         ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
-        ("Transitions stored", stored(card)),
+        ("Batch or replay buffer", stored(card)),
         ("Parameters", parameters(manifest.memory)),
         ("Tuning", tuning(manifest.tuning)),
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import groupby
@@ -218,6 +218,12 @@ def results_of(found: Mapping[str, Mapping[str, GroupScore | SuiteScore]]) -> tu
     """The scores of every group, or of every suite, of a scorecard, and every protocol."""
     results = [EntryResult(name, p, score) for name, scores in found.items() for p, score in scores.items()]
     return tuple(sorted(results, key=lambda each: (group_order(each.group), PROTOCOLS.index(each.protocol))))
+
+
+def shown_columns(found: Sequence[EntryResult]) -> tuple[str, ...]:
+    """The metrics of a board of which one of its results has a value; the first one always."""
+    first, *others = COLUMNS[found[0].protocol]
+    return (first, *(name for name in others if any(each.metric(name).mean is not None for each in found)))
 
 
 def separate_groups(card: Scorecard) -> tuple[str, ...]:

@@ -165,16 +165,16 @@ def inline(text: str) -> Markup:
 
 PROTOCOLS = {
     "sequential": (
-        "One task after another",
+        "Sequential",
         "One policy learns the tasks of the group in order, and is tested on all of them at the end.",
     ),
-    "single": ("Each task alone", "One policy per task, trained on that task only."),
+    "single": ("Single-task", "One policy per task, trained on that task only."),
     "joint": (
-        "All tasks at once",
+        "Joint",
         "One policy is trained on all tasks of the group together, with the budget of the whole group.",
     ),
     "cumulative": (
-        "The last task for the whole budget",
+        "Cumulative",
         "One policy is trained on the last task alone, for the steps of the whole sequence.",
     ),
 }

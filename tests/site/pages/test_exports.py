@@ -14,8 +14,8 @@ from ..browser import Reader, files, typed
 
 def test_the_commands_check_and_repeat_an_entry(document: dict[str, Any]) -> None:
     card = document["submissions"][0]
-    card["name"] = "a b; rm"
-    assert commands(typed(document).submissions[0]) == "gym-extensions verify 'submissions/a b; rm'"
+    card.update(name="a b; rm", level="claimed")
+    assert commands(typed(document).submissions[0]) == "", "it publishes no policies"
     made = {
         "run": 0, "command": "gym-extensions train mine", "commit": "", "by": "", "date": None,
         "versions": {}, "processor": "", "steps": 1, "cpu_seconds": None,
@@ -24,6 +24,7 @@ def test_the_commands_check_and_repeat_an_entry(document: dict[str, Any]) -> Non
     }  # fmt: skip
     card["groups"]["hopper-gravity-v0"]["sequential"]["provenance"] = [made]
     text = commands(typed(document).submissions[0])
+    assert "gym-extensions verify 'submissions/a b; rm'\n" in text
     assert "# what trained run 0 on hopper-gravity-v0\ngym-extensions train mine\n" in text
     assert "policies.load('submissions/a b; rm', 'hopper-gravity', run=0, stage=5)" in text
 

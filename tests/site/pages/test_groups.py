@@ -44,7 +44,7 @@ def test_a_published_table_shows_what_it_has(document: dict[str, Any]) -> None:
     ):
         assert sentence in text
     assert "Evaluation matrix" not in text
-    assert "Reported elsewhere" in pages["entries.html"].text
+    assert "Keeper keeper reported" in pages["entries.html"].text
     assert "boards/hopper-gravity-v0-sequential-paper.html" not in pages
 
 

@@ -48,8 +48,8 @@ def test_the_page_of_an_entry_shows_its_landscape_and_publishes_it(
     page = Reader(texts[PAGE])
     assert page.errors == []
     # over two runs agile ends at 900 and 1000 where the best mean is 1950
-    assert "between trained values 0.49" in page.text
-    assert "Between and beyond the trained worlds" in page.text
+    assert "interpolation 0.49" in page.text
+    assert "Interpolation and extrapolation" in page.text
     assert "How policies do between and beyond" in Reader(texts["index.html"]).text
     assert "Run 1" in page.text
     assert "at 1.25 g" in page.text
@@ -62,7 +62,8 @@ def test_a_board_shows_both_numbers_as_never_trained_on(
 ) -> None:
     page = Reader(dict(files(document, **folders))[BOARD])
     assert page.errors == []
-    assert "Never trained on, and not ranked" in page.text
+    assert "Nothing was trained on these values, and no rank depends on them." in page.text
+    assert "Only one entry is measured" not in page.text
     table = page.text[page.text.index("Share of the best return: mean over the runs") :]
     assert table.index("keeper") < table.index("agile")
 

@@ -64,7 +64,7 @@ def test_a_page_says_what_differs_and_by_how_much(pages: dict[str, str]) -> None
 
 def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dict[str, str]) -> None:
     text = page(pages, "HopperGravityHalf").text
-    for part in ("motor of thigh_joint", "velocity of rootx", "1000 steps.", "v0: first published version"):
+    for part in ("motor of thigh_joint", "velocity of rootx", "1 000 steps.", "v0: first published version"):
         assert part in text
     assert published("gym_extensions/HopperGravityHalf-v0") in text
     assert "hopper-gravity-v0 (task 1 of 5)" in text
@@ -85,7 +85,7 @@ def test_a_page_says_what_1_is(pages: dict[str, str]) -> None:
     text = page(pages, "Pusher").text
     assert "1 is the mean return of the expert, −3" in text
     assert 'experts.load("Pusher")' in text
-    assert "Each dot is the mean return of one run of trpo after 300,000 steps" in text
+    assert "Each dot is the mean return of one run of trpo after 300 000 steps" in text
     assert "Provisional: it rarely passes the wall." in page(pages, "HopperWall").text
     assert "The task is open: no policy is known" in page(pages, "Striker").text
 

@@ -8,12 +8,12 @@ import unicodedata
 from collections.abc import Iterator
 from functools import partial
 
-from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.output.board_frames import csv_text
 from gym_extensions.scoring.poses import load_entry
 from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site.entry_facts import LEVELS, has_policies
 from gym_extensions.site.entry_results import SEQUENTIAL, results_of, separate_groups
 from gym_extensions.site.output import encoded
 from gym_extensions.site.pages import core
@@ -49,28 +49,15 @@ def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
         yield paths.entry_file(entry.name, "citation.bib"), bibtex(entry)
 
 
-ON_A_BOARD = "On a board"
-OFF_BOARDS = "Not on a board: a budget that is only for tests, or no scored group"
-PUBLISHED = "Reported elsewhere: published results without logs, shown as printed and not ranked"
-REFUSED = "Refused: they break a rule, and are on no board until all problems are fixed"
-STATUS = (ON_A_BOARD, OFF_BOARDS, PUBLISHED, REFUSED)
-
-
 def publish_list(site: Leaderboard, render: Render) -> Iterator[File]:
-    """All submissions by status and name, refused ones and published tables included."""
+    """All submissions by level and name, published tables and refused ones last."""
     on_boards = {row.entry.name for board in site.boards for row in board.rows}
-    by_status: dict[str, list[Scorecard]] = {status: [] for status in STATUS}
-    for entry in site.entries:
-        by_status[_status(entry, on_boards)].append(entry)
-    yield "entries.html", render("entries.html", "entries.html", by_status=by_status)
-
-
-def _status(entry: Scorecard, on_boards: set[str]) -> str:
-    if entry.problems:
-        return REFUSED
-    if entry.level == REPORTED:
-        return PUBLISHED
-    return ON_A_BOARD if entry.name in on_boards else OFF_BOARDS
+    rows = site.scored.core.rows if site.scored.core else ()
+    scores = {row.name: core.value(row, core.FINAL) for row in rows}
+    levels = ["", *LEVELS]
+    entries = sorted(site.entries, key=lambda entry: -levels.index(entry.level or ""))
+    values = {"entries": entries, "on_boards": on_boards, "scores": scores}
+    yield "entries.html", render("entries.html", "entries.html", **values)
 
 
 ESCAPED = {character: f"\\{character}" for character in "&%$#_"} | {
@@ -118,17 +105,16 @@ def _escaped(text: str) -> str:
 
 def commands(card: Scorecard) -> str:
     """The commands that check an entry, repeat a run of it and load one of its policies, in a clone."""
-    folder = f"submissions/{card.name}"
-    lines = [
-        "# repeat the logged episodes with the published policies, and run these on new seeds",
-        f"gym-extensions verify {shlex.quote(folder)}",
-    ]
+    folder, lines = f"submissions/{card.name}", []
+    if has_policies(card):
+        lines = [
+            "# repeat the logged episodes with the published policies, and run these on new seeds",
+            f"gym-extensions verify {shlex.quote(folder)}",
+        ]
     results = [result for result in results_of(card.groups) if result.detail.provenance]
-    if not results:
-        return lines[1]
-    made = results[0].detail.provenance[0]
-    if made.command:
-        lines += [f"# what trained run {made.run} on {results[0].group}", made.command]
+    for result in results[:1]:
+        made = result.detail.provenance[0]
+        lines += [f"# what trained run {made.run} on {result.group}", made.command] if made.command else []
     sequential = next((result for result in results if result.protocol == SEQUENTIAL), None)
     if sequential and sequential.detail.provenance[0].policies:
         group = split_version(sequential.group)[0]

@@ -35,7 +35,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         rows = [(row.entry, site.inputs[row.entry.name]) for board in group.boards for row in board.rows]
         shared = repr((group.tasks, group.paper, [board.id for board in group.boards])).encode()
         landscapes = {board.id: render.landscapes.rows(board) for board in group.boards}
-        shares = [values for pairs in landscapes.values() for _, values in pairs]
+        shares = [view.inputs for pairs in landscapes.values() for _, view in pairs]
         values = {"landscapes": landscapes, "landscape_titles": TITLES, "shown_rows": SHOWN_ROWS}
         write = partial(render, "group.html", path, group=group, **values)
         yield path, Draft(shared + encoded((rows, shares)), write)

@@ -34,7 +34,7 @@ from gym_extensions.site.output import encoded
 
 Summary = Mapping[str, MetricValue]
 """Interpolation and extrapolation, without one of which a group has no worlds."""
-TITLES = {INTERPOLATION: "Between trained values", EXTRAPOLATION: "Beyond trained values"}
+TITLES = {INTERPOLATION: "between trained values", EXTRAPOLATION: "beyond trained values"}
 
 
 @dataclass(frozen=True)
@@ -55,15 +55,16 @@ class View:
     group: TaskGroup
     landscape: Landscape | None
     best: Best
+    entries: int = 0  # that have a landscape of the group
     why: str = ""
 
     @property
     def inputs(self) -> bytes:
         """All that the section depends on."""
         best = [value for (group, _), value in self.best.items() if group == self.group.id]
-        return encoded((self.why, self.landscape, best))
+        return encoded((self.why, self.landscape, self.entries, best))
 
-    @property
+    @cached_property
     def summary(self) -> Summary:
         """The shares of the best return."""
         return summary(self.landscape, self.group, self.best) if self.landscape else {}
@@ -72,6 +73,16 @@ class View:
     def axes(self) -> list[AxisView]:
         """Every axis, drawn."""
         return [self._drawn(axis, self.landscape) for axis in axes(self.group)] if self.landscape else []
+
+    @property
+    def maps(self) -> dict[str, Markup]:
+        """A small map of the mean over runs, by what is varied."""
+        found = self.landscape
+        means = {axis: found.axis(axis.name).means for axis in axes(self.group)} if found else {}
+        return {
+            axis.title: charts.small(axis, _shares(each, self.best[self.group.id, axis.name]), axis.title)
+            for axis, each in means.items()
+        }
 
     def _drawn(self, axis: Axis, landscape: Landscape) -> AxisView:
         measured, top = landscape.axis(axis.name), self.best[landscape.group, axis.name]
@@ -104,20 +115,20 @@ class Landscapes:
     folders: Mapping[str, Path] = field(default_factory=dict)
 
     @cached_property
-    def _all(self) -> tuple[Best, Mapping[str, Mapping[str, Summary]]]:
+    def _all(self) -> Mapping[str, Mapping[str, View]]:
+        """By group id and entry."""
         found = {name: landscapes_of(folder) for name, folder in sorted(self.folders.items())}
         top = best(each for landscapes in found.values() for each in landscapes.values())
-        groups = {group.id: group for group in GROUPS.values()}
-        rows: dict[str, dict[str, Summary]] = {}
-        for name, landscapes in found.items():
-            for group_id, each in landscapes.items():
-                rows.setdefault(group_id, {})[name] = summary(each, groups[group_id], top)
-        return top, rows
+        views = {}
+        for group in GROUPS.values():
+            known = {name: each[group.id] for name, each in found.items() if group.id in each}
+            views[group.id] = {name: View(group, each, top, len(known)) for name, each in known.items()}
+        return views
 
     @property
     def groups(self) -> list[str]:
         """The ids of the groups of which an entry has a landscape."""
-        return [group.id for group in GROUPS.values() if group.id in self._all[1]]
+        return [group for group, views in self._all.items() if views]
 
     def views(self, entry: Scorecard) -> dict[str, View]:
         """The landscapes of an entry by group id, for its sequential results on groups with axes."""
@@ -131,15 +142,15 @@ class Landscapes:
         }
 
     def _view(self, entry: Scorecard, folder: Path, group: TaskGroup) -> View:
+        if known := self._all[group.id].get(entry.name):
+            return known
         found = load(folder, group)
-        if isinstance(found, Landscape):
-            return View(group, found, self._all[0])
         has_policies = any(run.policies for run in entry.groups[group.id][PROTOCOL].provenance)
         why = NO_POLICIES if found == NOT_MEASURED and not has_policies else found
-        return View(group, None, {}, why)
+        return View(group, None, {}, why=str(why))
 
-    def rows(self, board: BoardView) -> list[tuple[Row, Summary]]:
+    def rows(self, board: BoardView) -> list[tuple[Row, View]]:
         """The entries of a sequential board that have a landscape, from the highest share to the lowest."""
-        known = self._all[1].get(board.group, {}) if board.protocol == PROTOCOL else {}
+        known = self._all.get(board.group, {}) if board.protocol == PROTOCOL else {}
         rows = [(row, known[row.entry.name]) for row in board.rows if row.entry.name in known]
-        return sorted(rows, key=lambda pair: [-(value.mean or 0.0) for value in pair[1].values()])
+        return sorted(rows, key=lambda pair: [-(value.mean or 0.0) for value in pair[1].summary.values()])

@@ -29,7 +29,7 @@ from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
 from gym_extensions.site.play.assets import play_link
 from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
-from gym_extensions.site.text import inline, short
+from gym_extensions.site.text import grouped, inline, short
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -152,7 +152,7 @@ class TaskView:
             ("Reward per step", prose.reward),
             ("Start", prose.start),
             ("End", prose.end),
-            ("Time limit", f"{self.task.max_steps} steps."),
+            ("Time limit", f"{grouped(self.task.max_steps)} steps."),
             ("Success", success.text if success else "Not defined."),
             ("Source", prose.source),
         )
