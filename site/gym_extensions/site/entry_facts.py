@@ -86,7 +86,7 @@ def checked(card: Scorecard) -> str:
         text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
     if episodes > repeated:
         is_other = all("[other machine" in found.difference for found in passed if found.difference)
-        why = "come from another kind of processor, which rounds differently" if is_other else "differ"
+        why = "were logged on another kind of processor, which rounds differently" if is_other else "differ"
         text += f", the other {grouped(episodes - repeated)} {why}"
     return text + (". A run was trained again and agrees." if card.level == REPRODUCED else ".")
 

@@ -83,6 +83,7 @@ def test_an_entry_shows_what_its_verification_found(document: dict[str, Any]) ->
         "run 1, stage 2, episode 7: 1e-12",
         "0.310",
         "the policies of 5 runs were run",
+        "2 999 of 3 000 logged episodes were repeated bit for bit, the other 1 differ.",
     ):
         assert fact in text
     assert text.count("2 999 of 3 000") == 2, "in the head and in the table"

@@ -116,7 +116,6 @@ class Landscapes:
 
     @cached_property
     def _all(self) -> Mapping[str, Mapping[str, View]]:
-        """By group id and entry."""
         found = {name: landscapes_of(folder) for name, folder in sorted(self.folders.items())}
         top = best(each for landscapes in found.values() for each in landscapes.values())
         views = {}
