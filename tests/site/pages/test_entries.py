@@ -103,7 +103,9 @@ def test_the_level_of_an_entry_is_shown_and_verified_ones_are_counted(
     first = document["submissions"][0]
     first["level"] = first["groups"]["hopper-gravity-v0"]["sequential"]["level"] = level
     pages = read(document)
-    assert f"agile {level}" in pages["submissions/agile.html"].text
+    text = pages["submissions/agile.html"].text
+    assert f"agile {level}" in text
+    assert ("and the runs publish no policies" in text) == (level == "claimed")
     count = "0 of 5 entries are" if level == "claimed" else "1 of 5 entries is"
     assert f"{count} verified" in pages["index.html"].text
 
@@ -119,4 +121,4 @@ def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -
     assert page.errors == []
     assert "challenged" in text_of(document, GROUP)
     decisions.append({"action": "withdrawn", "by": "one", "date": "2026-11-24", "reason": "An error."})
-    assert "withdrawn" in text_of(document, "entries.html")
+    assert "Agile agile verified withdrawn 1 2026-11-22 –" in text_of(document, "entries.html")
