@@ -83,7 +83,7 @@ def test_an_agent_that_learned_nothing_has_nothing_to_forget(
         ),
         (
             {"a": around(0.92, wide=3), "b": around(0.9, wide=3)},
-            "The test does not separate it from 1 other ranked entry.",
+            "No significant difference to 1 other ranked entry.",
         ),
     ],
 )

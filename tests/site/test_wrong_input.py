@@ -51,7 +51,7 @@ def test_one_entry_with_one_run_has_values_without_intervals() -> None:
     pages = read(only(one_run()))
     valid(pages)
     assert "one run" in pages[GROUP].text
-    assert "No entry is ranked yet. Single single has the highest score, " in pages[GROUP].text
+    assert "No entry is ranked yet. Highest mean: Single single with " in pages[GROUP].text
     assert "hopper-gravity 1 entry, none ranked" in pages["index.html"].text
     assert "No method has all runs of the core suite yet." in pages["index.html"].text
     assert "Not ranked: Fewer than 5 runs." in pages[GROUP].text

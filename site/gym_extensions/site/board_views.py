@@ -86,7 +86,7 @@ def _ranked(ranked: Sequence[Row]) -> str:
     if best == worst:
         return "It is significantly better than every other ranked entry (95\u202f% confidence)."
     tied = worst - best
-    return f"The test does not separate it from {count(tied, 'other ranked entry', 'other ranked entries')}."
+    return f"No significant difference to {count(tied, 'other ranked entry', 'other ranked entries')}."
 
 
 def _unranked(scored: Sequence[Row]) -> str:

@@ -21,7 +21,7 @@ def test_a_map_has_cells_where_the_tint_changes_and_a_dot_per_trained_value() ->
     }
     assert [parts[f"t{2 * stage}"].count("M") for stage in range(6)] == [8] * 6
     assert parts["t1"].count("M") == 6 * 7
-    assert parts["t10"].startswith("M0.0 50.0H5.2v10.0H0.0z")
+    assert parts["t10"].startswith("M0 50H5.2v10H0z")
     drawing = str(small(AXIS, shares, "Run 0"))
     dots = re.findall(r'class="seen" stroke-width="(\S+)" d="(\S[^"]*)"', drawing)
     assert [(width, way.count("M")) for width, way in dots] == [("2", 10), ("5", 5)]

@@ -21,16 +21,16 @@ def elements(svg: str, kind: str) -> list[ElementTree.Element]:
 
 def test_a_strip_has_a_dot_per_run_the_mean_and_the_interval() -> None:
     svg = strip(FIVE_RUNS, UNIT)
-    assert [dot.get("cx") for dot in elements(svg, "run")] == ["40.0", "45.0", "50.0", "55.0", "60.0"]
-    assert [dot.get("cx") for dot in elements(svg, "mean")] == ["50.0"]
+    assert [dot.get("cx") for dot in elements(svg, "run")] == ["40", "45", "50", "55", "60"]
+    assert [dot.get("cx") for dot in elements(svg, "mean")] == ["50"]
     bar = elements(svg, "interval")[0]
-    assert (bar.get("x1"), bar.get("x2")) == ("40.0", "60.0")
+    assert (bar.get("x1"), bar.get("x2")) == ("40", "60")
     assert not elements(svg, "beyond")
 
 
 def test_an_interval_beyond_the_scale_ends_in_an_arrow() -> None:
     arrows = elements(strip(MetricValue(0.5, -0.5, 0.8, (0.4, 0.6)), UNIT), "beyond")
-    assert [arrow.get("points") for arrow in arrows] == ["-7.0,11.0 0.0,6.0 0.0,16.0"]
+    assert [arrow.get("points") for arrow in arrows] == ["-7,11 0,6 0,16"]
 
 
 def test_one_run_has_a_mean_and_no_interval() -> None:
@@ -49,7 +49,7 @@ def test_a_disc_to_the_left_of_its_ring_is_a_loss(after: float, kind: str) -> No
     svg = dumbbell(MetricValue(0.5, None, None, (0.5,)), MetricValue(after, None, None, (after,)), UNIT)
     line = elements(svg, "join")[0]
     assert line.get("class") == f"join {kind}"
-    assert (line.get("x1"), line.get("x2")) == ("50.0", f"{after * 100:.1f}")
+    assert (line.get("x1"), line.get("x2")) == ("50", f"{after * 100:g}")
     assert ElementTree.fromstring(svg).get("aria-label") == (
         f"learned 0.50, one run, no interval; at the end {after:.2f}, one run, no interval"
     )

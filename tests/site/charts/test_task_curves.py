@@ -24,14 +24,14 @@ def test_lines_levels_and_shading_have_the_coordinates_of_their_values() -> None
         task_curves.line_chart([mean, mean], X, Y, "", bold=mean, since=0.5, levels=[1.0])
     )
     assert [(line.get("class"), line.get("d")) for line in svg.iter("path")] == [
-        ("level", "M0.0 0.0H100.0"),
+        ("level", "M0 0H100"),
         ("thin", "M0 200l100-200"),
         ("thin", "M0 200l100-200"),
         ("bold", "M0 200l100-200"),
         ("stops", "M0 200h0m100-200h0"),
     ]
-    assert [(dot.get("cx"), dot.get("cy")) for dot in svg.iter("circle")] == [("50.0", "0.0")]
-    assert [area.get("width") for area in svg.iter("rect")] == ["50.0"]
+    assert [(dot.get("cx"), dot.get("cy")) for dot in svg.iter("circle")] == [("50", "0")]
+    assert [area.get("width") for area in svg.iter("rect")] == ["50"]
     assert [level.text for level in svg.iter("text")] == ["1"]
 
 

@@ -10,18 +10,14 @@ import pytest
 from gym_extensions.site.pages.entries import bibtex, commands
 
 from ..browser import Reader, files, typed
+from ..conftest import MADE
 
 
 def test_the_commands_check_and_repeat_an_entry(document: dict[str, Any]) -> None:
     card = document["submissions"][0]
     card.update(name="a b; rm", level="claimed")
     assert commands(typed(document).submissions[0]) == "", "it publishes no policies"
-    made = {
-        "run": 0, "command": "gym-extensions train mine", "commit": "", "by": "", "date": None,
-        "versions": {}, "processor": "", "steps": 1, "cpu_seconds": None,
-        "peak_memory_mb": None, "policies": True,
-        "memory": {"stored_steps": 1, "parameters_first": 1, "parameters_last": 1},
-    }  # fmt: skip
+    made = {**MADE, "command": "gym-extensions train mine"}
     card["groups"]["hopper-gravity-v0"]["sequential"]["provenance"] = [made]
     text = commands(typed(document).submissions[0])
     assert "gym-extensions verify 'submissions/a b; rm'\n" in text

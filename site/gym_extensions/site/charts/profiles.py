@@ -57,7 +57,7 @@ def _chart(lines: Sequence[tuple[str, str, Points]], label: str) -> Markup:
         for score in x.ticks()
     ]
     body.append(text("tick name", 0, 10, "share of runs and tasks above the score"))
-    body.append(text("tick side", x.end, y.start + 29, "score at the end (0 floor, 1 expert)"))
+    body.append(text("tick side", x.end, y.start + 29, "normalized score at the end"))
     for kind, title, profile in reversed(lines):
         named = f"<title>{escape(title)}</title>" if title else ""
         through = points(_corners(profile), x, y)

@@ -63,16 +63,14 @@ def scale_around(
 
 
 def px(value: float) -> str:
-    """A coordinate with one digit after the point, in ASCII."""
-    return f"{value:.1f}".replace("-0.0", "0.0")
+    """A coordinate with at most one digit after the point, in ASCII."""
+    return f"{value:.1f}".replace("-0.0", "0.0").removesuffix(".0")
 
 
 def picture(kind: str, width: str, height: str, label: str, body: str) -> Markup:
-    """An ``svg`` element of class ``kind`` with a label for screen readers, which is escaped."""
-    return Markup(
-        f'<svg class="{kind}" viewBox="0 0 {width} {height}" role="img" '
-        f'aria-label="{escape(label)}">{body}</svg>'
-    )
+    """An ``svg`` element of class ``kind`` with a label for screen readers, which do not see one without."""
+    read = f'role="img" aria-label="{escape(label)}"' if label else 'aria-hidden="true"'
+    return Markup(f'<svg class="{kind}" viewBox="0 0 {width} {height}" {read}>{body}</svg>')
 
 
 def stroke(x1: float, y1: float, x2: float, y2: float, kind: str) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.scorecard import ReferencesInfo
@@ -30,16 +31,20 @@ from gym_extensions.site.play.mujoco_wasm import VERSION
 def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
     """Which method is best on the core, a figure of it, and where everything else is; then every pair."""
     scored = [entry for entry in site.entries if not entry.problems and entry.level != REPORTED]
+    board = site.scored.core
+    cards = {entry.name: entry for entry in site.entries}
     values = {
         "entries": len(scored),
         "verified": sum(is_verified(entry) for entry in scored),
         "reported": sum(entry.level == REPORTED for entry in site.entries),
         "refused": sum(bool(entry.problems) for entry in site.entries),
         "groups": groups.groups(site),
-        "landscapes": render.landscapes.groups,
+        "core_groups": len(CORES[CORE]),
+        "landscapes": {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)},
         "tasks_published": len(TASKS),
         "records": sum(map(len, site.records.values())),
-        "board": site.scored.core,
+        "board": board,
+        "costs": {row.name: core.cost(cards[row.name], row) for row in (board.rows if board else ())},
         "core": core,
     }
     yield "index.html", render("index.html", "index.html", **values)

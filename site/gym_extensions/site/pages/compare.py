@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import product
 
 from gym_extensions.scoring.ranking.boards import Difference
+from gym_extensions.scoring.ranking.group_board import MAX_PAIRED
+from gym_extensions.scoring.statistics import summary
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard
 from gym_extensions.site.pages.page import File, Render
+from gym_extensions.site.text import PROTOCOLS, group_name
 
 MOST_BOARDS = 40
 """Boards that the page links to."""
@@ -19,52 +23,65 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     boards = [board for board in site.boards if board.leader and len(board.rows) > 1]
     yield "compare.html", render("compare.html", "compare.html", boards=boards[:MOST_BOARDS])
     yield paths.COMPARED, index(site)
-    for board in site.boards:
-        yield paths.board_data(board.id, "pairs.js"), differences(board)
+    for merged in contests(site.boards):
+        yield paths.board_data(merged[0].id, "pairs.js"), differences(merged)
+
+
+def contests(boards: Sequence[BoardView]) -> list[list[BoardView]]:
+    """The boards of each group, protocol and budget: without and with the task label, or one of them."""
+    found: dict[tuple[object, ...], list[BoardView]] = {}
+    for board in boards:  # the score of a suite has no value per run, with which to compare two boards
+        is_apart = board.suite and board.task_conditioned
+        found.setdefault((board.group, board.protocol, board.budget, is_apart), []).append(board)
+    return list(found.values())
 
 
 def index(site: Leaderboard) -> str:
-    """The script with the entries, the boards that they are on, and the pairs of the core."""
-    boards = [
+    """The script with the entries, the groups that they have in common, and the pairs of the core."""
+    merged = [
         {
-            "group": board.group,
-            "label": f"{board.protocol}, {board.budget}{', task label' if board.task_conditioned else ''}",
+            "group": group_name(board.group),
+            "label": f"{PROTOCOLS[board.protocol][0]}, {board.budget}",
             "page": paths.board_tab(board.group, board.id),
             "pairs": paths.board_data(board.id, "pairs.js"),
             "id": board.id,
-            "entries": [row.entry.name for row in board.rows],
+            "entries": {row.entry.name: row.entry.runs for each in (board, *others) for row in each.rows},
         }
-        for board in site.boards
-        if len(board.rows) > 1
+        for board, *others in contests(site.boards)
     ]
     board = site.scored.core
     pairs = {
         metric: [[p.first, p.second, p.mean, p.low, p.high, p.p_value, p.verdict, p.look] for p in found]
         for metric, found in (board.pairs if board else {}).items()
     }
-    names = {name for each in boards for name in each["entries"]}
+    names = {name for each in merged for name in each["entries"]}
     titles = {entry.name: entry.title for entry in site.entries if entry.name in names}
-    groups = {
-        entry.name: {group: [value.mean, value.low, value.high] for group, value in entry.groups.items()}
-        for entry in (board.rows if board else ())
+    whys = {row.name: row.why for row in (board.rows if board else ())}
+    unranked = {
+        name: why for name in titles if (why := whys.get(name, "No sequential runs with its budget."))
     }
-    document = {"titles": titles, "boards": boards, "core": pairs, "groups": groups}
+    document = {"titles": titles, "boards": merged, "core": pairs, "unranked": unranked}
     return f"compareIndex({json.dumps(document, separators=(',', ':'))});\n"
 
 
-def differences(board: BoardView) -> str:
-    """The script with the differences of the entries of a board, which is loaded when two are compared.
+def differences(boards: Sequence[BoardView]) -> str:
+    """The script with the differences of the entries of ``contests``, loaded when two are compared.
 
     By the positions i < j of two entries in ``names``: mean, ends of the interval and p value per column.
     """
-    known = {name for pair in board.scored.pairs for name in (pair.first, pair.second)}
-    names = [row.entry.name for row in board.rows if row.entry.name in known]
+    board = boards[0]
+    names = [row.entry.name for each in boards for row in each.rows[:MAX_PAIRED]]
     place = {name: at for at, name in enumerate(names)}
+    pairs = {(pair.first, pair.second): pair.metrics for each in boards for pair in each.scored.pairs}
+    for one, other in product(*(each.rows[:MAX_PAIRED] for each in boards)) if len(boards) > 1 else ():
+        runs = {
+            name: (one.result.metric(name).runs, other.result.metric(name).runs) for name in board.columns
+        }
+        both = {name: Difference.of(*map(summary, each)) for name, each in runs.items() if all(each)}
+        pairs[one.entry.name, other.entry.name] = both
     found = {
-        f"{place[pair.first]},{place[pair.second]}": [
-            _numbers(pair.metrics.get(name)) for name in board.columns
-        ]
-        for pair in board.scored.pairs
+        f"{place[first]},{place[second]}": [_numbers(metrics.get(name)) for name in board.columns]
+        for (first, second), metrics in pairs.items()
     }
     document = {"board": board.id, "columns": board.columns, "names": names, "pairs": found}
     return f"boardPairs({json.dumps(document, separators=(',', ':'))});\n"

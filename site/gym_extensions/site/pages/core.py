@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from statistics import fmean
 
 from markupsafe import Markup, escape
 
+from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.scoring.formulas import MetricValue
-from gym_extensions.scoring.ranking.boards import CoreBoard, CoreCost, CoreEntry, CoreReference
+from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CoreReference
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.board_views import value_of
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
-from gym_extensions.site.text import count, ends, fixed, grouped, mean, short, split_version
+from gym_extensions.site.text import count, ends, fixed, mean, short, split_version
 
 FINAL, LEARNED, LOST = "final_performance", "learning_performance", "forgetting"
 TRANSFER = "zero_shot_transfer"
@@ -46,24 +48,26 @@ def state(entry: CoreEntry) -> str:
 
 def scale(entries: Sequence[CoreEntry]) -> Scale:
     """The scale of the drawn column, with every interval and 0."""
-    values = [value(entry, metric) for entry in entries for metric in (FINAL, LEARNED)]
-    reach = [end for each in values if each.mean is not None for end in _reach(each)]
-    return scale_around(reach, MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
+    return scale_around(_ends(entries), MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
 
 
-def price(cost: CoreCost) -> str:
-    """Processor time of a run, for example ``21 min``; where it is not stated the steps, or a dash."""
-    if cost.cpu_seconds is not None:
-        minutes = cost.cpu_seconds / 60
-        return f"{fixed(minutes, 0)} min" if minutes < 100 else f"{fixed(minutes / 60, 1)} h"
-    return "–" if cost.steps is None else f"{fixed(cost.steps / 1e6, 1)}M steps"
+def cost(card: Scorecard, row: CoreEntry | None) -> tuple[str, str]:
+    """Training steps and processor time of a run, for example ``8.7M steps``, ``21 min in 6 of 7 groups``.
 
-
-def size(cost: CoreCost) -> str:
-    """Stored transitions and parameters of a run of the core; empty where they are not stated."""
-    if cost.stored_steps is None or cost.parameters is None:
-        return ""
-    return f"{grouped(cost.stored_steps)} transitions stored, {grouped(cost.parameters)} parameters"
+    Each is a sum over the groups of the core that the entry has, or over all of its groups if it is not on
+    the core, of the mean over the runs that state it. No time, and a dash, where no run does.
+    """
+    names = row.groups if row else card.groups
+    protocol = min((each for name in names for each in card.groups[name]), key=PROTOCOLS.index, default="")
+    logs = [log.provenance for name in names if (log := card.groups[name].get(protocol)) and log.provenance]
+    if not logs:
+        return "–", ""
+    steps = f"{fixed(sum(fmean(run.steps for run in runs) for runs in logs) / 1e6, 1)}M steps"
+    scope = f" in {count(len(logs), 'group')}" if row is None or row.missing else ""
+    times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in logs]
+    minutes = [fmean(seconds) / 60 for seconds in times if seconds]
+    partly = f" in {len(minutes)} of {len(logs)} groups" if len(minutes) < len(logs) else ""
+    return steps + scope, f"{fixed(sum(minutes), int(sum(minutes) < 10))} min{partly}" if minutes else ""
 
 
 def answers(board: CoreBoard | None) -> list[Markup]:
@@ -71,71 +75,71 @@ def answers(board: CoreBoard | None) -> list[Markup]:
     ranked = [entry for entry in board.rows if entry.ranked] if board else []
     if board is None or not ranked:
         return [Markup("No method has all runs of the core suite yet. Each row says what is missing.")]
-    first = ranked[0]
-    kept = value(first, FINAL)
     if len(ranked) == 1:
-        return [
-            Markup(
-                "{} is the only method with all runs of the core suite so far: of the {} that it learned, "
-                "{} ({}) is left at the end."
-            ).format(_name(first), mean(value(first, LEARNED)), mean(kept), ends(kept))
-        ]
-    least = min(
-        (entry for entry in ranked if entry.metrics[LOST].rank),
-        key=lambda entry: (entry.metrics[LOST].mean or 0.0, entry.name),
-        default=None,
-    )
-    sentences = [
-        Markup("{} leads with {} ({}). {}").format(
-            _name(first), mean(kept), ends(kept), _certainty(board, ranked, first, FINAL, "better than")
-        )
-    ]
-    if least is not None:
-        lost = value(least, LOST)
-        certainty = _certainty(board, ranked, least, LOST, "less than")
-        sentences.append(
-            Markup("Of those that learned, {} forgets least: {} ({}). {}").format(
-                _name(least), mean(lost), ends(lost), certainty
-            )
-        )
+        only = Markup("{} is the only method with all runs of the core suite so far; it keeps {} ({}).")
+        kept = value(ranked[0], FINAL)
+        return [only.format(NAME.format(short(ranked[0].title, 40)), mean(kept), ends(kept))]
+    sentences = [_answer(board, ranked, FINAL, "")]
+    learned = [entry for entry in ranked if entry.metrics[LOST].rank]
+    learned.sort(key=lambda entry: (entry.metrics[LOST].mean or 0.0, entry.name))
+    if learned:
+        sentences.append(_answer(board, learned, LOST, LEARNERS))
+    if learned and task_conditioned(learned[0]):
+        sentences[-1] += BY_CONSTRUCTION
+        if others := [entry for entry in learned if not task_conditioned(entry)]:
+            sentences.append(_answer(board, others, LOST, "Without the task label, "))
     return sentences
 
 
-def _certainty(
-    board: CoreBoard, ranked: Sequence[CoreEntry], first: CoreEntry, metric: str, relation: str
-) -> Markup:
-    """Whether the test over all pairs separates a method from each other one."""
-    pairs = {entry.name: board.pair(metric, first.name, entry.name) for entry in ranked if entry != first}
-    compared = {name: pair for name, pair in pairs.items() if pair}
-    if not compared:
-        return Markup("No other method is compared with it.")
-    tied = [
-        entry for entry in ranked if entry.name in compared and compared[entry.name].verdict != "separated"
-    ]
-    early = all(pair.exploratory for pair in compared.values())
-    note = Markup(' (<a href="metrics.html#core">exploratory</a>)') if early else ""
-    if not tied:
-        return Markup("That is significantly {} every other method{}.").format(relation, note)
-    *others, last = [short(entry.title, 40) for entry in tied]
-    names = f"{', '.join(others)} and {last}" if others else last
+LEARNERS = Markup('Of those that <a href="metrics.html#reading">learned</a>, ')
+BY_CONSTRUCTION = Markup(
+    ' It is <a href="metrics.html#observes">task-conditioned</a>: it is given the task label at test time. '
+    "With separate weights for each task, as in PackNet, such an agent cannot forget by construction."
+)
+NAME = Markup("<strong><bdi>{}</bdi></strong>")
+PRELIMINARY = Markup(' (<a href="metrics.html#core">preliminary</a>)')
+WORDS = {
+    FINAL: ("leads with", "has the highest mean,", "better"),
+    LOST: ("forgets least:", "has the lowest mean forgetting,", "less"),
+}
+"""By metric: of a significant lead, of the best mean without one, and the relation to the others."""
+
+
+def task_conditioned(entry: CoreEntry) -> bool:
+    """Whether the agent is given the task label at test time."""
+    return entry.observes is not None and entry.observes.task_in_evaluation
+
+
+def _answer(board: CoreBoard, methods: Sequence[CoreEntry], metric: str, of: str | Markup) -> Markup:
+    """The first of some methods, and from which of the others it differs significantly."""
+    first, *others = methods
+    pairs = [(entry, pair) for entry in others if (pair := board.pair(metric, first.name, entry.name))]
+    tied = [short(entry.title, 40) for entry, pair in pairs if pair.verdict != "separated"]
+    leads, highest, relation = WORDS[metric]
+    best, verb = value(first, metric), leads if len(tied) < len(pairs) else highest
+    start = Markup("{}{} {} {} ({})").format(
+        of, NAME.format(short(first.title, 40)), verb, mean(best), ends(best)
+    )
+    if not pairs:
+        return start + "; no other method is compared with it."
+    names = " and ".join(filter(None, (", ".join(tied[:-1]), *tied[-1:])))
     if len(tied) > MOST_NAMED:
-        names = f"{len(tied)} of {count(len(compared), 'other method')}"
-    if len(tied) == len(compared):
-        return Markup("The lead is not certain: {} {} not separated from it.").format(
-            names, "is" if len(tied) == 1 else "are"
-        )
-    return Markup("That is significantly {} all but {}{}.").format(relation, names, note)
-
-
-def _name(entry: CoreEntry) -> Markup:
-    return Markup("<strong><bdi>{}</bdi></strong>").format(short(entry.title, 40))
+        names = f"{len(tied)} of {count(len(pairs), 'other method')}"
+    if len(tied) == len(pairs):
+        return start + Markup("; no significant difference to {}.").format(names)
+    note = PRELIMINARY if all(pair.exploratory for _, pair in pairs) else ""
+    scope = f"all but {names}" if tied else "every other method"
+    return start + Markup(", significantly {} than {}{}.").format(relation, scope, note)
 
 
 SIDE, LEFT, TOP, BOTTOM = 400.0, 46.0, 16.0, 44.0
 """Side of the square of the figure, and the space around it for labels."""
-CHARACTER, LINE = 6.4, 13.0
-"""About the width and height of a label's character."""
-MAX_LABEL = 22
+CHARACTER = 6.4
+"""About the width of a label's character."""
+MAX_LABEL, BESIDE = 22, (-8, 17, 4)
+"""Most characters of a label, and the lines beside a point, which need no line that leads there."""
+Box = tuple[float, float, float, float]
+"""Left, top, right and bottom."""
 
 
 def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = ()) -> Markup:
@@ -147,8 +151,7 @@ def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = (
     shown = [entry for entry in entries if entry.metrics[FINAL].mean is not None]
     if not shown:
         return Markup("")
-    reach = [end for entry in shown for name in (FINAL, LEARNED) for end in _reach(value(entry, name))]
-    reach += [each.value.mean or 0.0 for each in references]
+    reach = [*_ends(shown), *(each.value.mean or 0.0 for each in references)]
     x = scale_around(reach, LEFT, LEFT + SIDE, always=())
     y = scale_around(reach, TOP + SIDE, TOP, always=())
     parts = [_axes(x, y), _diagonal(x, y)]
@@ -157,28 +160,28 @@ def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = (
         parts.append(stroke(x.start, level, x.end, level, "way"))
         parts.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
     places = [(x.at(value(entry, LEARNED).mean or 0), y.at(value(entry, FINAL).mean or 0)) for entry in shown]
+    whiskers = []
     for number, (entry, (across, up)) in reversed(list(enumerate(zip(shown, places, strict=True)))):
         learned, kept = value(entry, LEARNED), value(entry, FINAL)
         kind = "unranked" if not entry.ranked else "other" if number else "first"
         if learned.ends and kept.ends:
-            parts.append(stroke(x.at(learned.ends[0]), up, x.at(learned.ends[1]), up, f"whisker {kind}"))
-            parts.append(stroke(across, y.at(kept.ends[0]), across, y.at(kept.ends[1]), f"whisker {kind}"))
-        title = f"{entry.title} ({entry.name}): learned {mean(learned)}, kept {mean(kept)}"
+            (left, right), (bottom, top) = map(x.at, learned.ends), map(y.at, kept.ends)
+            ways = f"M{px(left)} {px(up)}H{px(right)}M{px(across)} {px(bottom)}V{px(top)}"
+            parts.append(f'<path class="whisker {kind}" d="{ways}"/>')
+            whiskers += [(left, up, right, up), (across, top, across, bottom)]
+        title = f"{short(entry.name, MAX_LABEL)}: learned {mean(learned)}, kept {mean(kept)}"
         parts.append(
-            f'<circle class="method {kind}" cx="{px(across)}" cy="{px(up)}" r="5.5">'
+            f'<circle class="method {kind}" cx="{px(across)}" cy="{px(up)}">'
             f"<title>{escape(title)}</title></circle>"
         )
-    parts += _labels(shown, places)
-    label = "; ".join(
-        f"{short(entry.title, 40)}: learned {mean(value(entry, LEARNED))}, kept {mean(value(entry, FINAL))}"
-        for entry in shown
-    )
+    parts += _labels([short(entry.name, MAX_LABEL) for entry in shown], places, whiskers)
     width, height = px(LEFT + SIDE + 8), px(TOP + SIDE + BOTTOM)
-    return picture("plane", width, height, f"Learned against kept. {label}", "".join(parts))
+    return picture("plane", width, height, "Learned against kept, a point per method", "".join(parts))
 
 
-def _reach(interval: MetricValue) -> tuple[float, ...]:
-    return interval.ends or (interval.mean or 0.0,)
+def _ends(entries: Sequence[CoreEntry]) -> list[float]:
+    values = [value(entry, metric) for entry in entries for metric in (FINAL, LEARNED)]
+    return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 
 
 def _axes(x: Scale, y: Scale) -> str:
@@ -208,22 +211,30 @@ def _diagonal(x: Scale, y: Scale) -> str:
     )
 
 
-def _labels(entries: Sequence[CoreEntry], places: Sequence[tuple[float, float]]) -> list[str]:
-    """The names beside their points, where they cover neither a point nor an earlier name."""
-    taken = [(across - 7, up - 7, across + 7, up + 7) for across, up in places]
+def _labels(names: Sequence[str], places: Sequence[tuple[float, float]], bars: Sequence[Box]) -> list[str]:
+    """The names where they cover no point and no other name, beside their points or with a line to them."""
+    taken: list[Box] = [(across - 7, up - 7, across + 7, up + 7) for across, up in places]
     parts = []
-    for entry, (across, up) in zip(entries, places, strict=True):
-        name = short(entry.name, MAX_LABEL)
-        width = CHARACTER * len(name)
-        for line, start in product((-8, 17, -21, 30), (9, -9 - width, -width / 2)):
-            box = (across + start, up + line - LINE + 3, across + start + width, up + line + 3)
-            inside = box[0] > LEFT and box[2] < LEFT + SIDE and box[1] > TOP and box[3] < TOP + SIDE
+    for name, (across, up) in zip(names, places, strict=True):
+        width, free = CHARACTER * len(name), list[tuple[int, int, tuple[float, float] | tuple[()], Box]]()
+        for line, start in product((-8, 17, 4, -21, 30, -34, 43), (9, -9 - width, -width / 2)):
+            left, top, right, bottom = across + start, up + line - 10, across + start + width, up + line + 3
+            inside = left > LEFT and right < LEFT + SIDE and top > TOP and bottom < TOP + SIDE
+            box = (left, top, right, bottom)
             if inside and not any(_overlap(box, other) for other in taken):
-                taken.append(box)
-                parts.append(text("label", across + start, up + line, str(escape(name))))
-                break
+                end = min(max(across, left), right), bottom if line < 0 else top
+                way = (min(end[0], across), min(end[1], up), max(end[0], across), max(end[1], up))
+                around = (left - 8, top - 8, right + 8, bottom + 8) if line in BESIDE else way
+                near = 3 * sum(_overlap(around, other) for other in taken) + (line not in BESIDE)
+                crossed = sum(_overlap(box, other) for other in bars)
+                free.append((near + crossed, len(free), end if line not in BESIDE else (), box))
+        if free:
+            _, _, leader, box = min(free)
+            taken.append(box)
+            parts += [stroke(across, up, *leader, "leader")] if leader else []
+            parts.append(text("label", box[0], box[3] - 3, str(escape(name))))
     return parts
 
 
-def _overlap(box: tuple[float, ...], other: tuple[float, ...]) -> bool:
+def _overlap(box: Box, other: Box) -> bool:
     return box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]

@@ -124,11 +124,6 @@ class Landscapes:
             views[group.id] = {name: View(group, each, top, len(known)) for name, each in known.items()}
         return views
 
-    @property
-    def groups(self) -> list[str]:
-        """The ids of the groups of which an entry has a landscape."""
-        return [group for group, views in self._all.items() if views]
-
     def views(self, entry: Scorecard) -> dict[str, View]:
         """The landscapes of an entry by group id, for its sequential results on groups with axes."""
         folder = self.folders.get(entry.name)

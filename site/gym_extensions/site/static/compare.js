@@ -1,4 +1,4 @@
-/* The page Compare: two menus of entries, the pooled answer first, then the difference on every common board.
+/* The page Compare: two menus of entries, the difference over the core first, then that on every common group.
    The state is in the fragment of the address, as #?first=cloning&second=trpo, so that it works from a file, too. */
 "use strict";
 
@@ -44,18 +44,27 @@ const cell = (tag, text, className = "") => {
   return element;
 };
 
-function answer(first, second) {
+const VERDICTS = { separated: "significant difference", open: "no significant difference" };
+const link = (text, href) => make("a", { href }, text);
+
+function answer(first, second, boards) {
   const list = make("div", { className: "answers" });
-  for (const [metric, more, less] of [["final_performance", "keeps more", "keeps less"], ["forgetting", "forgets more", "forgets less"]]) {
+  for (const [metric, more, less, what] of [["final_performance", "keeps more", "keeps less", "final performance"],
+    ["forgetting", "forgets more", "forgets less", "forgetting"]]) {
     const found = verdict(index.core[metric], first, second);
     if (!found) continue;
-    const what = found.verdict === "separated" ? (found.mean > 0 ? more : less)
-      : found.verdict === "equivalent" ? `is equivalent in ${metric === "forgetting" ? "forgetting" : "what it keeps"}`
-        : `is not separated in ${metric === "forgetting" ? "forgetting" : "what it keeps"}`;
-    list.append(make("p", {}, make("strong", {}, title(first)), ` ${what}: ${fixed(found.mean)} (${range(found.low, found.high)}) `
-      + `against ${title(second)}, over the core with ${found.runs} runs; p ${pText(found.p)}, adjusted for all pairs.`));
+    const words = VERDICTS[found.verdict] ?? found.verdict;
+    const is = found.verdict === "separated" ? `${found.mean > 0 ? more : less} than ${title(second)}, a ${words} in `
+      : `and ${title(second)}: ${words} in `;
+    list.append(make("p", {}, make("strong", {}, title(first)), ` ${is}`, link(what, `metrics.html#${metric}`),
+      `: ${fixed(found.mean)} (${range(found.low, found.high)}), `, link(`p ${found.p < 0.001 ? "" : "= "}${pText(found.p)}`, "metrics.html#core"),
+      `, over the core, runs 0 to ${found.runs - 1} of both.`));
   }
-  if (!list.children.length) list.append(make("p", {}, "There is no answer over the core: one of the two is not ranked on it. The boards below have both."));
+  if (!list.children.length) {
+    const whys = [first, second].filter((name) => index.unranked[name]).map((name) => ` ${title(name)}: ${index.unranked[name]}`);
+    list.append(make("p", {}, "There is no difference over the ", link("core", "core.html"), `, where only ranked entries are compared.${whys.join("")}`));
+  }
+  if (!boards.length) list.append(make("p", {}, "The two share no group with the same protocol and budget, so there is nothing to compare."));
   return list;
 }
 
@@ -78,41 +87,41 @@ function bar([mean, low, high], reach) {
 }
 
 function table(boards, first, second) {
+  const pooled = (metric) => {
+    const found = verdict(index.core[metric], first, second);
+    return found && [found.mean, found.low, found.high, found.p, found.runs];
+  };
   const rows = boards.map((board) => {
     const data = loaded[board.id], at = data ? data.columns.indexOf("forgetting") : -1;
-    return { board, kept: data && difference(data, first, second), lost: at < 0 ? null : difference(data, first, second, at) };
+    return { page: board.page, group: board.group, label: board.label, runs: `${board.entries[first]}, ${board.entries[second]}`,
+      kept: data && difference(data, first, second), lost: at < 0 ? null : difference(data, first, second, at) };
   });
+  const core = pooled("final_performance");
+  if (core) rows.unshift({ page: "core.html", group: "Core suite", label: "mean over its groups; interval for all pairs together",
+    runs: `${core[4]}, ${core[4]}`, kept: core, lost: pooled("forgetting") });
   const reach = Math.max(0.1, ...rows.flatMap(({ kept }) => (kept ? kept.slice(0, 3).map(Math.abs) : [])));
-  const numbers = (found) => (found ? [cell("td", fixed(found[0]), "num strong"),
-    cell("td", found[1] === null ? "one run" : range(found[1], found[2]), "ends")] : [cell("td", "\u2013", "num"), cell("td", "", "ends")]);
-  const lines = rows.map(({ board, kept, lost }) => make("tr", {},
-    make("th", { scope: "row" }, make("a", { href: board.page }, board.group), make("span", { className: "tags" }, board.label)),
-    make("td", {}, ...(kept ? [bar(kept, reach)] : [])), ...numbers(kept), ...numbers(lost)));
-  const names = ["Board", "\u2190 second \u00b7 first better \u2192", "Score", "95 % interval", "Forgetting", "95 % interval"];
-  const heads = names.map((name, at) => Object.assign(cell("th", name, at === 2 || at === 4 ? "num" : ""), { scope: "col" }));
-  return make("table", { className: "plain" },
-    make("caption", {}, "First minus second, on each board that both are on; \u2013 where the scorer has no difference"),
-    make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
-}
-
-/* Both scores on each group of the core, for two that are on different boards of it. */
-function scores(first, second) {
-  const [a, b] = [index.groups[first] || {}, index.groups[second] || {}];
-  const shown = (value) => cell("td", value[0] === null ? "\u2013" : fixed(value[0]) + (value[1] === null ? "" : ` (${range(value[1], value[2])})`), "num");
-  const lines = Object.keys(a).filter((group) => b[group]).map((group) => make("tr", {}, cell("th", group), shown(a[group]), shown(b[group])));
-  if (!lines.length) return make("p", {}, "The two have no group in common.");
-  const heads = ["Group", title(first), title(second)].map((name, at) => Object.assign(cell("th", name, at ? "num" : ""), { scope: "col" }));
-  return make("table", { className: "plain" },
-    make("caption", {}, "The two are on no common board, because only one of them observes the task. Score at the end on each group of the core"),
+  const named = (name, td) => { td.dataset.label = name; return td; };
+  const number = (name, found) => named(name, make("td", { className: "num" },
+    make("span", { className: "value strong" }, found ? fixed(found[0]) : "\u2013"), " ",
+    make("span", { className: "ends" }, found ? (found[1] === null ? "one run" : range(found[1], found[2])) : "")));
+  const lines = rows.map(({ page, group, label, runs, kept, lost }) => make("tr", {},
+    make("th", { scope: "row" }, link(group, page), " ", make("span", { className: "tags" }, label)),
+    make("td", { className: "drawn" }, ...(kept ? [bar(kept, reach)] : [])), number("Score", kept), number("Forgetting", lost),
+    named("Runs", cell("td", runs, "num"))));
+  const heads = [["Group"], ["\u2190 second \u00b7 first better \u2192", "", "drawn"], ["Score", "metrics", "num"],
+    ["Forgetting", "forgetting", "num"], ["Runs", "intervals", "num"]].map(([name, anchor, side = ""]) =>
+    Object.assign(cell("th", anchor ? link(name, `metrics.html#${anchor}`) : name, side), { scope: "col" }));
+  return make("table", { className: "entries narrow" },
+    make("caption", {}, "First minus second, with 95\u202f% intervals. The score is the metric that sorts the board. \u2013: no value, or not among its first 60 entries"),
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 
 function show(first, second) {
   const [place, region] = ["compared", "differences"].map((id) => document.getElementById(id));
-  const boards = index.boards.filter((board) => board.entries.includes(first) && board.entries.includes(second));
+  const boards = index.boards.filter(({ entries }) => [first, second].every((name) => Object.hasOwn(entries, name)));
   const render = () => {
-    place.replaceChildren(answer(first, second));
-    region.replaceChildren(boards.length ? table(boards, first, second) : scores(first, second));
+    place.replaceChildren(answer(first, second, boards));
+    region.replaceChildren(...(boards.length ? [table(boards, first, second)] : []));
   };
   if (first === second) {
     place.replaceChildren(make("p", {}, "Choose two different entries."));
