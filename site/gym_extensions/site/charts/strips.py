@@ -51,10 +51,10 @@ def strip(value: MetricValue, scale: Scale) -> Markup:
     return _strip(ROW_HEIGHT, describe(value), scale, _marks(value, scale, ROW_HEIGHT / 2))
 
 
-def dumbbell(before: MetricValue, after: MetricValue, scale: Scale, label: str | None = None) -> Markup:
+def dumbbell(before: MetricValue, after: MetricValue, scale: Scale, *, described: bool = True) -> Markup:
     """Two metric values on one line: a ring right after the training, a disc with its interval at the end.
 
-    A disc to the left of its ring shows forgetting. An empty label hides it from screen readers.
+    A disc to the left of its ring shows forgetting. ``described``: for screen readers.
     """
     if before.mean is None or after.mean is None:
         return strip(after, scale)
@@ -62,8 +62,7 @@ def dumbbell(before: MetricValue, after: MetricValue, scale: Scale, label: str |
     kind = "same" if abs(change) < NO_CHANGE else "loss" if change < 0 else "gain"
     ring = f'<circle class="mean learning" cx="{px(scale.at(before.mean))}" cy="{px(y)}" r="4.5"/>'
     join = stroke(scale.at(before.mean), y, scale.at(after.mean), y, f"join {kind}")
-    if label is None:
-        label = f"learned {describe(before)}; at the end {describe(after)}"
+    label = f"learned {describe(before)}; at the end {describe(after)}" if described else ""
     return _strip(ROW_HEIGHT, label, scale, join + ring + _marks(after, scale, y))
 
 

@@ -54,8 +54,7 @@ def index(site: Leaderboard) -> str:
         metric: [[p.first, p.second, p.mean, p.low, p.high, p.p_value, p.verdict, p.look] for p in found]
         for metric, found in (board.pairs if board else {}).items()
     }
-    names = {name for each in merged for name in each["entries"]}
-    titles = {entry.name: entry.title for entry in site.entries if entry.name in names}
+    titles = {row.entry.name: row.entry.title for each in site.boards for row in each.rows}
     whys = {row.name: row.why for row in (board.rows if board else ())}
     unranked = {
         name: why for name in titles if (why := whys.get(name, "No sequential runs with its budget."))
