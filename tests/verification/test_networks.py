@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -93,14 +94,38 @@ def test_a_network_with_an_operator_that_is_not_allowed_is_a_problem_of_its_stag
     replace_networks(entry, first.read_bytes().replace(b"Gemm", b"Gimm"))
     (problem, *_) = read(entry, policies=True).problems
     assert problem.rule == "malformed-policy"
+    assert problem.where.endswith("run0.stage0.onnx")
     assert "stage0: The operator 'Gimm' is not allowed." in problem.message
     assert verify(entry) == 1
+
+
+@pytest.mark.parametrize(
+    ("damage", "rule", "where"),
+    [
+        (lambda first, second, _: shutil.copy(first, second), "exchanged-policies", ".json, policies"),
+        (lambda first, second, _: second.unlink(), "different-policies", ".stage1.onnx"),
+        (lambda *files: [file.unlink() for file in files], "different-policies", ".json, policies"),
+        (lambda first, *_: first.write_bytes(b"version https://git-lfs"), "exchanged-policies", "LFS"),
+    ],
+    ids=["exchanged", "one missing", "all missing", "pointers"],
+)
+def test_what_is_wrong_with_the_files_of_networks_is_found_to_score_and_at_the_gate(
+    entry: Path, damage: Callable[..., object], rule: str, where: str
+) -> None:
+    damage(*network_files(entry, "hopper-wall", "sequential", 0))
+    (problem,) = read(entry).problems
+    assert (problem.rule, problem in read(entry, policies=True).problems) == (rule, True)
+    assert where in f"{problem.where} {problem.hint}"
+    assert "npz" not in problem.where
 
 
 def test_a_network_that_never_ends_is_not_verified(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
     replace_networks(entry, endless(21, 3))
     assert verify(entry) == 1
-    assert "A step took more than 5 seconds." in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "1 run." in out
+    assert "A step took more than 5 seconds." in out
+    assert "p =" not in out
 
 
 def test_where_the_runtime_is_missing_nothing_is_decided(

@@ -15,6 +15,7 @@ from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
+from gym_extensions.scoring.output.screen import count
 from gym_extensions.scoring.poses import write
 from gym_extensions.scoring.records import split_paths
 from gym_extensions.verification.episodes import Store
@@ -106,19 +107,25 @@ def write_poses(path: Path, report: Report) -> None:
 def lines_of(report: Report) -> Iterator[str]:
     """The report in words, a line each."""
     if report.problems:
-        yield f"{report.name}: {len(report.problems)} problems; nothing was run."
+        yield f"{report.name}: {count(len(report.problems), 'problem')}; nothing was run."
         yield from (f"  {each.where}: {each.rule}: {each.message} {each.hint}" for each in report.problems)
         return
     if report.without_policies:
-        names, count = ", ".join(report.without_policies[:3]), len(report.without_policies)
-        more = "…" if count > 3 else ""
-        yield f"{report.name}: {count} runs have no policies and stay claimed: {names}{more}."
+        names, runs = ", ".join(report.without_policies[:3]), len(report.without_policies)
+        more = "…" if runs > 3 else ""
+        yield f"{report.name}: {count(runs, 'run')} without policies, claimed only: {names}{more}."
     found = report.verification
     if found is None:
         if not report.without_policies:
             yield f"{report.name}: every run was verified before; a new draw needs new files."
         return
-    yield f"{report.name}: {'verified' if found.passed else 'NOT verified'}, {len(found.runs)} runs."
+    size = count(len(found.runs), "run")
+    yield f"{report.name}: {'verified' if found.passed else 'NOT verified'}, {size}."
+    if report.retraining:
+        yield f"  trained again: {report.retraining}"
+    if not report.means:
+        yield f"  the policies cannot be run: {found.difference}"
+        return
     if report.runs:
         how = f"by {found.runtime}, returns within .1 %" if found.runtime else "bit for bit"
         yield f"  repeated {how}: {found.repeated:,} of {found.episodes:,} episodes"
@@ -131,8 +138,6 @@ def lines_of(report: Report) -> Iterator[str]:
     yield from (f"  {log}: {returns}" for log, returns in report.means.items())
     second = "" if found.second_p_value is None else f"; second draw: p = {found.second_p_value:.2g}"
     yield f"  new seeds: p = {found.p_value:.2g}{second} (refused up to {ALPHA}), from {found.value}"
-    if report.retraining:
-        yield f"  trained again: {report.retraining}"
 
 
 def is_verified(report: Report) -> bool:

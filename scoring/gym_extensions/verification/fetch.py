@@ -61,7 +61,7 @@ class Fetcher:
         try:
             with _opened(url, self.public_only) as file:
                 content = _content(file, size)
-        except (OSError, http.client.HTTPException, ValueError) as error:
+        except (OSError, http.client.HTTPException, ValueError, ImportError) as error:
             reason = str(getattr(error, "reason", "") or error) or type(error).__name__
             message = f"{url} cannot be read: {reason}."
             raise BenchError("policies-missing", message, where, hint) from error

@@ -58,6 +58,7 @@ def test_without_layers_the_action_is_constant_for_every_observation() -> None:
     policy = Policy(np.array([0.5, -1.0], np.float32), np.ones(2, np.float32))
     assert policy.act(np.zeros((3, 7))).tolist() == [[0.5, -1.0]] * 3
     assert policy.num_inputs is None
+    assert len(repr(policy)) < 100
 
 
 def test_the_mean_and_the_sample_are_squashed_separately() -> None:

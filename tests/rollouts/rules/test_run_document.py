@@ -59,9 +59,8 @@ EXAMPLES = (
         "different-policies",
         "the policies are lost",
         remove(POLICIES),
-        POLICIES,
+        key("policies"),
         "write null in the key policies",
-        also=("malformed-policies",),
     ),
     Example(
         "different-policies",

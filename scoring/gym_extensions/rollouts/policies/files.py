@@ -6,7 +6,7 @@ import hashlib
 import io
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from gym_extensions.files import write_bytes
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.policies.mlp import HINT, Policy
 from gym_extensions.rollouts.policies.mlp_arrays import Array, Arrays, array_errors
-from gym_extensions.rollouts.policies.onnx import ONNX, OnnxPolicy, network_errors
+from gym_extensions.rollouts.policies.onnx import ONNX, OnnxPolicy, file_bytes, network_errors
 
 NPZ_ERRORS = (
     *(OSError, ValueError, KeyError, EOFError, MemoryError, NotImplementedError, RuntimeError, SyntaxError),
@@ -93,12 +93,22 @@ def run_arrays(policies: Mapping[Key, AnyPolicy]) -> dict[str, Array]:
     }
 
 
+def file_suffix(name: str) -> str:
+    """The suffix of the file with an array of this full name: ``.npz``, or ``.stage3.onnx`` of a network."""
+    return f".{name.replace('/', '.')}" if name.endswith(f"/{ONNX}") else layout.POLICIES
+
+
 def policy_files(arrays: Arrays) -> dict[str, bytes]:
     """The contents of the files of a run's policies by suffix: ``.npz``, and ``.stage3.onnx`` per network."""
-    networks = {name: values for name, values in arrays.items() if name.endswith(f"/{ONNX}")}
-    plain = {name: values for name, values in arrays.items() if name not in networks}
-    files = {layout.POLICIES: npz_bytes(plain)} if plain or not networks else {}
-    return files | {f".{name.replace('/', '.')}": values.tobytes() for name, values in networks.items()}
+    plain = {name: values for name, values in arrays.items() if file_suffix(name) == layout.POLICIES}
+    files = {layout.POLICIES: npz_bytes(plain)} if plain or not arrays else {}
+    return files | {file_suffix(name): arrays[name].tobytes() for name in arrays if name not in plain}
+
+
+def missing_networks(suffixes: Collection[str], group: TaskGroup, protocol: str) -> list[str]:
+    """The suffixes of the networks that a run lacks: without an .npz file, each of its policies is one."""
+    networks = [file_suffix(f"{prefix(key)}{ONNX}") for key in policy_keys(protocol, group)]
+    return [] if layout.POLICIES in suffixes else [each for each in networks if each not in suffixes]
 
 
 def write_policies(path: Path, policies: Mapping[Key, AnyPolicy]) -> None:
@@ -131,39 +141,32 @@ def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict
     path = folder / layout.run_file(group.name, protocol, run, layout.POLICIES)
     networks = network_files(folder, group.name, protocol, run)
     is_plain = path.is_file() or not networks
-    arrays = npz_arrays(_bytes_of_file(path, layout.POLICIES), str(path)) if is_plain else {}
+    arrays = npz_arrays(file_bytes(path, layout.POLICIES), str(path)) if is_plain else {}
     for file in networks:  # run3.stage5.onnx as stage5/onnx
         stage, _, task = file.stem.partition(".")[2].partition(".")  # a task's name may have dots
         name = "/".join(part for part in (stage, task, ONNX) if part)
-        arrays[name] = np.frombuffer(_bytes_of_file(file, layout.NETWORK), np.uint8)
+        arrays[name] = np.frombuffer(file_bytes(file, layout.NETWORK), np.uint8)
         if sum(values.nbytes for values in arrays.values()) > layout.MAX_POLICY_BYTES:
             message = f"The policies have more than {layout.MAX_POLICY_BYTES} bytes."
             raise BenchError("bad-policy", message, str(file), HINT)
     return arrays
 
 
-def _bytes_of_file(path: Path, suffix: str) -> bytes:
-    try:
-        return layout.read_regular(path, layout.MAX_FILE_BYTES[suffix])
-    except OSError as error:
-        message = f"The policies cannot be read: {error.strerror or error}."
-        raise BenchError("bad-policy", message, str(path), HINT) from error
-
-
-def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[str]:
-    """What is wrong with the arrays of a run's policies: missing and foreign policies, then their arrays."""
+def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[tuple[str, str]]:
+    """What is wrong with the arrays of a run's policies, with the suffix of the file; foreign ones first."""
     parts, foreign = _split(arrays, policy_keys(protocol, group))
     for name in foreign[:3]:
-        yield f"The array {name!r} belongs to no stage of the {protocol} protocol."
+        yield file_suffix(name), f"The array {name!r} belongs to no stage of the {protocol} protocol."
     for key, part in parts.items():
         where = prefix(key)[:-1]
         if not part:
-            yield f"The policy of {where} is missing."
+            yield layout.POLICIES, f"The policy of {where} is missing."
         elif ONNX in part:
             others = [f"Unexpected array {name!r} beside a network." for name in part if name != ONNX]
-            yield from (f"{where}: {error}" for error in others or network_errors(part[ONNX].tobytes()))
+            errors, suffix = others or network_errors(part[ONNX].tobytes()), file_suffix(f"{where}/{ONNX}")
+            yield from ((suffix, f"{where}: {error}") for error in errors)
         else:
-            yield from (f"{where}: {error}" for error in array_errors(part))
+            yield from ((layout.POLICIES, f"{where}: {error}") for error in array_errors(part))
 
 
 def _split(arrays: Arrays, keys: list[Key]) -> tuple[dict[Key, dict[str, Array]], list[str]]:
@@ -181,8 +184,8 @@ def _split(arrays: Arrays, keys: list[Key]) -> tuple[dict[Key, dict[str, Array]]
 
 def policies_of(arrays: Arrays, group: TaskGroup, protocol: str) -> dict[Key, AnyPolicy]:
     """As :func:`read_policies`. Raises ``BenchError`` if an array is missing, foreign or of another kind."""
-    if error := next(run_errors(arrays, group, protocol), ""):
-        raise BenchError("bad-policy", error, hint=HINT)
+    if error := next(run_errors(arrays, group, protocol), None):
+        raise BenchError("bad-policy", error[1], hint=HINT)
     parts, _ = _split(arrays, policy_keys(protocol, group))
     return {
         key: OnnxPolicy(part[ONNX].tobytes()) if ONNX in part else Policy.from_arrays(part)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 HINT = "docs/rollout-log.md lists the arrays of a policy."
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Policy:
     """A policy with o observations and a actions. Arrays are float32 or float64, and are copied.
 

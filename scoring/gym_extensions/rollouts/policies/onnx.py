@@ -86,6 +86,15 @@ def required(package: str) -> Any:
         raise BenchError(MISSING, f"A policy is an ONNX network; it needs {name}.", hint=hint) from error
 
 
+def file_bytes(path: Path, suffix: str) -> bytes:
+    """The bytes of a file of policies. Raises ``BenchError`` if it cannot be read, or is too large."""
+    try:
+        return read_regular(path, MAX_FILE_BYTES[suffix])
+    except OSError as error:
+        message = f"The policies cannot be read: {error.strerror or error}."
+        raise BenchError("bad-policy", message, str(path), HINT) from error
+
+
 def network_errors(data: bytes) -> list[str]:
     """What is wrong with the file of a network, of which nothing is run. It needs the package ``onnx``."""
     return _examined(data)[0]
@@ -201,17 +210,17 @@ class OnnxPolicy:
     * ``task`` (k,), optional: int64, the index of the task in the group.
 
     Args:
-        data: the content of an ONNX file.
+        data: the content of an ONNX file, which ``where`` names in errors.
 
     Raises:
         BenchError: the network has an operator, a shape or a tensor that is not allowed, or the package
             ``onnx`` is not installed.
     """
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data: bytes, where: str = "policy()") -> None:
         errors, network = _examined(data)
         if errors:
-            raise BenchError("bad-policy", errors[0], "onnx", HINT)
+            raise BenchError("bad-policy", errors[0], where, HINT)
         self._data, self.network = data, network
         self._session: Any = None
         self._states: dict[str, Array] = {}
@@ -219,11 +228,7 @@ class OnnxPolicy:
     @classmethod
     def load(cls, path: str | Path) -> OnnxPolicy:
         """The policy in an ONNX file. Raises ``BenchError`` as the class does, or if it cannot be read."""
-        try:
-            return cls(read_regular(Path(path), MAX_FILE_BYTES[NETWORK]))
-        except OSError as error:
-            message = f"The file cannot be read: {error.strerror or error}."
-            raise BenchError("bad-policy", message, str(path)) from error
+        return cls(file_bytes(Path(path), NETWORK), str(path))
 
     @property
     def num_inputs(self) -> int:

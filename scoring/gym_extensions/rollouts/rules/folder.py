@@ -184,7 +184,7 @@ BROKEN_FILES = {
     "malformed-policies": (
         "The policies of a run are an .npz file as numpy writes it, without pickles, of at most 64 MiB and "
         "unpacked 256 MiB, or an ONNX file of at most 64 MiB per stage.",
-        "Write the file with gym_extensions.rollouts.policies.files.write_policies.",
+        "Restore the files of the run, which are written together.",
     ),
 }
 """Text and hint of the rules about files that cannot be read, by name."""

@@ -7,45 +7,51 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.rollouts.layout import POLICIES, run_file
-from gym_extensions.rollouts.policies.files import AnyPolicy, content_sha256, policies_of, prefix, run_errors
+from gym_extensions.rollouts.layout import DOCUMENT, run_file
+from gym_extensions.rollouts.policies import files
+from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.policies.mlp_arrays import Arrays
 from gym_extensions.rollouts.problem import Finding, rule
+from gym_extensions.rollouts.rules.run_document import CLONE
 from gym_extensions.rollouts.run import RunDocument
 
-WRITE = "Write the file with gym_extensions.rollouts.policies.files.write_policies."
+RESTORE = f"Restore the files of the run, which are written together. {CLONE}"
 
 
 @dataclass(frozen=True)
 class RunPolicies:
     """The arrays of a run's policies and its document.
 
-    ``first`` is the first policy of the group that uses observations, None if there is none;
-    ``observes_task`` and ``evaluation`` are those of the manifest, None if they are unknown.
+    Only the digest is compared if ``with_content`` is False. ``first`` is the first policy of the group that
+    uses observations, None if there is none; ``observes_task`` and ``evaluation`` are those of the manifest,
+    None if they are unknown.
     """
 
     group: TaskGroup
     document: RunDocument
     arrays: Arrays
+    with_content: bool = True
     first: AnyPolicy | None = None
     observes_task: bool | None = None
     evaluation: str | None = None
 
-    @property
-    def path(self) -> str:
-        """The path of the file inside the submission."""
-        return run_file(self.group.name, self.document.protocol, self.document.run, POLICIES)
+    def file(self, suffix: str) -> str:
+        """The path of a file of the run inside the submission."""
+        return run_file(self.group.name, self.document.protocol, self.document.run, suffix)
 
     @functools.cached_property
-    def errors(self) -> list[str]:
-        """What is wrong with the arrays."""
-        return list(run_errors(self.arrays, self.group, self.document.protocol))
+    def errors(self) -> list[tuple[str, str]]:
+        """What is wrong with the arrays, with the suffixes of the files."""
+        found = files.run_errors(self.arrays, self.group, self.document.protocol)
+        return list(found) if self.with_content else []
 
     @functools.cached_property
     def policies(self) -> dict[str, AnyPolicy]:
         """The policies by their place; none unless all arrays are valid."""
-        found = {} if self.errors else policies_of(self.arrays, self.group, self.document.protocol)
-        return {f"{self.path}, {prefix(key)[:-1]}": policy for key, policy in found.items()}
+        if self.errors or not self.with_content:
+            return {}
+        found = files.policies_of(self.arrays, self.group, self.document.protocol)
+        return {f"{self.file('')}, {files.prefix(key)[:-1]}": policy for key, policy in found.items()}
 
 
 @rule("policies")
@@ -53,17 +59,18 @@ def malformed_policy(run: RunPolicies) -> Iterator[Finding]:
     """The policies of a run are those of every stage of its protocol (and of every task in the single
     protocol), with the arrays that docs/rollout-log.md lists, of fitting shapes and finite values, or ONNX
     networks as docs/policies.md describes them: standard operators, fixed shapes, no data elsewhere."""
-    for error in run.errors:
-        yield Finding(run.path, error, WRITE)
+    for suffix, error in run.errors:
+        yield Finding(run.file(suffix), error, "See docs/rollout-log.md; for a network, docs/policies.md.")
 
 
 @rule("policies")
 def exchanged_policies(run: RunPolicies) -> Iterator[Finding]:
-    """The document of a run states the digest of the arrays of its policies."""
-    stated, actual = run.document.policies, content_sha256(run.arrays)
+    """The document of a run states the digest of the arrays of its policies. (The gate and `verify` compare
+    all; `score` compares those that are ONNX networks, and unpacks no .npz file.)"""
+    stated, actual = run.document.policies, files.content_sha256(run.arrays)
     if stated is not None and stated.sha256 != actual:
         message = f"The policies have the digest {actual}; the document states {stated.sha256}."
-        yield Finding(run.path, message, "Restore the file; it is written together with its document.")
+        yield Finding(f"{run.file(DOCUMENT)}, policies", message, RESTORE)
 
 
 @rule("policies")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,6 +15,7 @@ from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
 from gym_extensions.rollouts.log import WHOLE_BUDGET, stage_steps
+from gym_extensions.rollouts.policies.files import missing_networks
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote, rule
 from gym_extensions.rollouts.rules.manifest import first_invisible
 from gym_extensions.rollouts.run import Curve, InterimEvaluation, RunDocument, Versions
@@ -22,7 +23,7 @@ from gym_extensions.rollouts.run import Curve, InterimEvaluation, RunDocument, V
 BUDGET_TOLERANCE = 1.02
 """A run may exceed the budget by 2 %, for an agent whose last batch exceeds it."""
 MAX_POINTER = 200
-"""Bytes of a pointer of Git LFS at most; no file of policies is so small."""
+"""Bytes of a pointer of Git LFS at most; no .npz file of policies is so small."""
 CLONE = "A clone that converts line ends (core.autocrlf) or lacks Git LFS (git lfs pull) has other files."
 
 
@@ -30,9 +31,9 @@ CLONE = "A clone that converts line ends (core.autocrlf) or lacks Git LFS (git l
 class SubmittedRun:
     """A run: where its files are, its document, and what the rules compare it with.
 
-    ``log_sha256`` is that of the log (empty without one), ``has_policies`` whether it has policies,
-    ``budget`` None if the manifest names none, ``fingerprints`` those of the first run of the group,
-    ``policies_size`` that of the file of policies in bytes; 0 without one.
+    ``log_sha256`` is that of the log (empty without one), ``policies`` has the sizes of its files of policies
+    by suffix, ``budget`` is None if the manifest names none, ``fingerprints`` those of the first run of the
+    group.
     """
 
     group: TaskGroup
@@ -40,10 +41,9 @@ class SubmittedRun:
     run: int
     document: RunDocument
     log_sha256: str
-    has_policies: bool
+    policies: Mapping[str, int]
     budget: Budget | None
     fingerprints: dict[str, str]
-    policies_size: int = 0
 
     def file(self, suffix: str = DOCUMENT) -> str:
         """The path of a file of the run."""
@@ -85,18 +85,25 @@ def different_log(run: SubmittedRun) -> Iterator[Finding]:
 
 @rule("document")
 def different_policies(run: SubmittedRun) -> Iterator[Finding]:
-    """A run has the policies that its document names: beside it, or elsewhere if the document has their url.
-    A run without policies is allowed; its log stays claimed."""
-    policies, path = run.document.policies, run.file(POLICIES)
-    if policies is not None and not policies.url and not run.has_policies:
-        hint = "Restore the file, or write null in the key policies: then the log can only be claimed."
-        yield Finding(path, "The file is missing, but the document names policies.", hint)
-    if policies is not None and not policies.url and 0 < run.policies_size <= MAX_POINTER:
-        message = f"The file has {run.policies_size} bytes; the document states {policies.size}."
-        yield Finding(path, message, f"Restore the file. {CLONE}")
-    if run.has_policies and (policies is None or policies.url):
+    """A run has the policies that its document names: beside it, without an .npz file as one ONNX network
+    each, or elsewhere if the document has their url. A run without policies is allowed; its log stays
+    claimed."""
+    policies, files = run.document.policies, run.policies
+    if policies is None or policies.url:
         message = "The document names no policies in the submission, but they are there."
-        yield Finding(path, message, "Write their digest in the document, or remove the file.")
+        hint = "Write their digest in the document, or remove them."
+        yield from (Finding(run.file(suffix), message, hint) for suffix in sorted(files)[:1])
+        return
+    hint = "Restore it, or write null in the key policies: then the log can only be claimed."
+    if not files:
+        message = f"There is neither {run.file(POLICIES)} nor one .onnx file per stage."
+        yield Finding(run.key("policies"), message, hint)
+        return
+    for suffix in missing_networks(files, run.group, run.protocol):
+        yield Finding(run.file(suffix), "The file is missing, but the document names policies.", hint)
+    if files.get(POLICIES, MAX_POINTER + 1) <= MAX_POINTER:
+        message = f"The file has {files[POLICIES]} bytes; the document states {policies.size}."
+        yield Finding(run.file(POLICIES), message, f"Restore the file. {CLONE}")
 
 
 @rule("document")
