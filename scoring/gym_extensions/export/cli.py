@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from gym_extensions.catalog.protocol import PROTOCOLS
-from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.errors import BenchError, reports_mistakes, working
 
 EPILOG = "Nothing is sent anywhere: upload the folder yourself."
 
@@ -85,7 +85,7 @@ def new_folder(target: Path) -> Iterator[Path]:
 def main(argv: list[str] | None = None) -> int:
     """Runs the command and returns the exit status."""
     options = parser().parse_args(argv)
-    with new_folder(options.out) as folder:
+    with new_folder(options.out) as folder, working(f"exporting to {options.out}"):
         if options.format == "every-eval-ever":
             from gym_extensions.export.every_eval_ever import write_records
 

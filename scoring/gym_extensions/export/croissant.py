@@ -10,6 +10,7 @@ from gym_extensions.results.frames import EPISODE_DTYPES
 from gym_extensions.versions import version
 
 NAME = "gym-extensions"
+CITATION = "@software{gym_extensions, title = {gym-extensions}, author = {{The gym-extensions authors}}}"
 LICENSE_URL = "https://spdx.org/licenses/MIT.html"
 DESCRIPTIONS = {
     "submission": "name of the submission",
@@ -54,6 +55,7 @@ def croissant(files: dict[str, str]) -> dict[str, Any]:
         "description": "Evaluation episodes of continual-learning agents on gym-extensions.",
         "conformsTo": "http://mlcommons.org/croissant/1.0",
         "license": LICENSE_URL,
+        "citeAs": CITATION,
         "version": version(NAME).partition(".dev")[0],
         "datePublished": date.today().isoformat(),
         "distribution": [

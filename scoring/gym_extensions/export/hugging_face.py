@@ -15,10 +15,9 @@ from gym_extensions import experts
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.export.croissant import DESCRIPTIONS, NAME, croissant
-from gym_extensions.files import write_bytes, write_text
+from gym_extensions.files import write_text
 from gym_extensions.results.frames import episodes
-from gym_extensions.rollouts.layout import DOCUMENT, run_file, scan
-from gym_extensions.rollouts.policies.files import has_policies, policy_files, read_arrays
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, scan
 from gym_extensions.rollouts.run import file_sha256
 from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.output.board_frames import scores
@@ -36,6 +35,10 @@ def front_matter(values: dict[str, Any]) -> str:
     return "\n".join(["---", *lines, "---", ""])
 
 
+FILES = {
+    POLICIES: "`GROUP/PROTOCOL/runN.npz` has the policies of run N after every stage as plain arrays.",
+    NETWORK: "`GROUP/PROTOCOL/runN.stageS.onnx` is the policy of run N after stage S as a network.",
+}
 LOAD = """```python
 from gym_extensions import policies
 
@@ -81,24 +84,24 @@ def _protocols(card: Scorecard) -> Iterator[tuple[str, str]]:
 def write_entry(target: Path, source: Path, card: Scorecard) -> bool:
     """Writes the policies and documents of an entry's runs and their card; False if it has no policies."""
     files = scan(source).runs
-    written = []
+    written, kinds = [], set[str]()
     for id_, protocol in _protocols(card):
-        members = group(id_)
-        for run in files[members.name, protocol]:
-            if not has_policies(source, members, protocol, run):
+        name = group(id_).name
+        for run, suffixes in files[name, protocol].items():
+            if suffixes <= {DOCUMENT, LOG}:
                 continue
-            arrays, key = read_arrays(source, members, protocol, run), (members.name, protocol, run)
-            for suffix, data in policy_files(arrays).items():
-                write_bytes(target / run_file(*key, suffix), data)
-            shutil.copyfile(source / run_file(*key, DOCUMENT), target / run_file(*key, DOCUMENT))
-            written.append(key)
+            (target / name / protocol).mkdir(parents=True, exist_ok=True)
+            for path in (run_file(name, protocol, run, suffix) for suffix in suffixes - {LOG}):
+                shutil.copyfile(source / path, target / path)
+                kinds.add(Path(path).suffix)
+            written.append((name, protocol, run))
     if written:
-        write_text(target / "README.md", model_card(card, written))
+        write_text(target / "README.md", model_card(card, written, kinds))
     return bool(written)
 
 
-def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:
-    """The card of an entry's policies, with its metrics. ``runs`` are their groups, protocols and numbers."""
+def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]], kinds: set[str]) -> str:
+    """The card of an entry's policies, with its metrics; ``kinds`` are the suffixes of the runs' files."""
     assert card.manifest is not None
     results = [
         {
@@ -126,8 +129,7 @@ def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]]) -> str:
         f"Authors: {', '.join(card.manifest.authors)}. Level: {card.level}. "
         f"Training budget: {card.manifest.protocol.budget} steps per task. "
         f"Evaluation: {card.manifest.protocol.evaluation} actions.",
-        f"`GROUP/PROTOCOL/runN.npz` has the policies of run N after every stage as plain arrays, "
-        f"`runN.stageS.onnx` each as a network, and "
+        f"{' '.join(text for suffix, text in FILES.items() if suffix in kinds)} "
         f"`runN.json` says how they were trained: {len(runs)} runs. Metrics are normalized returns, 0 at the "
         "floor and 1 at the reference, as means over runs.",
         LOAD.format(group=name, protocol=protocol, run=run, task=task),
