@@ -90,6 +90,18 @@ for jobs in (0, 2):
     assert digests(tmp_path / "jobs0") == digests(tmp_path / "jobs2")
 
 
+def test_a_script_that_its_workers_would_run_again_is_named(tmp_path: Path) -> None:
+    code = """
+from gym_extensions.baselines import train
+train("zero", "pusher", "joint", "smoke", 0, out="mine", jobs=2, progress=False)
+"""
+    (tmp_path / "script.py").write_text(code)
+    command = [sys.executable, "script.py"]
+    errors = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stderr
+    assert "put the call of train under `if __name__ == '__main__':`" in errors
+    assert errors.count("Traceback (most recent") == 1
+
+
 def test_an_agent_that_a_worker_process_cannot_receive_is_refused_before_training(tmp_path: Path) -> None:
     agent: Any = partial(print, threading.Lock())
     with pytest.raises(BenchError, match="cannot receive the agent") as caught:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import shlex
 import shutil
+import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -102,6 +104,8 @@ def train(
     Example:
         >>> logs = train("random", "hopper-gravity", "single", "smoke", 0, out="mine")  # doctest: +SKIP
     """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        sys.exit(workers.NO_GUARD)  # this worker process imports the script, whose call would train again
     request = arguments.parse_request(groups, protocols, budget, runs, num_envs)
     arguments.require_positive(num_threads, "--num-threads")
     interim, logs = arguments.parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)

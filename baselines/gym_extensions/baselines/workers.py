@@ -25,6 +25,8 @@ JOBS_FAILED = "jobs-failed"
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 WORKER_DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
 NOT_STARTED = "The worker process could not start the job; it printed the error."
+NO_GUARD = 86  # the exit status of a worker that runs the user's script instead of its job
+GUARD = "Worker processes import the script: put the call of train under `if __name__ == '__main__':`."
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,8 @@ def _run_in_workers(pending: Sequence[Runnable[Result]], listen: Listener, jobs:
                     is_event, value = connection.recv()
                 except EOFError:  # a signal ended it, or an error before its job began
                     process.join()
-                    is_event, value = False, Failure(WORKER_DIED if process.exitcode < 0 else NOT_STARTED)
+                    cause = GUARD if process.exitcode == NO_GUARD else NOT_STARTED
+                    is_event, value = False, Failure(WORKER_DIED if process.exitcode < 0 else cause)
                 if is_event:
                     listen(value)
                 else:

@@ -20,7 +20,7 @@ from gym_extensions.catalog.protocol import (
 )
 from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.envs import make_vec
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, require_known
 
 Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
 
@@ -53,9 +53,7 @@ def parse_request(
     unique_groups = tuple(dict.fromkeys(parse_groups(groups)))
     unique_protocols = tuple(dict.fromkeys(listed(protocols, str, "protocols", "a name")))
     for protocol in unique_protocols:
-        if protocol not in PROTOCOLS:
-            hint = did_you_mean(protocol, PROTOCOLS)
-            raise BenchError("unknown-protocol", f"Unknown protocol {protocol!r}.", hint=hint)
+        require_known("protocol", protocol, PROTOCOLS)
     chosen = budget_named(str(budget))
     unique_runs = tuple(sorted({int(run) for run in listed(runs, Integral, "runs", "an integer")}))
     for run in unique_runs:

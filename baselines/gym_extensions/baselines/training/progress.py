@@ -19,7 +19,7 @@ from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn, TimeRe
 from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.arguments import listed
 from gym_extensions.baselines.training.checkpoints import CONTINUES
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, require_known
 from gym_extensions.rollouts.layout import PROGRESS
 
 FIRST_INTERVAL, LONGEST_INTERVAL = 1.0, 60.0
@@ -246,8 +246,7 @@ def parse_logs(log: str | Iterable[str] | None) -> tuple[str, ...]:
     """
     chosen = () if log is None else tuple(dict.fromkeys(listed(log, str, "log", "a name")))
     for name in chosen:
-        if name not in LOGS:
-            raise BenchError("unknown-log", f"Unknown log {name!r}.", "log", did_you_mean(name, LOGS))
+        require_known("log", name, LOGS, "log")
     if "tensorboard" in chosen and find_spec("tensorboard") is None:
         hint = "Install it with: pip install 'gym-extensions[log]'"
         raise BenchError("missing-extra", "The log 'tensorboard' needs tensorboard.", "log", hint)
