@@ -7,7 +7,7 @@ import functools
 import io
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 
 
@@ -38,6 +38,13 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
     if close:
         return f"Did you mean {lowered[close[0]]!r}?"
     return f"Choose one of: {', '.join(ordered)}." if 0 < len(ordered) <= 25 else ""
+
+
+def require_known(kind: str, name: object, choices: Collection[str], where: str = "") -> None:
+    """Raises ``BenchError`` if no choice has that name; the hint names the closest."""
+    if name not in choices:
+        hint = did_you_mean(str(name), choices)
+        raise BenchError(f"unknown-{kind}", f"There is no {kind} {name!r}.", where, hint)
 
 
 def reports_mistakes(main: Callable[..., int]) -> Callable[..., int]:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from gym_extensions.catalog.groups import TaskGroup, resolve_group
 from gym_extensions.catalog.protocol import PROTOCOLS
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, did_you_mean, require_known
 from gym_extensions.rollouts.layout import DOCUMENT, run_file
 from gym_extensions.rollouts.policies import files
 from gym_extensions.rollouts.policies.conversion import from_torch
@@ -56,9 +56,7 @@ def load(
             others than the digest says.
     """
     members = resolve_group(group)
-    if protocol not in PROTOCOLS:
-        message, hint = f"There is no protocol {protocol!r}.", did_you_mean(protocol, PROTOCOLS)
-        raise BenchError("unknown-protocol", message, "protocol", hint)
+    require_known("protocol", protocol, PROTOCOLS, "protocol")
     keys = files.policy_keys(protocol, members)
     key = (keys[-1][0] if stage is None else stage, task)
     if key not in keys:
@@ -88,7 +86,8 @@ def _require(digest: str, arrays: Arrays, where: str) -> None:
 def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays:
     path = folder / run_file(group.name, protocol, run, DOCUMENT)
     if not path.is_file():
-        message = f"{folder} has no run {run} of {group.name}, {protocol}."
+        found = f"{folder} has no run {run} of {group.name}, {protocol}."
+        message = found if folder.is_dir() else f"There is no folder {folder}."
         raise BenchError("no-such-run", message, str(path), "Name an entry and one of its runs.")
     stated = read_run(path).policies
     if stated is None:

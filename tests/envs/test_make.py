@@ -152,6 +152,8 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (broken_spec, "unknown-variation", "Did you mean 'Gravity'?"),
     (lambda: make("HopperGravtyHalf"), "unknown-task", "Did you mean 'HopperGravityHalf'?"),
     (lambda: make("gym_extensions/hopper-v0"), "unknown-task", "'gym_extensions/Hopper-v0'?"),
+    (lambda: make(None), "unknown-task", "There is no task 'None'"),  # type: ignore[arg-type]
+    (lambda: make_vec("Pendulum", 1), "unknown-task", "such as Pendulum-v1"),
     (lambda: make(Task("Mine", "Hoper")), "unknown-base", "Did you mean 'Hopper'?"),
     (lambda: make("Hopper", Gravity(0.5)), "no-list", "Give a list"),  # type: ignore[arg-type]
     (lambda: make("Hopper", ["Gravity"]), "no-variation", "'Gravity'"),  # type: ignore[list-item]

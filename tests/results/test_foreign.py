@@ -97,13 +97,14 @@ def test_wrong_logs_are_errors_that_name_the_file(tmp_path: Path) -> None:
     refused("short", "continual-world", "no row of stage 1")
     continual_world(tmp_path / "nan-cw", 0, float("nan"))
     refused("nan-cw", "continual-world", "not finite")
+    log = continual_world(tmp_path / "text", 0) / "progress.tsv"
+    log.write_text(log.read_text().replace("0.75", "often"))
+    refused("text", "continual-world", "progress.tsv: The file cannot be read: could not convert string")
+    log = continual_world(tmp_path / "further", 0) / "progress.tsv"
+    log.write_text(log.read_text().replace("/push-v1/success", "/push-v1/return"))
+    refused("further", "continual-world", "rows of stage 1, and no success rate of its task")
     (continual_world(tmp_path / "config", 0) / "config.json").unlink()
     refused("config", "continual-world", "config.json")
     continual_world(tmp_path / "two", 0)
     continual_world(tmp_path / "two", 1, tasks=("reach-v1", "pick-v1"))
     refused("two", "continual-world", "different tasks")
-
-
-def test_an_unknown_benchmark_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(BenchError, match="meal"):
-        results.foreign_board(tmp_path, "meel")

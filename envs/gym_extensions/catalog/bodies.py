@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import require_known
 
 IS_SUCCESS = "is_success"
 """The key of a step's info. In vector infos, ``_is_success`` marks the environments that report it."""
@@ -299,9 +299,7 @@ def body(name: str, where: str = "") -> Body:
     """
     if GYMNASIUM_ID.fullmatch(name):
         return Body(name, "gymnasium", "", "", UNBOUNDED)
-    if name not in BODIES:
-        hint = did_you_mean(name, BODIES)
-        raise BenchError("unknown-base", f"There is no base body {name!r}.", where, hint)
+    require_known("base", name, BODIES, where)
     return BODIES[name]
 
 

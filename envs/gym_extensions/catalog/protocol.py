@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import require_known
 
 PROTOCOLS = ("sequential", "single", "joint", "cumulative")
 """``sequential``: one policy learns the tasks in order. ``single``: one policy per task. ``joint``: one
@@ -68,9 +68,7 @@ STANDARD_BUDGET = "300k"
 
 def budget(name: str) -> Budget:
     """Returns the budget of that name. Raises ``BenchError`` if it does not exist."""
-    if name not in BUDGETS:
-        hint = did_you_mean(name, BUDGETS)
-        raise BenchError("unknown-budget", f"There is no budget {name!r}.", hint=hint)
+    require_known("budget", name, BUDGETS)
     return BUDGETS[name]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import operator
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, asdict, astuple, dataclass, fields, is_dataclass, replace
 from typing import Any
 
@@ -25,7 +25,7 @@ from gym_extensions.catalog.variations import (
     Variation,
     Wall,
 )
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, did_you_mean, require_known
 
 NAMESPACE = "gym_extensions"
 
@@ -168,7 +168,8 @@ def task(name: str) -> Task:
     by_name = {each.name: each for each in TASKS.values()}
     if found := TASKS.get(name) or by_name.get(name):
         return found
-    hint = did_you_mean(name, TASKS if "/" in name else by_name)
+    other = "An environment of another package has an id with a version, such as Pendulum-v1."
+    hint = did_you_mean(name, TASKS if "/" in name else by_name) or other
     raise BenchError("unknown-task", f"There is no task {name!r}.", hint=hint)
 
 
@@ -210,10 +211,8 @@ def make_variation(table: Any, where: str) -> Variation:
         raise BenchError("malformed-group", f"The variation {table!r} is not a table.", where, hint)
     if "kind" not in table:
         raise BenchError("missing-key", "The key 'kind' is missing.", where, "Add kind.")
-    kind = KINDS.get(str(table["kind"]))
-    if kind is None:
-        hint = did_you_mean(str(table["kind"]), KINDS)
-        raise BenchError("unknown-variation", f"There is no variation {table['kind']!r}.", where, hint)
+    require_known("variation", str(table["kind"]), KINDS, where)
+    kind = KINDS[str(table["kind"])]
     parameters = {name: value for name, value in table.items() if name != "kind"}
     required = [field.name for field in fields(kind) if field.default is MISSING]
     names = [field.name for field in fields(kind)]
@@ -222,11 +221,10 @@ def make_variation(table: Any, where: str) -> Variation:
     return variation
 
 
-def check_keys(table: Mapping[str, Any], names: Iterable[str], required: Iterable[str], where: str) -> None:
+def check_keys(table: Mapping[str, Any], names: Collection[str], required: Iterable[str], where: str) -> None:
     """Raises ``BenchError`` for an unknown key, or a required key that is missing."""
     for key in table:
-        if key not in names:
-            raise BenchError("unknown-key", f"There is no key {key!r}.", where, did_you_mean(key, names))
+        require_known("key", key, names, where)
     for key in required:
         if key not in table:
             raise BenchError("missing-key", f"The key {key!r} is missing.", where, f"Add {key}.")
@@ -249,8 +247,9 @@ def foreign_task(env_id: str, max_steps: int | None = None) -> Task:
             importlib.import_module(module)
         registered = gymnasium.spec(name).max_episode_steps
     except (gymnasium.error.Error, ImportError) as error:
+        message = f"There is no task {env_id!r}: {str(error).rstrip('.')}."
         hint = "Install its package; name the module that registers it as in my_module:Name-v0."
-        raise BenchError("unknown-task", f"There is no task {env_id!r}: {error}", hint=hint) from error
+        raise BenchError("unknown-task", message, hint=hint) from error
     limit = registered if max_steps is None else whole_number("max_steps", max_steps, "bad-limit")
     if limit is None:
         raise BenchError("no-limit", f"{env_id} has no time limit.", hint="Give max_steps.")
@@ -279,6 +278,7 @@ def customize(
     if isinstance(task, Task):
         base = task
     else:
+        task = str(task)
         is_published = task in TASKS or task.startswith(f"{NAMESPACE}/") or not GYMNASIUM_ID.fullmatch(task)
         base = _published(task) if is_published else foreign_task(task)
     if base.is_foreign:

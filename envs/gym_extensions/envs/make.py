@@ -11,6 +11,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import (
     NAMESPACE,
     TASKS,
@@ -20,7 +21,6 @@ from gym_extensions.catalog.tasks import (
     from_definition,
     whole_number,
 )
-from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.envs.interfaces import Template
 from gym_extensions.envs.mujoco.env import TaskEnv
@@ -62,7 +62,7 @@ def make(
 
 
 def make_vec(
-    tasks: str | Task | Sequence[str | Task],
+    tasks: str | Task | Sequence[str | Task] | TaskGroup,
     num_envs: int,
     num_threads: int = 1,
     *,
@@ -78,7 +78,7 @@ def make_vec(
     environments, as in Gymnasium's vector environments.
 
     Args:
-        tasks: an id, a bare name or a Task, or a list of them; environment i has ``tasks[i % len(tasks)]``.
+        tasks: as in :func:`make`, a list of them, or a group; environment i has ``tasks[i % len(tasks)]``.
         num_envs: number of environments, at least 1.
         num_threads: threads that step physics. Results do not depend on it. The default is 1, because
             training processes usually run in parallel, one per core.
@@ -88,7 +88,8 @@ def make_vec(
         BenchError: a task is unknown, no task is given, a count is not a positive integer, the mode is
             unknown, or the tasks have different observation or action spaces.
     """
-    requested = [tasks] if isinstance(tasks, str | Task) else list(tasks)
+    several = tasks.tasks if isinstance(tasks, TaskGroup) else tasks
+    requested = [several] if isinstance(several, str | Task) else list(several)
     if not requested:
         raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
     count = whole_number("num_envs", num_envs, "bad-count", WHERE)
@@ -208,7 +209,7 @@ def resolve(task: str | Task | Mapping[str, Any]) -> Task:
     Raises ``BenchError`` if the task is unknown, or it has a published id and other content.
     """
     if isinstance(task, str):
-        return published_task(task)
+        return customize(task)
     found = task if isinstance(task, Task) else from_definition(task)
     if TASKS.get(found.id, found) != found:
         message = "The task has the id of a published task and other content."

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, require_known
 from gym_extensions.metrics import compute
 from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.output.board_frames import ENDS, typed
@@ -65,9 +65,7 @@ def foreign_runs(folder: str | Path, benchmark: str) -> list[ForeignRuns]:
         BenchError: there is no run, a file cannot be read, a task or stage is missing or has a value that is
             not finite, or methods have different tasks (``bad-foreign-log``).
     """
-    if benchmark not in READERS:
-        hint = did_you_mean(benchmark, READERS)
-        raise BenchError("unknown-benchmark", f"There is no reader of {benchmark!r}.", "benchmark", hint)
+    require_known("benchmark", benchmark, READERS, "benchmark")
     root = Path(folder)
     found = sorted(READERS[benchmark](root), key=lambda runs: runs.name)
     if not found:
@@ -130,13 +128,19 @@ def _continual_world(root: Path) -> Iterator[ForeignRuns]:
         if not tasks or sorted(columns) != list(range(len(tasks))):
             missing = next(index for index in range(len(columns) + 1) if index not in columns)
             raise _bad(path, f"It has no success rate of task {missing}.", "Log every task.")
-        success = log[[columns[index][0] for index in range(len(tasks))]].to_numpy(dtype=np.float64)
+        names = [columns[index][0] for index in range(len(tasks))]
+        success = _read(path, lambda _: log[names].to_numpy(dtype=np.float64), keep)  # noqa: B023
         if "task" in config:
             values = _checked(success[:, 0], path)
             means = float(values[-LAST_EVALUATIONS:].mean()), float(values.mean())
             alone.setdefault(str(config["task"]), []).append(means)
         elif "train/active_env" in log:
-            stages = [success[log["train/active_env"] == stage] for stage in range(len(tasks))]
+            trained = log["train/active_env"]
+            further = trained[trained.notna() & ~trained.isin(range(len(tasks)))]
+            if len(further):
+                message = f"It has rows of stage {further.iloc[0]}, and no success rate of its task."
+                raise _bad(path, message, "Log every task.")
+            stages = [success[trained == stage] for stage in range(len(tasks))]
             for stage, values in enumerate(stages):
                 if not len(values):
                     raise _bad(path, f"It has no row of stage {stage}.", "Train on every task.")

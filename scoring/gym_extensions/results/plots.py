@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, require_known
 from gym_extensions.results.frames import curves, evaluations
 from gym_extensions.results.scores import board
 from gym_extensions.scoring.output.highlights import task_name
@@ -62,9 +62,8 @@ def plot_board(
         raise BenchError("bad-plot", "A board is of one group.", "group", "Name it: group='hopper-gravity'.")
     frame = data if isinstance(data, pd.DataFrame) else board(str(group), data, protocol, budget)
     metrics = [name.removesuffix("_low") for name in frame.columns if str(name).endswith("_low")]
-    if metric is not None and metric not in metrics:
-        hint = did_you_mean(metric, metrics)
-        raise BenchError("unknown-metric", f"The board has no metric {metric!r}.", "metric", hint)
+    if metric is not None:
+        require_known("metric", metric, metrics, "metric")
     if frame.empty or not metrics:
         raise BenchError("bad-plot", "The board has no entry with a metric.", "data", "Use results.board(…).")
     chosen = metric or metrics[0]

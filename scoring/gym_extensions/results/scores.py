@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, did_you_mean, require_known
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups
 from gym_extensions.scoring import pipeline
@@ -26,10 +25,7 @@ from gym_extensions.scoring.ranking.group_board import board as board_of
 
 
 def metrics(
-    submissions: Paths,
-    *,
-    groups: CustomGroups = (),
-    references: str | Path | None = None,
+    submissions: Paths, *, groups: CustomGroups = (), references: str | Path | None = None
 ) -> pd.DataFrame:
     """Every metric of the submissions, one row per submission, group or suite, protocol and metric.
 
@@ -116,8 +112,8 @@ def board(
         UserWarning: the board is empty, and the submissions have results with another budget.
     """
     scorer, group_id = _scorer_of(group, groups, references)
-    _check("protocol", protocol, PROTOCOLS)
-    _check("budget", budget, BUDGETS)
+    require_known("protocol", protocol, PROTOCOLS, "protocol")
+    require_known("budget", budget, BUDGETS, "budget")
     names = SUITES.get(group_id, (group_id,))
     only = tuple(name for name, known in scorer.groups.items() if known.id in names)
     cards = list(valid_scorecards(submissions, replace(scorer, only=only)).values())
@@ -144,12 +140,6 @@ def _scorer_of(
         hint = did_you_mean(str(group), [*ids, *SUITES])
         raise BenchError("unknown-group", f"There is no group or suite {group!r}.", "group", hint)
     return scorer, ids.get(group, group)
-
-
-def _check(argument: str, name: str, choices: Collection[str]) -> None:
-    if name not in choices:
-        hint = did_you_mean(str(name), choices)
-        raise BenchError(f"unknown-{argument}", f"There is no {argument} {name!r}.", argument, hint)
 
 
 def core(submissions: Paths = "submissions") -> pd.DataFrame:
@@ -273,8 +263,10 @@ def scores(
     if group_id in SUITES:
         hint = f"Name one of its groups: {', '.join(SUITES[group_id])}."
         raise BenchError("not-a-group", f"{group_id!r} is a suite, not a group.", "group", hint)
-    _check("protocol", protocol, PROTOCOLS)
+    require_known("protocol", protocol, PROTOCOLS, "protocol")
     only = tuple(name for name, known in scorer.groups.items() if known.id == group_id)
+    known = (None, -1, *stages(protocol, len(scorer.groups[only[0]].tasks)))
+    require_known("stage", str(stage), list(map(str, known)), "stage")
     rows = (
         (card.name, group_id, protocol, run, number, task, mean, score.reference[task].normalize(mean))
         for card in valid_scorecards(submissions, replace(scorer, only=only)).values()
@@ -317,7 +309,7 @@ def score_matrix(
         >>> score_matrix("submissions/trpo", "hopper-gravity").shape
         (10, 5)
     """
-    _check("values", values, ("normalized", "return"))
+    require_known("values", values, ("normalized", "return"), "values")
     frame = scores(submission, group, protocol, stage=stage, groups=groups, references=references)
     if frame["submission"].nunique() != 1:
         message = f"There are {frame['submission'].nunique()} submissions with runs of this group and stage."

@@ -10,15 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, TaskGroup, with_custom
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, require_known
 from gym_extensions.files import write_text
-from gym_extensions.references import (
-    RULERS,
-    References,
-    add_references,
-    load_references,
-    read_references,
-)
+from gym_extensions.references import RULERS, References, add_references, load_references, read_references
 from gym_extensions.rollouts.layout import MANIFEST, NAME, submission_folders
 from gym_extensions.rollouts.problem import Problem, escape
 from gym_extensions.rollouts.reader import read
@@ -94,9 +88,7 @@ def make_scorer(
     wanted = (CORES.get(CORE if name == "core" else name, (name,)) for name in only)
     names = [name.removesuffix("-v0") for part in wanted for name in part]
     for name in names:
-        if name not in scored:
-            message = f"There is no group {name!r}."
-            raise BenchError("unknown-group", message, "--group", did_you_mean(name, scored))
+        require_known("group", name, scored, "--group")
     return Scorer(known, scored, tuple(names))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +47,7 @@ CONTRASTS = (
 
 def task_name(task_id: str) -> str:
     """A task's name without namespace and version."""
-    return task_id.rpartition("/")[2].rpartition("-v")[0] or task_id
+    return re.sub(r"-v\d+$", "", task_id.rpartition("/")[2])
 
 
 def _runs(score: GroupScore, single: GroupScore | None, index: int, column: str) -> dict[int, float]:
