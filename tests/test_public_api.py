@@ -31,7 +31,7 @@ PUBLIC = {
     "gym_extensions.results": """
         ForeignRuns board core core_pairs curves episodes evaluations foreign_board foreign_runs
         landscapes metrics metrics_of plot_board plot_curves plot_matrix plot_retention score_matrix
-        scores unfinished_curves
+        scores
     """,
     "gym_extensions.scoring": "score_folder score_folders",
 }

@@ -12,9 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions import results
 from gym_extensions.baselines import train
-from gym_extensions.baselines.training.events import BatchTrained, Event
+from gym_extensions.baselines.training.events import Event
 from gym_extensions.envs import MovingGoal, TaskGroup, customize
 
 SHORT_GROUP = "pusher"
@@ -88,12 +87,11 @@ def random_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @dataclass
 class Watched:
-    """A submission, the events of its training, what was printed, and the curves on disk at each batch."""
+    """A submission, the events of its training, and what was printed."""
 
     folder: Path
     events: list[Event] = field(default_factory=list)
     printed: str = ""
-    points_on_disk: list[int] = field(default_factory=list)
 
 
 @pytest.fixture(scope="session")
@@ -103,8 +101,6 @@ def watched(tmp_path_factory: pytest.TempPathFactory) -> Watched:
 
     def callback(event: Event) -> None:
         seen.events.append(event)
-        if isinstance(event, BatchTrained):
-            seen.points_on_disk.append(len(results.unfinished_curves(seen.folder)))
 
     with contextlib.redirect_stdout(io.StringIO()) as printed:
         train(

@@ -116,27 +116,3 @@ def test_evaluations_during_training_lie_between_those_after_the_stages(submissi
     means = [100.0 * stage + 10 + 9.5 / 8 for stage in range(6)]
     assert first["return"].tolist() == [*means[:2], 70.0, *means[2:]]
     assert frame["task"].tolist() == [*IDS] * 7
-
-
-def unfinished(folder: Path, text: str) -> Path:
-    path = folder / ".progress" / GROUP / "sequential-run3" / "curve-stage1.csv"
-    path.parent.mkdir(parents=True)
-    path.write_text(f"protocol,run,task,step,return\n{text}", newline="\n")
-    return folder
-
-
-@pytest.mark.parametrize("torn", ["", "sequential,3,a,75", "sequential,3,a,7500,12.", "sequential,3"])
-def test_the_last_line_of_an_unfinished_curve_may_be_incomplete(torn: str, tmp_path: Path) -> None:
-    complete = "sequential,3,a,2500,12.5\nsequential,3,a,5000,13.5\n"
-    frame = results.unfinished_curves(unfinished(tmp_path / "mine", complete + torn))
-    assert [*zip(frame["run"], frame["step"], frame["return"], strict=True)] == [
-        (3, 2500, 12.5),
-        (3, 5000, 13.5),
-    ]
-    assert set(frame["submission"]) == {"mine"}
-    assert set(frame["group"]) == {GROUP}
-
-
-def test_a_folder_that_does_not_exist_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(BenchError, match=r"The folder does not exist\. Name the folder of --out\."):
-        results.unfinished_curves(tmp_path / "nothing")

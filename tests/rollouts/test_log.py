@@ -13,10 +13,8 @@ from hypothesis import strategies as st
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.log import (
-    CurvePoint,
     Episode,
     TableError,
-    append_curves,
     log_frame,
     log_of,
     log_text,
@@ -105,11 +103,3 @@ def test_runs_follow_each_other_in_the_columns_and_rows_keep_their_lines() -> No
     assert log.rows["position"].tolist() == [0, 2, 0, 2, 2]
     assert compared_rows(log)["limit"].tolist() == [1000] * 5
     assert (where(log, 3), where(log, 1)) == (f"{LOG.replace('0', '3')}, line 3", f"{LOG}, line 3")
-
-
-def test_points_of_an_unfinished_curve_are_appended(tmp_path: Path) -> None:
-    path = tmp_path / "curve-stage1.csv"
-    for step in (10, 20):
-        append_curves(path, [CurvePoint("joint", 3, HALF, step, step / 4)])
-    expected = f"protocol,run,task,step,return\njoint,3,{HALF},10,2.5\njoint,3,{HALF},20,5.0\n"
-    assert path.read_text() == expected

@@ -8,7 +8,7 @@
 """
 
 from gym_extensions.results.foreign import ForeignRuns, foreign_board, foreign_runs
-from gym_extensions.results.frames import curves, episodes, evaluations, unfinished_curves
+from gym_extensions.results.frames import curves, episodes, evaluations
 from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
 from gym_extensions.results.scores import (
     board,
@@ -40,5 +40,4 @@ __all__ = [
     "plot_retention",
     "score_matrix",
     "scores",
-    "unfinished_curves",
 ]

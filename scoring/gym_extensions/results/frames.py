@@ -11,9 +11,7 @@ import pandas as pd
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.protocol import PROTOCOLS, Budget
 from gym_extensions.catalog.protocol import budget as budget_named
-from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
-from gym_extensions.rollouts.log import CURVE_COLUMNS, stage_steps
+from gym_extensions.rollouts.log import stage_steps
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 from gym_extensions.scoring.output.board_frames import typed
@@ -113,8 +111,7 @@ def curves(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     return       float64  mean return of the training episodes that ended since the point before
     ===========  =======  ==========================================================================
 
-    Runs without curves have no rows. The curves of unfinished runs are in :func:`unfinished_curves`.
-    The arguments and errors are those of :func:`episodes`.
+    Runs without curves have no rows. The arguments and errors are those of :func:`episodes`.
     """
     rows = (
         (submission.name, group_id, protocol, run, curve.task, step, value)
@@ -196,34 +193,3 @@ def _during_training(group: SubmittedGroup, steps: dict[str, int]) -> pd.DataFra
     columns = ["protocol", "run", "stage", "task", "step", "episodes", "return"]
     frame = pd.DataFrame(rows, columns=columns)
     return frame.assign(trained=frame["stage"] - 1 + frame["step"] / frame["protocol"].map(steps))
-
-
-def unfinished_curves(folder: str | Path) -> pd.DataFrame:
-    """The training curves of unfinished runs, up to now, also while they train.
-
-    The columns are those of :func:`curves`, but ``group`` is the name of the group's folder. A run is
-    unfinished until its log is written. A last line that is being written is left out.
-
-    Args:
-        folder: the folder in which ``train`` writes the submission.
-
-    Raises:
-        BenchError: the folder does not exist.
-    """
-    path = Path(folder)
-    if not path.is_dir():
-        raise BenchError("no-folder", "The folder does not exist.", str(folder), "Name the folder of --out.")
-    rows = (
-        (path.resolve().name, curve.parent.parent.name, *cells)
-        for curve in sorted((path / PROGRESS).glob(UNFINISHED_CURVES))
-        for cells in _complete_rows(curve)
-    )
-    return typed(rows, CURVE_DTYPES)
-
-
-def _complete_rows(curve: Path) -> list[list[str]]:
-    try:
-        lines = curve.read_text(encoding="utf-8").split("\n")[1:-1]
-    except FileNotFoundError:  # its run was finished in the meantime
-        return []
-    return [cells for cells in (line.split(",") for line in lines) if len(cells) == len(CURVE_COLUMNS)]

@@ -85,7 +85,7 @@ def plot_curves(
     """Training curves: the return over the training steps, one line per run, one color per task.
 
     Args:
-        data: a frame of ``curves`` or ``unfinished_curves``, or a submission.
+        data: a frame of ``curves``, or a submission.
         group: group id or name; needed if there are several groups.
         protocol: needed if there are several protocols.
         ax: where to draw; a new figure if None.

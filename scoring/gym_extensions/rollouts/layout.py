@@ -31,8 +31,6 @@ WRITTEN = (POSES, LANDSCAPES)
 """The folders that the base branch writes."""
 PROGRESS = ".progress"
 """The recorder's folder for unfinished runs. It is not part of a submission."""
-UNFINISHED_CURVES = "*/*/curve-stage*.csv"
-"""The curves of unfinished runs in the folder ``PROGRESS``, one file per stage."""
 LOG, DOCUMENT, POLICIES, NETWORK = ".csv", ".json", ".npz", ".onnx"
 """The suffixes of the files of a run: its log, its document, its policies, and policies as ONNX networks."""
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 LOG_COLUMNS = ("stage", "task", "episode", "seed", "length", "return", "terminated", "success")
-CURVE_COLUMNS = ("protocol", "run", "task", "step", "return")
-"""The columns of the curve of an unfinished stage."""
 DTYPES = {
     **dict.fromkeys(("stage", "episode", "seed", "length"), "int64"),
     **dict.fromkeys(("task", "return", "terminated", "success"), "str"),
@@ -54,21 +52,6 @@ class Episode:
     return_: float
     terminated: bool
     success: bool | None
-
-
-@dataclass(frozen=True)
-class CurvePoint:
-    """A point of a training curve, the mean return of the training episodes that ended since the last point.
-
-    ``step`` counts training steps within the stage (sequential), the task (single) or the run (joint, where
-    ``task`` names each task of the group in turn).
-    """
-
-    protocol: str
-    run: int
-    task: str
-    step: int
-    return_: float
 
 
 @dataclass(frozen=True, repr=False)
@@ -123,14 +106,6 @@ def log_text(episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> str:
 def write_log(path: Path, episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> None:
     """Writes the log of a run, sorted by stage, task in training order and episode."""
     write_text(path, log_text(episodes, task_ids))
-
-
-def append_curves(path: Path, points: Iterable[CurvePoint]) -> None:
-    """Appends points to the curve of an unfinished stage. Without a file, writes the header first."""
-    if not path.exists():
-        write_text(path, ",".join(CURVE_COLUMNS) + "\n")
-    with path.open("a", encoding="utf-8", newline="\n") as file:
-        file.writelines(",".join(map(_cell, vars(point).values())) + "\n" for point in points)
 
 
 def log_frame(data: bytes) -> pd.DataFrame:

@@ -153,11 +153,6 @@ def test_tensorboard_reads_the_scalars_of_each_job(watched: Watched) -> None:
         }
 
 
-def test_the_training_curve_is_on_disk_while_the_stage_trains(watched: Watched) -> None:
-    assert watched.points_on_disk[:4] == [1, 2, 3, 4]
-    assert len(watched.points_on_disk) == 16
-
-
 def test_the_events_of_a_job_come_in_order(watched: Watched) -> None:
     names = [type(event).__name__ for event in watched.events]
     evaluated = [TaskEvaluated.__name__] * 2

@@ -16,7 +16,7 @@ from gym_extensions.baselines.training.jobs import TrainingJob, job_versions, ve
 from gym_extensions.baselines.training.usage import Usage
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
-from gym_extensions.rollouts.layout import PROGRESS, UNFINISHED_CURVES
+from gym_extensions.rollouts.layout import PROGRESS
 from gym_extensions.rollouts.log import Episode
 from gym_extensions.rollouts.policies.files import AnyPolicy, npz_arrays, npz_bytes, run_arrays
 from gym_extensions.rollouts.run import Curve, InterimEvaluation
@@ -97,12 +97,6 @@ class JobFolder:
             if older != checkpoint:
                 older.unlink()
 
-    def new_curve(self, stage: int) -> Path:
-        """The file of a stage's curve, which an earlier attempt may have left; that one is deleted."""
-        path = self.path / f"curve-stage{stage}.csv"
-        path.unlink(missing_ok=True)
-        return path
-
     def store_policy(self, stage: int, policy: AnyPolicy | None) -> None:
         """Writes the policy after a stage, and removes that of an earlier attempt if there is none."""
         path = self.path / f"policy{stage}.npz"
@@ -120,8 +114,7 @@ class JobFolder:
 
     def forget(self) -> None:
         """Deletes every finished stage, the records first."""
-        curves = self.path.glob(Path(UNFINISHED_CURVES).name)
-        for path in [*reversed(self._records()), *self.path.glob("*.npz"), *curves]:
+        for path in [*reversed(self._records()), *self.path.glob("*.npz")]:
             path.unlink()
 
     def remove(self) -> None:

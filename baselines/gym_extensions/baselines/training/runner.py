@@ -22,7 +22,6 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.log import CurvePoint, append_curves
 from gym_extensions.rollouts.run import Curve, InterimEvaluation
 
 
@@ -141,7 +140,6 @@ class StageMonitor:
 
     def __post_init__(self) -> None:
         number, episodes = self.stage.number, self.interim.episodes if self.interim else 0
-        self._file = self.folder.new_curve(number)  # to which the points of the curves are appended
         self._next = self.interim.every if self.interim else 0
         self._curves = {
             task.id: Curve(stage=number, task=task.id, steps=[], returns=[]) for task in self.stage.trained
@@ -167,8 +165,6 @@ class StageMonitor:
         for task_id, value in batch.returns.items():
             self._curves[task_id].steps.append(step)
             self._curves[task_id].returns.append(value)
-        point = partial(CurvePoint, self.folder.job.protocol, self.folder.job.run)
-        append_curves(self._file, [point(task_id, step, value) for task_id, value in batch.returns.items()])
         speed = batch.steps / max(batch.seconds, 1e-9)
         self.listen(events.BatchTrained(*self._where(step), batch.mean_return, speed, batch.seconds))
         if interim is not None and self._next <= step < stage.steps:
