@@ -86,7 +86,7 @@ class Mine(Zero): ...
 for jobs in (0, 2):
     train(Mine, "pusher", "joint", "smoke", 0, out=f"jobs{jobs}", jobs=jobs, progress=False)
 """
-    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+    subprocess.run([sys.executable], input=code, text=True, cwd=tmp_path, check=True)
     assert digests(tmp_path / "jobs0") == digests(tmp_path / "jobs2")
 
 

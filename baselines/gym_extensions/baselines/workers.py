@@ -6,6 +6,7 @@ import errno
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import traceback
 from collections import deque
@@ -13,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 import cloudpickle
@@ -119,6 +121,9 @@ def _run_here(pending: Sequence[Runnable[Result]], listen: Listener) -> Outcomes
 def _run_in_workers(pending: Sequence[Runnable[Result]], listen: Listener, jobs: int) -> Outcomes[Result]:
     """One process each, so that a killed worker fails one only; spawned, not forked, on every platform."""
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    main = vars(sys.modules["__main__"])
+    if not Path(main.get("__file__") or "").is_file():
+        main.pop("__file__", None)  # `python < script`: a worker cannot import "<stdin>"
     context, waiting = multiprocessing.get_context("spawn"), deque(enumerate(pending))
     running: dict[Any, tuple[int, BaseProcess]] = {}  # by the connection to the process
     process: Any
