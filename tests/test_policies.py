@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -166,5 +167,16 @@ def test_a_module_that_cannot_be_exported_is_named() -> None:
         def forward(self, observation: object) -> object:
             return observation + torch.randn(2, 4)
 
-    with pytest.raises(BenchError, match="RandomNormal"):
-        policies.from_torch(Sampling(), (4,))
+    class Deciding(torch.nn.Module):  # type: ignore[misc, name-defined]
+        def forward(self, observation: Any) -> object:
+            return observation[:, :3] if observation.sum() > 0 else observation[:, 3:6]
+
+    facts: list[Any] = [
+        (Sampling(), (4,), "RandomNormal"),
+        (Deciding(), (6,), r"its network acts otherwise.*torch\.where"),
+        (torch.nn.Linear(4, 2), 4, r" and 4\. Give a torch.nn.Module and the shape"),
+        ("net", (4,), "They are net and"),
+    ]
+    for module, shape, fact in facts:
+        with pytest.raises(BenchError, match=fact):
+            policies.from_torch(module, shape)

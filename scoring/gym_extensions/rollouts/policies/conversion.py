@@ -21,6 +21,8 @@ BUFFERS = (
     *("log_sigma", "log_sigma_weight", "log_sigma_clip"),
 )
 """The arrays of a policy that a module does not train."""
+SCALES, TOLERANCE = (0.01, 0.1, 1.0, 10.0, 100.0) * 3, 1e-3
+"""Of the random batches on which a module and its network are compared; the difference that is rounding."""
 
 
 def _of_task(arrays: Arrays, task: int) -> dict[str, Any]:
@@ -132,7 +134,8 @@ def from_torch(
         dtype: of observations: float32, float64 or uint8. States and noise are of the type of the parameters.
 
     Raises:
-        BenchError: the module cannot be exported, or has an operator that is not allowed.
+        BenchError: the module cannot be exported, has an operator that is not allowed, or decides by values
+            of a tensor in Python (``if x.sum() > 0``), so that its network acts otherwise.
 
     Example:
         >>> module = torch.nn.Sequential(torch.nn.Linear(11, 3), torch.nn.Tanh())
@@ -141,6 +144,9 @@ def from_torch(
     """
     import torch
 
+    if not hasattr(module, "modules") or not hasattr(observation_shape, "__len__"):
+        hint = "Give a torch.nn.Module and the shape of an observation, such as (11,)."
+        raise BenchError("bad-argument", f"They are {module} and {observation_shape}.", "from_torch()", hint)
     inputs = {"observation": torch.zeros((2, *observation_shape), dtype=getattr(torch, dtype))}
     kind, outputs = next((each.dtype for each in module.parameters()), torch.float32), ["action"]
     if noise:
@@ -151,6 +157,8 @@ def from_torch(
     onnx = required("onnx")
     file, fast = io.BytesIO(), torch.backends.mha.get_fastpath_enabled()
     torch.backends.mha.set_fastpath_enabled(False)  # fused attention has no operator in ONNX
+    modes = {each: each.training for each in module.modules()}
+    module.eval()
     try:
         with warnings.catch_warnings(), torch.no_grad():
             # This exporter needs no further package; the newer one needs onnxscript.
@@ -165,18 +173,31 @@ def from_torch(
                 opset_version=OPSET,
                 dynamo=False,
             )
+            model = onnx.load_model_from_string(file.getvalue())
+            results = module(*inputs.values())
+            results = results if len(outputs) > 1 else [results]
+            for value, result in zip(model.graph.output, results, strict=True):
+                # The exporter loses shapes that it cannot derive.
+                kind, shape = value.type.tensor_type.elem_type, ("batch", *result.shape[1:])
+                value.CopyFrom(onnx.helper.make_tensor_value_info(value.name, kind, shape))
+            policy = OnnxPolicy(model.SerializeToString())
+            seeded = torch.Generator().manual_seed(0)
+            for number, scale in enumerate(SCALES):  # of an `if`, the exporter keeps one branch
+                sizes = {name: (1 + number % 3, *inputs[name].shape[1:]) for name in inputs}
+                drawn = {name: torch.randn(sizes[name], generator=seeded) for name in inputs}
+                feeds = {name: (scale * drawn[name]).to(inputs[name].dtype) for name in inputs}
+                results = module(*feeds.values())
+                found = policy.run({name: feeds[name].numpy() for name in policy.network.inputs})
+                for output, result in zip(found, results if len(outputs) > 1 else [results], strict=True):
+                    rounding = TOLERANCE, TOLERANCE * max(1.0, scale)
+                    if not torch.allclose(torch.from_numpy(output), result, *rounding, equal_nan=True):
+                        raise ValueError("its network acts otherwise; decide with torch.where, not with if")
     except (RuntimeError, TypeError, ValueError) as error:
         reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
         hint = "Export it yourself, and read it with policies.OnnxPolicy.load."
         raise BenchError("unsupported-policy", f"PyTorch cannot export it: {reason}.", "", hint) from error
     finally:
         torch.backends.mha.set_fastpath_enabled(fast)
-    model = onnx.load_model_from_string(file.getvalue())
-    with torch.no_grad():
-        results = module(*inputs.values())
-    for value, result in zip(model.graph.output, results if len(outputs) > 1 else [results], strict=True):
-        # The exporter loses shapes that it cannot derive.
-        number = value.type.tensor_type.elem_type
-        described = onnx.helper.make_tensor_value_info(value.name, number, ["batch", *result.shape[1:]])
-        value.CopyFrom(described)
-    return OnnxPolicy(model.SerializeToString())
+        for each, is_training in modes.items():
+            each.training = is_training
+    return policy

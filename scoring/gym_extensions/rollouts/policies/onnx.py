@@ -299,14 +299,15 @@ class OnnxPolicy:
                 if len(feeds[name]) != size:
                     message = f"There are {size} observations; the states are of {len(feeds[name])}."
                     raise BenchError("bad-observations", message, "act()", "Call reset() before.")
-        outputs = dict(zip(self.network.outputs, self._run(feeds), strict=True))
+        outputs = dict(zip(self.network.outputs, self.run(feeds), strict=True))
         if outputs["action"].shape != (size, self.num_actions):
             message = f"The actions have the shape {outputs['action'].shape} for {size} observations."
             raise BenchError("onnx-failed", message, "act()", HINT)
         self._states = {name: outputs[f"next_{name}"] for name in self.network.inputs if is_state(name)}
         return outputs["action"]
 
-    def _run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
+    def run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
+        """The outputs for these inputs, in the order of the network; :meth:`act` calls it."""
         runtime = required(RUNTIME)
         # The exceptions of onnxruntime have no common base.
         own = vars(runtime.capi.onnxruntime_pybind11_state).values()
