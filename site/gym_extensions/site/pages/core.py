@@ -154,44 +154,76 @@ def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = (
     reach = [*_ends(shown), *(each.value.mean or 0.0 for each in references)]
     x = scale_around(reach, LEFT, LEFT + SIDE, always=())
     y = scale_around(reach, TOP + SIDE, TOP, always=())
-    parts = [_axes(x, y), _diagonal(x, y)]
+    parts = [_axes(x, y, "learned: score right after the training"), _diagonal(x, y)]
     for each in references:
         level = y.at(each.value.mean or 0.0)
         parts.append(stroke(x.start, level, x.end, level, "way"))
         parts.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
-    places = [(x.at(value(entry, LEARNED).mean or 0), y.at(value(entry, FINAL).mean or 0)) for entry in shown]
-    whiskers = []
-    for number, (entry, (across, up)) in reversed(list(enumerate(zip(shown, places, strict=True)))):
-        learned, kept = value(entry, LEARNED), value(entry, FINAL)
+    parts += _points(shown, [value(entry, LEARNED) for entry in shown], "learned {}", x, y)
+    return _plane("Learned against kept, a point per method", parts)
+
+
+def cost_figure(entries: Sequence[CoreEntry]) -> Markup:
+    """Processor time of a run of the core (x) against kept at the end (y), of the methods that state both.
+
+    Empty with fewer than two of them.
+    """
+    stated = [entry for entry in entries if entry.metrics[FINAL].mean is not None and entry.cost.cpu_seconds]
+    minutes = [MetricValue((entry.cost.cpu_seconds or 0.0) / 60) for entry in stated]
+    if len(stated) < 2:
+        return Markup("")
+    x = scale_around([each.mean or 0.0 for each in minutes], LEFT, LEFT + SIDE, always=(0.0,))
+    y = scale_around(_ends(stated, (FINAL,)), TOP + SIDE, TOP, always=())
+    parts = [_axes(x, y, "processor time of a run, minutes"), *_points(stated, minutes, "{} minutes", x, y)]
+    return _plane("Processor time against kept, a point per method", parts)
+
+
+def _plane(label: str, parts: Sequence[str]) -> Markup:
+    return picture("plane", px(LEFT + SIDE + 8), px(TOP + SIDE + BOTTOM), label, "".join(parts))
+
+
+def _points(
+    entries: Sequence[CoreEntry], across: Sequence[MetricValue], words: str, x: Scale, y: Scale
+) -> list[str]:
+    """The methods with their intervals and names; ``words`` say what is across."""
+    places = [
+        (x.at(each.mean or 0), y.at(value(entry, FINAL).mean or 0))
+        for entry, each in zip(entries, across, strict=True)
+    ]
+    parts, bars = [], []
+    for number, (entry, each, (left, up)) in reversed(
+        list(enumerate(zip(entries, across, places, strict=True)))
+    ):
+        kept = value(entry, FINAL)
         kind = "unranked" if not entry.ranked else "other" if number else "first"
-        if learned.ends and kept.ends:
-            (left, right), (bottom, top) = map(x.at, learned.ends), map(y.at, kept.ends)
-            ways = f"M{px(left)} {px(up)}H{px(right)}M{px(across)} {px(bottom)}V{px(top)}"
-            parts.append(f'<path class="whisker {kind}" d="{ways}"/>')
-            whiskers += [(left, up, right, up), (across, top, across, bottom)]
-        title = f"{short(entry.name, MAX_LABEL)}: learned {mean(learned)}, kept {mean(kept)}"
+        ways = [(x.at(each.ends[0]), up, x.at(each.ends[1]), up)] if each.ends else []
+        ways += [(left, y.at(kept.ends[1]), left, y.at(kept.ends[0]))] if kept.ends else []
+        if ways:
+            drawn = "".join(f"M{px(x0)} {px(y0)}L{px(x1)} {px(y1)}" for x0, y0, x1, y1 in ways)
+            parts.append(f'<path class="whisker {kind}" d="{drawn}"/>')
+        bars += ways
+        title = f"{short(entry.name, MAX_LABEL)}: {words.format(mean(each))}, kept {mean(kept)}"
         parts.append(
-            f'<circle class="method {kind}" cx="{px(across)}" cy="{px(up)}">'
+            f'<circle class="method {kind}" cx="{px(left)}" cy="{px(up)}">'
             f"<title>{escape(title)}</title></circle>"
         )
-    parts += _labels([short(entry.name, MAX_LABEL) for entry in shown], places, whiskers)
-    width, height = px(LEFT + SIDE + 8), px(TOP + SIDE + BOTTOM)
-    return picture("plane", width, height, "Learned against kept, a point per method", "".join(parts))
+    return parts + _labels([short(entry.name, MAX_LABEL) for entry in entries], places, bars)
 
 
-def _ends(entries: Sequence[CoreEntry]) -> list[float]:
-    values = [value(entry, metric) for entry in entries for metric in (FINAL, LEARNED)]
+def _ends(entries: Sequence[CoreEntry], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
+    values = [value(entry, metric) for entry in entries for metric in metrics]
     return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 
 
-def _axes(x: Scale, y: Scale) -> str:
+def _axes(x: Scale, y: Scale, across: str) -> str:
     parts = []
     for mark in x.ticks(5):
         parts.append(stroke(x.at(mark), y.start, x.at(mark), y.end, "level"))
-        parts.append(stroke(x.start, y.at(mark), x.end, y.at(mark), "level"))
         parts.append(text("tick", x.at(mark), y.start + 16, tick_label(mark)))
+    for mark in y.ticks(5):
+        parts.append(stroke(x.start, y.at(mark), x.end, y.at(mark), "level"))
         parts.append(text("tick side", x.start - 7, y.at(mark) + 3.5, tick_label(mark)))
-    parts.append(text("axis", (x.start + x.end) / 2, y.start + 36, "learned: score right after the training"))
+    parts.append(text("axis", (x.start + x.end) / 2, y.start + 36, across))
     middle = px((y.start + y.end) / 2)
     parts.append(
         f'<text class="axis" transform="translate(12 {middle}) rotate(-90)">kept: score at the end</text>'
