@@ -76,8 +76,8 @@ def test_the_commands_train_what_they_name(
     monkeypatch.chdir(folder)
     assert main(words) == 0
     group = folder / words[words.index("--out") + 1] / QUICK_GROUP.name
-    expected = words[words.index("--protocol") + 1].split(",")
-    assert {path.parent.name for path in group.glob("*/run0.csv")} == set(expected)
+    protocols = words[words.index("--protocol") + 1] if "--protocol" in words else "sequential"
+    assert {path.parent.name for path in group.glob("*/run0.csv")} == set(protocols.split(","))
 
 
 def test_the_card_is_written_to_the_manifest(quick_file: Path, tmp_path: Path) -> None:
