@@ -254,7 +254,7 @@ def scores(
     Args:
         stage: of which stage; -1 for the last one, None for all.
 
-    The other arguments are those of :func:`board`; the group is no suite.
+    The other arguments are those of :func:`board`. Suites are not accepted.
 
     Raises:
         BenchError: a group, protocol or path is unknown, the group is a suite, or a submission has problems.
