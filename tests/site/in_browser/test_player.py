@@ -46,6 +46,12 @@ def test_replay_draws_both_episodes_and_pause_stops_the_time(panel: Locator) -> 
     assert time.input_value() == stopped
 
 
+def test_the_page_of_a_task_replays_its_expert(visit: Callable[[str], Page]) -> None:
+    panel = visit(PAGES["task"]).locator(".watch").first
+    panel.get_by_role("button", name="Replay").click()
+    panel.get_by_role("button", name="Pause").wait_for()
+
+
 def test_the_keyboard_plays_scrubs_and_changes_the_speed(panel: Locator) -> None:
     button = panel.locator("button.play")
     button.press("Enter")
