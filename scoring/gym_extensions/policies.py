@@ -102,8 +102,8 @@ def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays
 def _fetched(policies: PolicyFile) -> Arrays:
     """The arrays at an address. A file with another content does not stay in the cache."""
     path = Fetcher(cache_folder() / "policies").fetch(policies, policies.url)
-    arrays = files.npz_arrays(path.read_bytes())
     try:
+        arrays = files.npz_arrays(path.read_bytes())
         _require(policies.sha256, arrays, policies.url)
     except BenchError:
         path.unlink()

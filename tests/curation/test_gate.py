@@ -87,7 +87,7 @@ def test_a_pull_request_with_a_new_entry_and_something_else_is_refused_by_name(
 
 @pytest.mark.parametrize(
     ("name", "rule"),
-    [("Old", "case-collision"), ("CON", "reserved-name"), ("x" * 65, "entry-name"), ("_new", "entry-name")],
+    [("Old", "case-collision"), ("CON", "path-characters"), ("x" * 65, "entry-name"), ("_new", "entry-name")],
 )
 def test_a_name_of_an_entry_that_some_system_confuses_is_refused(project: Path, name: str, rule: str) -> None:
     index(project, ("100644", "x", f"submissions/{name}/submission.toml"))

@@ -26,19 +26,6 @@ def test_a_git_hook_in_which_another_repository_is_named_is_not_misled(
     assert Repository(folder).top.name == "here"
 
 
-def test_two_commits_without_a_common_ancestor_are_no_error_and_a_missing_commit_is_one(
-    tmp_path: Path,
-) -> None:
-    folder = make_repository(tmp_path / "here")
-    first = commit(folder)
-    git(folder, "checkout", "--quiet", "--orphan", "other")
-    second = commit(folder, message="another")
-    repository = Repository(folder)
-    assert repository.merge_bases(first, second) == []
-    with pytest.raises(BenchError, match="Not a valid object name missing"):
-        repository.merge_bases(first, "missing")
-
-
 def test_files_of_a_commit_are_read_with_their_modes_and_sizes(tmp_path: Path) -> None:
     folder = make_repository(tmp_path)
     head = commit(folder, {"a/b.csv": "1\n", "c": b"\0\xff\n\n"})

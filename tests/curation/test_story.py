@@ -169,6 +169,21 @@ def test_two_donations_of_a_run_that_differ_are_refused_by_name(with_entry: Proj
     assert (second.kind, {problem.rule for problem in second.problems}) == ("donation", {"donated-twice"})
     assert "with other content" in second.problems[0].message
     assert with_entry.donate(start, 6, 6).verdict == "passed", "another run of the same time"
+    assert {problem.rule for problem in with_entry.donate(start, 7, 5).problems} == {"copied-run"}
+
+
+def test_a_bad_run_refuses_no_run_of_another_merge_and_can_be_reverted(with_entry: Project) -> None:
+    with_entry.donate("origin/main", 5, 5)
+    entry = change_log(with_entry.merge(), lambda row: {"return": row["return"] * 3 + 9}, 5)
+    commit(with_entry.main)
+    with_entry.donate("origin/main", 6, 6)
+    with_entry.merge()
+    assert with_entry.review(entry) == "claimed"
+    verifications = read_review(entry).verifications[1:]
+    assert [(len(each.runs), each.passed) for each in verifications] == [(1, False), (1, True)]
+    for path in entry.glob(f"{GROUP}/sequential/run5.*"):
+        path.unlink()
+    assert level_of(entry) == "verified"
 
 
 def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) -> None:
@@ -177,6 +192,7 @@ def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) 
     cases: tuple[tuple[str, dict[str, object]], ...] = (
         ("other-agent-version", {"versions": msgspec.structs.replace(versions, gym_extensions="0.9")}),
         ("other-agent-version", {"memory": memory}),
+        ("other-agent-version", {"steps": 10}),
         ("no-policies", {"policies": None}),
     )
     patch = msgspec.structs.replace(

@@ -94,6 +94,13 @@ def test_another_size_than_stated_is_refused_while_it_streams(
     assert refusal(Fetcher(tmp_path), policies(f"{server}/{name}", size)).code == "policies-size"
 
 
+def test_no_more_is_read_than_a_file_may_have_whatever_is_stated(
+    server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fetch, "LIMIT", 10_000)
+    assert refusal(Fetcher(tmp_path), policies(f"{server}/endless", 10**12)).code == "policies-size"
+
+
 @pytest.mark.parametrize("url", ["http://example.org/x", "file:///etc/passwd", "s3://bucket/x", "ftp://x/y"])
 def test_a_workflow_reads_nothing_but_https(tmp_path: Path, url: str) -> None:
     assert refusal(Fetcher(tmp_path, public_only=True), policies(url)).code == "policies-address"

@@ -20,19 +20,10 @@ from gym_extensions.verification.cli import main
 from gym_extensions.verification.retrain import Cells, compare_cells, drawn_run, train_again
 from gym_extensions.verification.verify import runs_of
 
+from ..baselines.conftest import QUICK_TOML
 from .entries import change_document
 
 VALUE = "3f" * 20
-GROUP_TOML = """
-name = "quick-pusher"
-[[tasks]]
-task = "Pusher"
-max_steps = 10
-[[tasks]]
-task = "Pusher"
-variations = [{kind = "MovingGoal"}]
-max_steps = 10
-"""
 RUN = "quick-pusher/sequential/run0"
 
 
@@ -40,7 +31,7 @@ RUN = "quick-pusher/sequential/run0"
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a custom group and one run of two agents: one repeats its actions, the other samples."""
     folder = tmp_path_factory.mktemp("trained")
-    (folder / "quick.toml").write_text(GROUP_TOML, encoding="utf-8")
+    (folder / "quick.toml").write_text(QUICK_TOML, encoding="utf-8")
     for agent in ("trpo", "random"):
         train(
             *(agent, str(folder / "quick.toml"), "sequential", "smoke", 0), out=folder / agent, progress=False

@@ -84,7 +84,7 @@ def test_the_first_draw_stands_and_new_files_are_drawn_for_anew(
     assert verify(entry, "--write") == 1
     refused = (entry / "review.toml").read_bytes()
     assert verify(entry, "--write", "--seeds", "4f" * 20) == 0
-    assert "verified before" in capsys.readouterr().out
+    assert "no run with policies is left" in capsys.readouterr().out
     assert (entry / "review.toml").read_bytes() == refused
     assert sequential_level(entry) == "claimed"
     change_log(entry, lambda row: {"return": row["return"] / 1.4}, run=3)

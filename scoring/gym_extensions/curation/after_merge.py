@@ -11,12 +11,15 @@ import msgspec
 from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES
+from gym_extensions.rollouts.manifest import LONG
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Action, Decision, read_review, review_of, write_review
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import Record
 from gym_extensions.verification.verify import record, runs_of, verified_before
 
+TRAINED_AGAIN = ("smoke", "100k", "300k")
+"""Budgets of which a job trains a run again: a run of the others takes hours."""
 MAX_RECORD_BYTES = 2**20
 
 
@@ -40,6 +43,14 @@ def run_files(entry: Path, runs: Iterable[str]) -> list[str]:
     networks = (path for name in names for path in sorted(entry.glob(f"{name}.*{NETWORK}")))
     files = [f"{name}{suffix}" for name in names for suffix in (LOG, DOCUMENT, POLICIES)]
     return files + [path.relative_to(entry).as_posix() for path in networks]
+
+
+def runs_by_commit(entry: Path, runs: Iterable[str]) -> dict[str, list[str]]:
+    """The names of runs by the commit that fixed their files, so that a bad run refuses no run of others."""
+    found: dict[str, list[str]] = {}
+    for name in runs:
+        found.setdefault(merge_commit(entry, run_files(entry, [name])), []).append(name)
+    return found
 
 
 def merge_commit(parent: Path, files: Iterable[str]) -> str:
@@ -67,8 +78,9 @@ def merge_commit(parent: Path, files: Iterable[str]) -> str:
 def decide(entry: Path, action: Action, by: str, reason: str) -> None:
     """Adds a decision of today, with a name and a reason, to the review of an entry."""
     for option, text in (("--by", by), ("--reason", reason)):
-        if not text.strip():
-            raise BenchError("no-reason", "It is empty.", option, "Say who decides, and why.")
+        if not text.strip() or len(text) > LONG:
+            message = f"It is empty or has more than {LONG} characters."
+            raise BenchError("no-reason", message, option, "Say who decides, and why.")
     if not (entry / "submission.toml").is_file():
         raise BenchError("no-such-folder", "It is not a submission.", str(entry), "Name its folder.")
     review = read_review(entry)
@@ -76,42 +88,50 @@ def decide(entry: Path, action: Action, by: str, reason: str) -> None:
     write_review(entry, msgspec.structs.replace(review, decisions=[*review.decisions, decision]))
 
 
-def is_of_this_project(entry: Path) -> bool:
-    """Whether an entry's agent is one of this project, so that a job can train a run of it again."""
+def is_trained_again(entry: Path) -> bool:
+    """Whether a job trains a run of an entry again: an agent of this project, with a budget up to 300k.
+
+    Raises ``BenchError`` if the agent needs an extra that is missing.
+    """
     from gym_extensions.verification.retrain import require_reference_agent  # loads the agents
 
+    manifest = read(entry, merge_runs=False).manifest
+    if manifest is None or manifest.protocol.budget not in TRAINED_AGAIN:
+        return False
     try:
         require_reference_agent(entry)
-    except BenchError:
+    except BenchError as error:
+        if error.code == "missing-extra":
+            raise
         return False
     return True
 
 
 def take(entry: Path, file: Path) -> None:
-    """Adds the one verification in a file, which another job wrote, to the review of an entry.
+    """Adds the verifications in a file, which another job wrote, to the review of an entry, all or none.
 
     Raises:
-        BenchError: the file is not exactly one verification of the entry's undecided runs as they are, with
-            seeds from the commit that fixed them.
+        BenchError: the file has anything but verifications of the entry's undecided runs as they are, each
+            with seeds from the commit that fixed its runs.
     """
     try:
         data = file.read_bytes()
         found = review_of(data) if len(data) <= MAX_RECORD_BYTES else None
     except (OSError, ValueError, RecursionError) as error:
         raise BenchError("bad-record", f"It is not a verification: {error}.", str(file)) from error
-    if found is None or len(found.verifications) != 1 or found.decisions:
-        raise BenchError("bad-record", "It has more than one verification, or decisions.", str(file))
-    (verification,) = found.verifications
+    if found is None or not found.verifications or found.decisions:
+        raise BenchError("bad-record", "It has no verification, or decisions.", str(file))
     runs = undecided_runs(entry)
-    if not verification.runs or not verification.runs.items() <= runs.items():
-        raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
-    if verification.value != merge_commit(entry, run_files(entry, runs)):
-        raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
-    if verification.retrained and not is_of_this_project(entry):
-        raise BenchError("bad-record", "No job trains the agent of a stranger again.", str(file))
-    if not set(verification.retrained) <= verification.runs.keys():
-        raise BenchError("bad-record", "It says that other runs were trained again.", str(file))
-    record(entry, verification)
+    for each in found.verifications:
+        if not each.runs or not each.runs.items() <= runs.items():
+            raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
+        if set(runs_by_commit(entry, each.runs)) != {each.value}:
+            raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
+        if each.retrained and not is_trained_again(entry):
+            raise BenchError("bad-record", "No job trains the agent of a stranger again.", str(file))
+        if not set(each.retrained) <= each.runs.keys():
+            raise BenchError("bad-record", "It says that other runs were trained again.", str(file))
+    record(entry, *found.verifications)
 
 
 def record_commit(found: Record) -> str:

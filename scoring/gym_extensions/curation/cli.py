@@ -115,7 +115,8 @@ def maintain_parser() -> argparse.ArgumentParser:
     add("entries", nargs="+", type=Path, metavar="ENTRY", help="a submission's folder, or a folder of them")
     add("--groups", nargs="+", default=[], metavar="NAME", help="gravity, body or wall groups (default: all)")
     add("--again", action="store_true", help="also measure what is up to date")
-    add("--jobs", type=int, default=1, metavar="N", help="runs that are measured at once (default: 1)")
+    one_job = "runs that are measured at once (default: 1)"
+    add("--jobs", type=verification.positive, default=1, metavar="N", help=one_job)
     add("--public-only", action="store_true", help="fetch policies from nothing but public https addresses")
     add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for policies that are fetched")
     poses = parts.add_parser("poses", help="write the motion of experts that pages show")
@@ -169,7 +170,7 @@ def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> in
     for each in reviewed:
         try:
             found = review_record(each, options) if isinstance(each, Record) else review_entry(each, options)
-        except BenchError as error:
+        except (BenchError, OSError) as error:
             print(f"error: {error}", file=sys.stderr)
             found = 2
         status = max(status, found)
@@ -199,7 +200,7 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
     """
     runs = after_merge.undecided_runs(entry)
     if not runs:
-        print(f"{entry.name}: nothing is left to verify; a new draw needs new files.")
+        print(f"{entry.name}: {verification.NOTHING_LEFT}")
         return 0
     if options.fetch:
         fetcher = Fetcher(options.cache / "policies", options.public_only)
@@ -209,15 +210,20 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
                 fetcher.fetch(policies, name)
         return 0
     if options.retrain_own:
-        options = argparse.Namespace(**(vars(options) | {"retrain": after_merge.is_of_this_project(entry)}))
-    value = options.seeds and require_value(options.seeds)
-    value = value or after_merge.merge_commit(entry, after_merge.run_files(entry, runs))
-    report = verification.verified(entry, value, options, only_new=True)
-    print("\n".join(verification.lines_of(report)))
-    if options.record and report.verification is not None:
-        review = Review(verifications=[report.verification])
-        write_text(options.record / f"{entry.name}.toml", review_text(review))
-    elif report.verification is not None:
-        record(entry, report.verification)
-        verification.write_poses(entry, report)
-    return int(not verification.is_verified(report))
+        options = argparse.Namespace(**(vars(options) | {"retrain": after_merge.is_trained_again(entry)}))
+    if options.seeds:
+        commits = {require_value(options.seeds): list(runs)}
+    else:
+        commits = after_merge.runs_by_commit(entry, runs)
+    status, found = 0, []
+    for value, names in commits.items():
+        report = verification.verified(entry, value, options, only=names)
+        print("\n".join(verification.lines_of(report)))
+        status |= not verification.is_verified(report)
+        found += [report.verification] if report.verification else []
+        if options.record:
+            write_text(options.record / f"{entry.name}.toml", review_text(Review(verifications=found)))
+        elif report.verification:
+            record(entry, report.verification)
+            verification.write_poses(entry, report)
+    return status

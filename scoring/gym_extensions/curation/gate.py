@@ -21,7 +21,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.references import load_references
 from gym_extensions.rollouts.layout import NAME
-from gym_extensions.rollouts.problem import Problem, cut
+from gym_extensions.rollouts.problem import Problem, cut, escape
 from gym_extensions.rollouts.problem import problems as problems_of
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, REPORTED
@@ -90,7 +90,7 @@ def check_pull_request(
 
 def opened(repository: Repository, base: str, head: str) -> PullRequest:
     """The pull request from one commit to another. Raises BenchError if it is none."""
-    starts = repository.merge_bases(base, head)
+    starts = repository.run("merge-base", "--all", base, head, statuses=(0, 1)).decode().split()
     if not starts:
         message = "The two commits have no common ancestor."
         raise BenchError("unrelated-history", message, hint="Start from the base's branch.")
@@ -142,7 +142,7 @@ def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limit
         call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path), "donated": donated}
         (answer,) = answers(JOB, call, limits)
     judged = {name: answer[name] for name in JUDGED if name in answer}
-    judged["notes"] = [cut(note) for note in judged.get("notes", ())[: reports.MAX_PROBLEMS]]
+    judged["notes"] = [cut(escape(note)) for note in judged.get("notes", ())[: reports.MAX_PROBLEMS]]
     report = msgspec.convert(msgspec.to_builtins(report) | judged, reports.GateReport)
     return _closed(report, msgspec.convert(answer.get("problems", ()), list[Problem]))
 
@@ -191,7 +191,7 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
     """What is wrong with donated runs, by their names, of an entry without other problems.
 
     A run publishes its policies, and was trained with versions of the packages, and has a number of
-    parameters, that a run of the entry has, too.
+    parameters and about a number of steps, that a run of the entry has, too.
     """
     documents = {name: run.document for name, run in runs_of(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]
@@ -201,7 +201,9 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
         if document.policies is None:
             hint = "Train it with `gym-extensions train`, which writes them."
             yield Problem("no-policies", name, "A donated run needs its policies.", hint)
-        sizes = {each.memory.parameters_last for each in own if each.group == document.group}
+        alike = [each for each in own if each.group == document.group]
+        sizes = {each.memory.parameters_last for each in alike}
+        steps = [each.steps for each in alike if each.protocol == document.protocol]
         stated, last = _agent_versions(document), document.memory.parameters_last
         message = ""
         if stated not in versions:
@@ -209,6 +211,8 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
             message = f"It was trained with {words}, and no run of the entry was."
         elif sizes and last not in sizes:
             message = f"It has {last} parameters, and the runs of the entry have {min(sizes)}."
+        elif steps and not 0.95 < document.steps / max(1, *steps) < 1.05:
+            message = f"It states {document.steps} training steps, and runs of the entry {max(steps)}."
         if message:
             hint = "Train it with the versions that the documents of the entry state."
             yield Problem("other-agent-version", name, message, hint)

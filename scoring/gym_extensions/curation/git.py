@@ -122,10 +122,6 @@ class Repository:
             raise BenchError("unknown-commit", f"There is no commit {name!r}.", hint=hint) from None
         return id_.decode().strip()
 
-    def merge_bases(self, first: str, second: str) -> list[str]:
-        """The best common ancestors of two commits: several after a criss-cross, none without any."""
-        return self.run("merge-base", "--all", first, second, statuses=(0, 1)).decode().split()
-
     def tree(self, commit: str, *folders: str, sizes: bool = False) -> tuple[TreeEntry, ...]:
         """All files of a commit below folders (the whole tree by default), with full paths.
 

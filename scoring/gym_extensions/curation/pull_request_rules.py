@@ -245,22 +245,17 @@ def donated_twice(pull_request: PullRequest) -> Iterator[Finding]:
 
 
 @rule
-def reserved_name(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file or folder has a name that some system reserves (CON, NUL, …) or ends in a dot or space."""
-    for change in pull_request.changes:
-        for name in change.path.split("/"):
-            if layout.is_reserved(name):
-                yield Finding(change.path, f"The name {name!r} is reserved on some systems.", "Rename it.")
-
-
-@rule
 def path_characters(pull_request: PullRequest) -> Iterator[Finding]:
-    """Names have ASCII letters, digits, dots, dashes and underscores, and start with a letter or digit. A
-    path has at most 200 characters."""
+    """Names have ASCII letters, digits, dots, dashes and underscores, start with a letter or digit, and are
+    not reserved on some system (CON, NUL, …; a dot at the end). A path has at most 200 characters."""
     for change in pull_request.changes:
-        if not all(map(COMPONENT.fullmatch, change.path.split("/"))) or len(change.path) > MAX_PATH:
+        names = change.path.split("/")
+        is_plain = all(map(COMPONENT.fullmatch, names)) and len(change.path) <= MAX_PATH
+        if not is_plain or any(map(layout.is_reserved, names)):
             hint = "Use letters, digits, dots, dashes and underscores, at most 200 in all."
-            yield Finding(change.path[:MAX_PATH], "The path has other characters or is too long.", hint)
+            yield Finding(
+                change.path[:MAX_PATH], "A name is reserved or has other characters, or is too long.", hint
+            )
 
 
 @rule
@@ -287,43 +282,22 @@ def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
 
 
 @rule
-def symbolic_link(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file is a symbolic link."""
-    for change in pull_request.changes:
-        if change.mode == LINK:
-            yield Finding(change.path, "It is a symbolic link.", "Replace it by the file.")
-
-
-@rule
-def submodule(pull_request: PullRequest) -> Iterator[Finding]:
-    """No folder is a submodule."""
-    for change in pull_request.changes:
-        if change.mode == SUBMODULE:
-            yield Finding(change.path, "It is a submodule.", "Add the files themselves.")
-
-
-@rule
 def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
-    """Files have the mode 100644: they are not executable."""
+    """Files have the mode 100644: they are no symbolic links, no submodules, and not executable."""
     for change in pull_request.changes:
-        if change.status != "D" and change.mode not in (REGULAR, LINK, SUBMODULE):
-            message = f"Its mode is {change.mode} instead of {REGULAR}."
-            yield Finding(change.path, message, f"Run `git update-index --chmod=-x {change.path}`.")
-
-
-@rule
-def renamed_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file is renamed."""
-    for change in pull_request.changes:
-        if change.source:
-            yield Finding(change.path, f"It was renamed from {change.source}.", "Keep the old name.")
+        if change.status != "D" and change.mode != REGULAR:
+            kind = {LINK: "a symbolic link", SUBMODULE: "a submodule"}.get(change.mode, "executable")
+            hint = "Add the files themselves, without permission to execute (`git update-index --chmod=-x`)."
+            yield Finding(change.path, f"It is {kind}.", hint)
 
 
 @rule
 def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file is deleted. (A maintainer's decision withdraws an entry.)"""
+    """No file is deleted or renamed. (A maintainer's decision withdraws an entry.)"""
     for change in pull_request.changes:
-        if change.status == "D" and is_data(change.path):
+        if change.source:
+            yield Finding(change.path, f"It was renamed from {change.source}.", "Keep the old name.")
+        elif change.status == "D" and is_data(change.path):
             hint = "Restore it. To withdraw an entry, ask a maintainer for a decision."
             yield Finding(change.path, "It was deleted.", hint)
 
@@ -340,7 +314,7 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
         original = theirs.get(file.object_id)
         if original is None or file.path not in changed or not SEQUENTIAL.fullmatch(file.path):
             continue
-        if file.path.startswith(RECORDS) or original.split("/")[1] != file.path.split("/")[1]:
+        if original != file.path:
             yield Finding(file.path, f"It is the same as {original}.", "Submit your own runs.")
 
 

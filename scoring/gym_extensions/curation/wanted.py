@@ -27,7 +27,7 @@ def wanted(folders: Sequence[Path]) -> list[str]:
     group, which trains its missing runs; ``--runs`` may name any one of them.
     """
     cards = list(scorecards(folders, make_scorer(only=("core",))))
-    board = core_board([card for card in cards if not card.withdrawn])
+    board = core_board(cards)
     by_name = {card.name: (folder, card) for folder, card in zip(folders, cards, strict=True)}
     found = []
     for row in board.rows if board else ():

@@ -18,7 +18,9 @@ from gym_extensions.rollouts.layout import DOCUMENT, max_bytes, read_regular
 FORMAT: Literal[1] = 1
 HINT = "docs/rollout-log.md lists the keys; gym_extensions.rollouts.run.write_run writes them."
 
-Text = Annotated[str, Meta(max_length=200)]
+LONGEST = 200
+"""Most characters of a name or version."""
+Text = Annotated[str, Meta(max_length=LONGEST)]
 Count = Annotated[int, Meta(ge=0, le=2**53 - 1)]
 Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 Measure = Annotated[float, Meta(ge=0)]

@@ -7,6 +7,7 @@ import secrets
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from rich import progress as bars
 from rich.console import Console
@@ -25,8 +26,9 @@ from gym_extensions.verification.pose_recorder import poses_of
 from gym_extensions.verification.verify import Report, record, runs_of, verify
 from gym_extensions.verification.verify_record import line_of, verify_record
 
+NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
 ENTRY_HELP = "a submission's folder, a folder of them, records/TASK/NAME, or records"
-EPILOG = """Exit status: 0 all entries are verified, 1 one is not, 2 wrong usage or missing files."""
+EPILOG = """Exit status: 0 all entries are verified, 1 one is not or has problems, 2 wrong usage."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -51,12 +53,19 @@ def add_options(command: argparse.ArgumentParser) -> None:
     add = command.add_argument
     add("--seeds", metavar="HEX", help="what the new seeds follow from, such as the id of the merge commit")
     add("--retrain", action="store_true", help="also train one drawn run again; agents of this project only")
-    add("--jobs", type=int, default=1, metavar="N", help="processes that work at once (default: 1)")
+    add("--jobs", type=positive, default=1, metavar="N", help="processes that work at once (default: 1)")
     add("--public-only", action="store_true", help="fetch policies from nothing but public https addresses")
     add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for what can be made again")
 
 
-def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: bool = False) -> Report:
+def positive(text: str) -> int:
+    """The number of an option. Raises ``ValueError`` unless it is an integer from 1."""
+    if int(text) < 1:
+        raise ValueError
+    return int(text)
+
+
+def verified(path: Path, value: str, options: argparse.Namespace, **which: Any) -> Report:
     """The report on one entry, with a progress bar; see :func:`verify`. Options are those of the command."""
     files = [str(Path(file).resolve()) for file in getattr(options, "groups", [])]
     groups, console = with_custom(files), Console(stderr=True)
@@ -80,7 +89,7 @@ def verified(path: Path, value: str, options: argparse.Namespace, *, only_new: b
         report = verify(
             *(path, value, Store(options.cache / "verify")),
             Fetcher(options.cache / "policies", options.public_only),
-            only_new=only_new,
+            **which,
             files=files,
             jobs=options.jobs,
             started=started,
@@ -117,7 +126,7 @@ def lines_of(report: Report) -> Iterator[str]:
     found = report.verification
     if found is None:
         if not report.without_policies:
-            yield f"{report.name}: every run was verified before; a new draw needs new files."
+            yield f"{report.name}: {NOTHING_LEFT}"
         return
     size = count(len(found.runs), "run")
     yield f"{report.name}: {'verified' if found.passed else 'NOT verified'}, {size}."
@@ -151,8 +160,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Verifies, prints what it found, and returns the exit status."""
     command = parser()
     options = command.parse_args(argv)
-    if options.jobs < 1:
-        command.error("--jobs takes a number from 1")
     if options.write and not options.seeds:
         hint = "Pass --seeds with the id of the merge commit or a beacon's randomness."
         raise BenchError("no-seeds", "A record needs seeds that nobody chose.", "--write", hint)

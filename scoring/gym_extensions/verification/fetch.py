@@ -26,6 +26,7 @@ from gym_extensions.rollouts.layout import MAX_FILE_BYTES, POLICIES
 from gym_extensions.rollouts.run import PolicyFile
 
 CHUNK = 2**16
+LIMIT = MAX_FILE_BYTES[POLICIES]
 IDLE_SECONDS, TOTAL_SECONDS = 30.0, 600.0
 """Longest silence of a server, and longest time for a file."""
 PUBLIC_SCHEMES = ("https",)
@@ -50,7 +51,7 @@ class Fetcher:
         """
         name = sha256(f"{policies.url} {policies.sha256}".encode()).hexdigest()
         path = self.cache / f"{name}.npz"
-        size = policies.size or MAX_FILE_BYTES[POLICIES]
+        size = min(policies.size or LIMIT, LIMIT)
         if path.is_file() and policies.size in (0, path.stat().st_size):
             return path
         hint, url = "Ask the author for the file of the run.", policies.url
@@ -67,7 +68,7 @@ class Fetcher:
             raise BenchError("policies-missing", message, where, hint) from error
         if len(content) > size or len(content) < policies.size:
             more = "more" if len(content) > size else "fewer"
-            message = f"{url} has {more} bytes than the {size} that the run states."
+            message = f"{url} has {more} bytes than the {size} that the run states or that may be read."
             raise BenchError("policies-size", message, where, hint)
         write_bytes(path, content)
         return path
@@ -81,7 +82,8 @@ def cache_folder() -> Path:
 def _content(file: Any, size: int) -> bytes:
     """The bytes of a file, of which no more are read than one beyond the stated size."""
     parts, length, end = [], 0, time.monotonic() + TOTAL_SECONDS
-    while length <= size and (part := file.read(min(CHUNK, size + 1 - length))):
+    read = getattr(file, "read1", file.read)  # what is there, without waiting for more
+    while length <= size and (part := read(min(CHUNK, size + 1 - length))):
         parts.append(part)
         length += len(part)
         if time.monotonic() > end:

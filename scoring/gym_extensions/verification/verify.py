@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cached_property
@@ -197,10 +197,10 @@ def verified_before(review: Review, runs: Mapping[str, Run]) -> set[str]:
     return {name for name, digest in stated if name in runs and runs[name].document.digest == digest}
 
 
-def record(entry: Path, verification: Verification) -> None:
-    """Adds a verification to the review of an entry, whole or not at all."""
+def record(entry: Path, *found: Verification) -> None:
+    """Adds verifications to the review of an entry, all or none."""
     review = read_review(entry)
-    verifications = [*review.verifications, verification]
+    verifications = [*review.verifications, *found]
     write_review(entry, msgspec.structs.replace(review, verifications=verifications))
 
 
@@ -211,6 +211,7 @@ def verify(
     fetcher: Fetcher,
     *,
     only_new: bool = False,
+    only: Collection[str] | None = None,
     files: Sequence[str] = (),
     jobs: int = 1,
     started: Callable[[int], None] = lambda _: None,
@@ -224,6 +225,7 @@ def verify(
         store: keeps outcomes, so that an interrupted verification goes on where it was.
         fetcher: gets policies that lie elsewhere.
         only_new: whether to leave out runs about which a verification has decided.
+        only: the names of the runs to verify; all if None.
         files: TOML files of custom groups that the entry may contain.
         jobs: processes that work at once.
         started, done: called with the number of cells before they are run, and of each finished run.
@@ -239,6 +241,7 @@ def verify(
     runs = runs_of(submission)
     without = tuple(name for name, run in runs.items() if run.document.policies is None)
     left_out = {*without, *(verified_before(submission.review, runs) if only_new else ())}
+    left_out |= set() if only is None else runs.keys() - set(only)
     runs = {name: run for name, run in runs.items() if name not in left_out}
     if not runs:
         return Report(submission.name, without_policies=without)

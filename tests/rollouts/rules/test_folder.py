@@ -8,9 +8,7 @@ import pytest
 
 from gym_extensions.rollouts.layout import MAX_FILE_BYTES
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import Review, write_review
 
-from ...conftest import verification
 from ..examples import (
     DOCUMENT,
     GROUP,
@@ -118,15 +116,6 @@ EXAMPLES = (
             ("Python's digits", edit(",1000,", ",1_000,"), 2, "`length`"),
             ("line ends of Windows", edit("\n", "\r\n"), 1, "header"),
         )
-    ),
-    Example(
-        "foreign-review",
-        "a run that is not there",
-        lambda folder: write_review(
-            folder, Review(verifications=[verification({"pusher/joint/run7": "0" * 64})])
-        ),
-        "review.toml",
-        "no run pusher/joint/run7",
     ),
     Example("malformed-review", "no such key", put("review.toml", b"rank = 1\n"), "review.toml", "rank"),
 )

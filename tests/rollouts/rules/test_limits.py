@@ -90,7 +90,7 @@ LIMITS: list[tuple[str, Change, Change, str]] = [
         "marks",
         edit("An entry", "e" + "\u0301" * 5, TOML),
         edit("An entry", "e" + "\u0301" * 6, TOML),
-        "stacked-marks",
+        "control-character",
     ),
     (
         "README",

@@ -100,7 +100,9 @@ EXAMPLES = (
     Example(
         "empty-title", "no glyph", title("\u3164"), f"{TOML}, title", "visible", also=("control-character",)
     ),
-    Example("stacked-marks", "six marks on a letter", title(STACKED), f"{TOML}, title", "cover other texts"),
+    Example(
+        "control-character", "six marks on a letter", title(STACKED), f"{TOML}, title", "cover other texts"
+    ),
     *(
         Example("control-character", name, title(text), f"{TOML}, title", "invisible")
         for name, text in (

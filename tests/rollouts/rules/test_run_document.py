@@ -92,6 +92,7 @@ EXAMPLES = (
         key("command"),
         "control or invisible",
     ),
+    Example("control-character-in-document", "its donor", document(by="A\x1b"), key("by"), "control"),
     Example(
         "foreign-fingerprint",
         "another task under the name",

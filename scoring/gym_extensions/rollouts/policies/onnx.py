@@ -18,7 +18,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import MAX_FILE_BYTES, NETWORK, read_regular
 from gym_extensions.rollouts.policies.mlp_arrays import Array
-from gym_extensions.rollouts.problem import quote
+from gym_extensions.rollouts.problem import escape, quote
 
 ONNX = "onnx"
 """The name of the array that holds the bytes of a network."""
@@ -325,7 +325,7 @@ class OnnxPolicy:
             if options.terminate:
                 message = f"A step took more than {MAX_STEP_SECONDS:g} seconds."
                 raise BenchError("slow-policy", message, "act()", "Publish a smaller network.") from error
-            reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+            reason = escape(str(error).splitlines()[0][:200]) if str(error) else type(error).__name__
             raise BenchError("onnx-failed", f"The network failed: {reason}.", "act()", HINT) from error
         finally:
             timer.cancel()

@@ -9,9 +9,8 @@ from pathlib import Path
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, PROTOCOLS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts import layout
-from gym_extensions.rollouts.layout import MANIFEST, Folder, exists_readable, run_file, run_key
+from gym_extensions.rollouts.layout import MANIFEST, Folder, exists_readable, run_file
 from gym_extensions.rollouts.problem import RULES, Finding, Rule, quote, rule
-from gym_extensions.rollouts.review import Review
 
 READABLE = "Add read permission, or copy it again."
 IRREGULAR = {
@@ -198,15 +197,3 @@ def _check_file(name: str, rule: str, where: str, reason: str) -> Iterator[Findi
 
 for _name, (_text, _) in BROKEN_FILES.items():
     RULES[_name] = Rule(_name, "file", _text, partial(_check_file, _name))
-
-
-@rule("review")
-def foreign_review(folder: Folder, review: Review) -> Iterator[Finding]:
-    """review.toml names runs of the submission only. (Of runs that changed, it says nothing any more.)"""
-    submitted = folder.runs.items()
-    keys = {run_key(group, protocol, run) for (group, protocol), runs in submitted for run in runs}
-    named = (key for part in review.verifications for key in (*part.runs, *part.retrained))
-    foreign = list(dict.fromkeys(key for key in named if key not in keys))
-    if foreign:
-        message = f"The submission has no run {foreign[0]}; review.toml names {len(foreign)} such runs."
-        yield Finding(layout.REVIEW, message, "Restore the runs, or the review that belongs to these files.")

@@ -211,22 +211,18 @@ def empty_title(folder: Folder, tables: Tables) -> Iterator[Finding]:
 
 
 @rule("manifest")
-def stacked_marks(folder: Folder, tables: Tables) -> Iterator[Finding]:
-    """No string starts with a combining mark or has more than five in a row: they would cover other texts."""
-    for where, value, _ in _strings(tables, MANIFEST):
-        if _has_stacked_marks(value):
-            message = f"{quote(value)} has combining marks that cover other texts."
-            yield Finding(where, message, "Remove them.")
-
-
-@rule("manifest")
 def control_character(folder: Folder, tables: Tables) -> Iterator[Finding]:
-    """Strings contain no control, invisible or bidirectional-override characters. (The description and
-    hyperparameters may contain line breaks and tabs.)"""
+    """Strings contain no control, invisible or bidirectional-override characters, start with no combining
+    mark and have at most five in a row. (The description and hyperparameters may contain line breaks and
+    tabs.)"""
     for where, value, multiline in _strings(tables, MANIFEST):
         text = value.replace("\n", "").replace("\t", "") if multiline else value
         if first_invisible(text):
             yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")
+        elif _has_stacked_marks(value):
+            yield Finding(
+                where, f"{quote(value)} has combining marks that cover other texts.", "Remove them."
+            )
 
 
 @rule("readme")

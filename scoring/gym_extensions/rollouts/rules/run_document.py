@@ -131,6 +131,8 @@ def control_character_in_document(run: SubmittedRun) -> Iterator[Finding]:
     texts = {
         "command": document.command,
         "commit": document.commit,
+        "by": document.by,
+        "date": document.date or "",
         "machine": document.machine.processor if document.machine else "",
         "policies.url": document.policies.url if document.policies else "",
         "versions": "".join(msgspec.structs.astuple(document.versions)),
