@@ -134,6 +134,7 @@ def test_a_finished_run_is_not_recorded_again(recorded: Path) -> None:
 
 BAD_ARGUMENTS: list[tuple[dict[str, Any], str, str]] = [
     ({"stage": 3}, "bad-stage", "3"),
+    ({"stage": 1.0}, "bad-stage", "1.0"),
     ({}, "bad-stage", "needs a stage"),
     ({"stage": 0, "task": FIRST}, "bad-task", FIRST),
     ({"protocol": "joint", "task": FIRST}, "bad-task", FIRST),

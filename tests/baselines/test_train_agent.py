@@ -26,6 +26,9 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"evaluate_every": True}, "bad-evaluate-every"),
     ({"num_threads": "2"}, "bad-num-threads"),
     ({"evaluate_episodes": 0}, "bad-evaluate-episodes"),
+    ({"jobs": -1}, "bad-jobs"),
+    ({"num_envs": 2000}, "bad-num-envs"),
+    ({"by": "A" * 201}, "bad-by"),
 ]
 
 

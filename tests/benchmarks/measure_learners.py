@@ -29,7 +29,7 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import TaskLabel
 from gym_extensions.baselines.agent_checks import observes_of
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017, REFERENCE, TrpoSettings
-from gym_extensions.baselines.training.environment import TrainingEnv
+from gym_extensions.baselines.training.environment import Batch, TrainingEnv
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.catalog.tasks import Task, customize, task
 from gym_extensions.catalog.variations import Gravity
@@ -91,6 +91,7 @@ def measure(run: Run) -> list[dict[str, object]]:
     observes, ids = observes_of(agent, run.agent), tuple(each.id for each in tasks)
     for number, each in enumerate(tasks, start=1):
         env = make_vec(each, run.num_envs)
+        batches: list[Batch] = []
         recorder = TrainingEnv(
             env,
             [each.id],
@@ -100,6 +101,7 @@ def measure(run: Run) -> list[dict[str, object]]:
             observes=observes,
             group_ids=ids,
             stage=number,
+            report=batches.append,
         )
         start = time.process_time()
         agent.learn(recorder, run.steps)
@@ -111,7 +113,7 @@ def measure(run: Run) -> list[dict[str, object]]:
             label = TaskLabel(ids[index], index) if observes.task_in_evaluation else None
             episodes = evaluate(agent, evaluation_env, list(EVALUATION_SEEDS), label=label)
             returns[name] = round(sum(row.return_ for row in episodes) / len(episodes), 1)
-        curve = [round(value) for _, _, value in recorder.points]
+        curve = [round(value) for batch in batches for value in batch.returns.values()]
         rows.append(
             {
                 "trained": each.name,

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs import TaskId, VectorTaskId, group, make, make_vec
+from gym_extensions.envs import TaskGroup, TaskId, VectorTaskId, customize, group, make, make_vec
 from gym_extensions.errors import BenchError
 
 
@@ -43,6 +43,12 @@ def test_a_task_outside_the_list_raises_an_error() -> None:
     with pytest.raises(BenchError) as caught:
         TaskId(make("Hopper"), group("striker"))
     assert caught.value.code == "foreign-task"
+
+
+def test_a_group_of_another_package_has_the_vectors_too() -> None:
+    pendulums = TaskGroup("pendulums", (customize("Pendulum-v1"), customize("Pendulum-v1", max_steps=50)))
+    observations, _ = VectorTaskId(make_vec(pendulums, 2), pendulums).reset(seed=0)
+    assert observations[:, 3:].tolist() == [[1, 0], [0, 1]]
 
 
 def test_a_picture_observation_raises_an_error() -> None:

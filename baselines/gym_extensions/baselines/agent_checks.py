@@ -86,6 +86,7 @@ def check_context(agent: Agent, name: str) -> None:
 
 METHODS = {"act": "act(observations)", "learn": "learn(env, steps)"}
 """The required methods of an agent and their signatures."""
+SB3_MODULES = ("stable_baselines3.", "sb3_contrib.", "sbx.")
 ARGUMENTS = "(observation_space, action_space, seed)"
 
 
@@ -100,6 +101,9 @@ def create_agent(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], n
         message = f"Expected a factory of agents, got a value of type {type(make).__name__}."
         hint = f"Pass an agent's name, or a class or function with the arguments {ARGUMENTS}."
         raise BenchError("bad-agent", message, name, hint)
+    if isinstance(make, type) and make.__module__.startswith(SB3_MODULES):
+        message = f"{make.__name__} is an algorithm of Stable-Baselines3, not an agent."
+        raise BenchError("bad-agent", message, name, f"Pass sb3({make.__name__}).")
     try:
         inspect.signature(make).bind(None, None, 0)
     except TypeError as mismatch:

@@ -16,7 +16,6 @@ from gym_extensions.baselines.training.arguments import (
     parse_groups,
     parse_names,
     parse_runs,
-    require_positive,
 )
 from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.progress import LOGS
@@ -45,7 +44,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
     add("--out", required=True, type=Path, help="the submission's folder")
-    add("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    add("--jobs", type=int, default=1, help="worker processes; 0: none (default: 1)")
     add("--num-envs", type=int, help="parallel training environments (default: those of the budget)")
     add("--num-threads", type=int, default=1, help="threads per job that step environments (default: 1)")
     every = "also evaluate during training, after each number of steps (default: after each stage only)"
@@ -65,7 +64,6 @@ def main(argv: list[str] | None = None) -> int:
     options = parser().parse_args(argv)
     from gym_extensions.baselines.train_agent import train  # loads the simulator
 
-    require_positive(options.jobs, "--jobs")
     try:
         train(
             options.agent,

@@ -91,8 +91,8 @@ def parse_stage(
     if protocol != "sequential" and stage is None:
         return job, 1
     stages = range(len(group.tasks) + 1) if protocol == "sequential" else range(1, 2)
-    if stage is not None and stage in stages and not isinstance(stage, bool):
-        return job, stage
+    if stage is not None and stage in stages and not isinstance(stage, bool | float):
+        return job, int(stage)  # also an integer of numpy
     missing = "The protocol sequential needs a stage."
     message = missing if stage is None else f"Stage {stage!r} is out of range."
     hint = f"Use the number of tasks that the policy was trained on, {stages[0]} to {stages[-1]}."
@@ -224,6 +224,9 @@ def record(
         ...        card=Card("SAC", evaluation="deterministic"))  # doctest: +SKIP
     """
     request = parse_request([group], protocol, budget, [run], None)
+    if len(request.logs()) > 1:
+        hint = "Name one group and one protocol."
+        raise BenchError("bad-groups", "A policy is recorded in one group and protocol.", "record", hint)
     ((task_group, _),) = request.logs()
     job, number = parse_stage(task_group, protocol, request.runs[0], stage, task)
     recorded = next(item for item in job.stages(request.budget) if item.number == number)

@@ -115,7 +115,7 @@ def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterato
             try:
                 locks.enter_context(FileLock(path, timeout=seconds))
             except Timeout as busy:
-                message = f"{title!r} is being trained by another process."
+                message = f"{title!r} is being trained or recorded by another process."
                 hint = "Wait until it has finished or end it, choose other runs, or choose another --out."
                 raise BenchError("two-writers", message, str(out), hint) from busy
         yield

@@ -33,7 +33,7 @@ from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS, run_file
 from gym_extensions.rollouts.manifest import RECORDED
-from gym_extensions.rollouts.run import read_run
+from gym_extensions.rollouts.run import LONGEST, read_run
 
 INTERIM_EPISODES = 5
 """Episodes per task of an evaluation during training."""
@@ -110,8 +110,11 @@ def train(
     arguments.require_positive(num_threads, "--num-threads")
     interim, logs = arguments.parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
     check_callback(callback)
+    if not isinstance(by, str) or len(by) > LONGEST:
+        raise BenchError("bad-by", f"It is not text of at most {LONGEST} characters.", "--by", "Shorten it.")
     path = Path(out)
-    if jobs:
+    if jobs != 0:
+        arguments.require_positive(jobs, "--jobs")
         require_sendable(agent)
     settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
     settings = _checked(algorithms.factory(agent), settings, path, request)
@@ -218,6 +221,8 @@ def command_of(pending: PendingJob) -> str:
     job, settings, interim, agent = pending.job, pending.settings, pending.interim, pending.agent
     if not isinstance(agent, str):
         module, name = getattr(agent, "__module__", ""), getattr(agent, "__qualname__", "")
+        if module == "__main__":  # the agent's script; a notebook has none
+            module = Path(getattr(sys.modules[module], "__file__", None) or "").stem
         agent = f"{module}:{name}" if module and name else settings.agent
     words = ["gym-extensions", "train", agent]
     words += ["--groups", job.group.name if job.group.published else f"{job.group.name}.toml"]

@@ -114,7 +114,7 @@ def _autoreset_mode(mode: Any) -> AutoresetMode:
     try:
         return AutoresetMode(mode)
     except ValueError:
-        hint = f"Choose one of {', '.join(each.name for each in AutoresetMode)}."
+        hint = f"Choose one of {', '.join(each.value for each in AutoresetMode)}."
         raise BenchError("bad-autoreset-mode", f"autoreset_mode is {mode!r}.", WHERE, hint) from None
 
 
@@ -146,6 +146,8 @@ def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
 class _Foreign(gym.Wrapper[Any, Any, Any, Any]):
     """An environment of another package. It reports no success, because its task defines none."""
 
+    task: Task
+
     def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
         *rest, info = self.env.step(action)
         return *rest, {key: value for key, value in info.items() if key != IS_SUCCESS}
@@ -160,7 +162,9 @@ def _build_foreign(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
             env.close()
             hint = "Agents and policies here need two Boxes: wrap it, and register the result."
             raise BenchError("bad-space", f"Its {name} is {space}, not a Box.", task.id, hint)
-    return _Foreign(env)
+    wrapped = _Foreign(env)
+    wrapped.task = task
+    return wrapped
 
 
 def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:

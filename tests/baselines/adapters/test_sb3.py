@@ -21,7 +21,7 @@ from stable_baselines3.common.callbacks import BaseCallback  # noqa: E402
 from gym_extensions.baselines import Context, Factory, sb3, train  # noqa: E402
 from gym_extensions.baselines.adapters import sb3 as adapter  # noqa: E402
 from gym_extensions.baselines.adapters.sb3 import to_manifest_value  # noqa: E402
-from gym_extensions.baselines.training.environment import TrainingEnv  # noqa: E402
+from gym_extensions.baselines.training.environment import Batch, TrainingEnv  # noqa: E402
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
 from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
@@ -53,10 +53,12 @@ def create(env: Any, make: Factory, seed: int = 3) -> Any:
     return make(env.single_observation_space, env.single_action_space, seed)
 
 
-def learn(agent: Any, env: Any, seed: int = 0, steps: int = 60) -> TrainingEnv:
-    recorder = TrainingEnv(env, ["Hopper"], steps=steps, batch_steps=60, seed=seed)
-    agent.learn(recorder, steps)
-    return recorder
+def learn(agent: Any, env: Any, seed: int = 0, steps: int = 60) -> list[Batch]:
+    batches: list[Batch] = []
+    agent.learn(
+        TrainingEnv(env, ["Hopper"], steps=steps, batch_steps=60, seed=seed, report=batches.append), steps
+    )
+    return batches
 
 
 def parameters(agent: Any) -> list[float]:
@@ -301,5 +303,5 @@ def test_rewards_are_scaled_for_the_model_and_not_in_the_training_curve(env: Any
     curves = []
     for normalize in (False, True):
         agent = create(env, sb3(PPO, normalize_rewards=normalize, **SMALL | {"learning_rate": 0.0}))
-        curves.append(learn(agent, env, 1, steps=120).points)
+        curves.append([(batch.step, batch.returns) for batch in learn(agent, env, 1, steps=120)])
     assert curves[0] == curves[1] != []

@@ -138,13 +138,19 @@ def test_trpo_2017_learns_as_in_the_committed_entry() -> None:
     first, plan = tasks.tasks[0], budget("100k")
     seed = training_seed(0, tasks.id, first.id, "training")
     env = make_vec(first, plan.num_envs)
-    recorder = TrainingEnv(env, [first.id], steps=10**6, batch_steps=plan.batch_steps, seed=seed)
+    points: list[tuple[int, float]] = []
+    recorder = TrainingEnv(
+        *(env, [first.id]),
+        steps=10**6,
+        batch_steps=plan.batch_steps,
+        seed=seed,
+        report=lambda batch: points.extend((batch.step, value) for value in batch.returns.values()),
+    )
     agent = algorithms.factory("trpo-2017")(
         recorder.single_observation_space, recorder.single_action_space, training_seed(0, tasks.id, "agent")
     )
     agent.learn(recorder, 2 * plan.batch_steps)
     curve = read_run(ENTRY).curves[0]
     expected = list(zip(curve.steps, curve.returns, strict=True))
-    points = [(step, value) for _, step, value in recorder.points]
     np.testing.assert_allclose(points[0], expected[0], rtol=1e-6)
     np.testing.assert_allclose(points[1], expected[1], rtol=2e-2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
@@ -10,7 +11,7 @@ import pytest
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
 from gym_extensions.baselines.agent import Observes
-from gym_extensions.baselines.training.environment import TrainingEnv
+from gym_extensions.baselines.training.environment import Batch, TrainingEnv
 from gym_extensions.catalog.protocol import CURVE_POINTS, budget
 from gym_extensions.envs import VectorTaskId, group, make_vec
 from gym_extensions.errors import BenchError
@@ -46,9 +47,14 @@ class Counting(gym.vector.VectorEnv[Any, Any, Any]):
 
 
 def recorded(
-    lengths: list[int], steps: int, *, batch: int = 10, tasks: tuple[str, ...] = ("a",)
+    lengths: list[int],
+    steps: int,
+    *,
+    batch: int = 10,
+    tasks: tuple[str, ...] = ("a",),
+    report: Callable[[Batch], object] = lambda _: None,
 ) -> TrainingEnv:
-    return TrainingEnv(Counting(lengths), tasks, steps=steps, batch_steps=batch, seed=3)
+    return TrainingEnv(Counting(lengths), tasks, steps=steps, batch_steps=batch, seed=3, report=report)
 
 
 def received_by(recorder: TrainingEnv) -> Counting:
@@ -79,30 +85,34 @@ def test_actions_are_clipped_and_cast_to_the_dtype_of_the_action_space() -> None
 
 
 def test_a_point_is_the_mean_return_of_the_episodes_that_ended_since_the_last_point() -> None:
-    recorder = recorded([2, 5], steps=100, batch=5)
+    batches: list[Batch] = []
+    recorder = recorded([2, 5], steps=100, batch=5, report=batches.append)
     run(recorder, 6)
     recorder.flush()
     # Five steps are taken after the third row of actions: environment 0 has ended once (return 2). In the
     # sixth row environment 1 is reset; its first and the other's second episode have ended: (2 + 5) / 2.
-    assert recorder.points == [("a", 5, 2.0), ("a", 9, 3.5)]
+    assert [(batch.step, batch.returns) for batch in batches] == [(5, {"a": 2.0}), (9, {"a": 3.5})]
 
 
 def test_each_task_of_joint_training_has_its_own_points() -> None:
-    recorder = recorded([2, 4, 2, 4], steps=100, batch=100, tasks=("a", "b"))
+    batches: list[Batch] = []
+    recorder = recorded([2, 4, 2, 4], steps=100, batch=100, tasks=("a", "b"), report=batches.append)
     run(recorder, 4)
     recorder.flush()
-    assert recorder.points == [("a", 14, 2.0), ("b", 14, 4.0)]
+    assert [(batch.step, batch.returns) for batch in batches] == [(14, {"a": 2.0, "b": 4.0})]
 
 
 def test_the_100k_budget_gives_enough_points_for_episodes_of_1000_steps() -> None:
     plan = budget("100k")
     steps = plan.steps_for("halfcheetah-gravity")
-    recorder = recorded([1000] * plan.num_envs, steps=steps, batch=plan.batch_steps)
+    batches: list[Batch] = []
+    lengths = [1000] * plan.num_envs
+    recorder = recorded(lengths, steps=steps, batch=plan.batch_steps, report=batches.append)
     recorder.reset()
     while recorder.taken < steps:
         recorder.step(np.zeros((plan.num_envs, 1)))
     recorder.flush()
-    assert len(recorder.points) >= CURVE_POINTS
+    assert sum(len(batch.returns) for batch in batches) >= CURVE_POINTS
 
 
 def test_an_agent_may_exceed_its_budget_by_two_percent() -> None:

@@ -10,9 +10,10 @@ import math
 import numpy as np
 import pytest
 
+from gym_extensions.baselines import Factory
 from gym_extensions.baselines.algorithms import factory
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017
-from gym_extensions.baselines.training.environment import TrainingEnv
+from gym_extensions.baselines.training.environment import Batch, TrainingEnv
 from gym_extensions.envs import make_vec
 
 STEPS, BATCH, NUM_ENVS, SEEDS = 40_000, 2_000, 8, range(5)
@@ -22,21 +23,25 @@ T_975_8 = 2.306
 """Student's t, two-sided 5 %, 8 degrees of freedom."""
 
 
-def late(recorder: TrainingEnv) -> float:
+def late(make: Factory, seed: int) -> float:
     """Mean return over the last quarter of training."""
+    batches: list[Batch] = []
+    recorder = TrainingEnv(
+        make_vec("Hopper", NUM_ENVS),
+        ["Hopper"],
+        steps=STEPS,
+        batch_steps=BATCH,
+        seed=seed,
+        report=batches.append,
+    )
+    make(recorder.single_observation_space, recorder.single_action_space, seed).learn(recorder, STEPS)
     recorder.flush()
-    return float(np.mean([value for _, step, value in recorder.points if step > 0.75 * STEPS]))
-
-
-def recorder_of(seed: int) -> TrainingEnv:
-    return TrainingEnv(make_vec("Hopper", NUM_ENVS), ["Hopper"], steps=STEPS, batch_steps=BATCH, seed=seed)
+    values = (value for batch in batches if batch.step > 0.75 * STEPS for value in batch.returns.values())
+    return float(np.mean(list(values)))
 
 
 def ours(seed: int) -> float:
-    recorder = recorder_of(seed)
-    agent = factory("trpo-2017")(recorder.single_observation_space, recorder.single_action_space, seed)
-    agent.learn(recorder, STEPS)
-    return late(recorder)
+    return late(factory("trpo-2017"), seed)
 
 
 def theirs(seed: int) -> float:
@@ -57,10 +62,7 @@ def theirs(seed: int) -> float:
         cg_max_steps=HENDERSON_2017.trust_region.iterations,
         policy_kwargs={"activation_fn": torch.nn.ReLU, "net_arch": {"pi": [100, 50, 25], "vf": [64, 64]}},
     )
-    recorder = recorder_of(seed)
-    agent = make(recorder.single_observation_space, recorder.single_action_space, seed)
-    agent.learn(recorder, STEPS)
-    return late(recorder)
+    return late(make, seed)
 
 
 @pytest.mark.slow

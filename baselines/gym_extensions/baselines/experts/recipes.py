@@ -163,15 +163,11 @@ FURTHER = {"Hopper": 500_000, "Humanoid": 400_000, "Pusher": 1_500_000, "Striker
 def recipe(name: str) -> Recipe:
     """A run of the table, or ``trpo-<task>``, which continues from the best candidate of the task.
 
-    ``trpo-<task>-walk`` does so with the bonus ``WALK``.
-
     Raises ``BenchError`` if there is no such run.
     """
     for run in TABLE:
         if run.name == name:
             return run
-    task = name.removeprefix("trpo-")
-    row = published_task(task.removesuffix("-walk"))
+    row = published_task(name.removeprefix("trpo-"))
     steps = FURTHER[FAMILIES[row.base]]
-    bonus = WALK if task.endswith("-walk") else ()
-    return _large(name, (row.name,), f"best:{row.name}", steps, checkpoint=100_000, bonus=bonus)
+    return _large(name, (row.name,), f"best:{row.name}", steps, checkpoint=100_000)

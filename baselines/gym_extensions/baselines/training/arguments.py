@@ -62,11 +62,13 @@ def parse_request(
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
     if num_envs is not None:
         require_positive(num_envs, "--num-envs")
-        for group in unique_groups if chosen.on_boards else ():
-            episode_steps = max(task.max_steps for task in group.tasks)
-            limit = chosen.steps_for(group.name) // (episode_steps * CURVE_POINTS)
+        for group in unique_groups:
+            episode_steps, points = max(task.max_steps for task in group.tasks), CURVE_POINTS
+            least = episode_steps * points if chosen.on_boards else 1
+            limit = chosen.steps_for(group.name) // least
             if num_envs > limit:
-                has = f"the budget {chosen.name!r} has fewer than {CURVE_POINTS} episodes per environment"
+                per = f"fewer than {points} episodes" if chosen.on_boards else "less than a step"
+                has = f"the budget {chosen.name!r} has {per} per environment"
                 hint = f"Use at most {limit} for {group.name}."
                 raise BenchError("bad-num-envs", f"With {num_envs} environments, {has}.", "--num-envs", hint)
     return Request(unique_groups, unique_protocols, chosen, unique_runs)

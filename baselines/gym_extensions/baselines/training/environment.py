@@ -39,8 +39,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
 
     ``batch_steps`` and ``budget_steps`` can always be read. The attributes that tell the task or the stage
     raise ``BenchError`` unless the agent's ``observes`` has the field that they need. ``unwrapped`` is this
-    environment, so that no step is taken past it. ``points`` are those of the training curves: task, step,
-    and mean return of the episodes that ended since the last point.
+    environment, so that no step is taken past it.
 
     Args:
         env: environments in autoreset mode NEXT_STEP; environment i runs ``task_ids[i % len(task_ids)]``.
@@ -80,7 +79,6 @@ class TrainingEnv(gym.vector.VectorWrapper):
         self._sums = np.zeros(self.num_envs)
         self._ended: dict[str, list[float]] = {task: [] for task in task_ids}
         self._next_report, self._reported, self._since = batch_steps, 0, time.perf_counter()
-        self.points: list[tuple[str, int, float]] = []
 
     @property
     def task_ids(self) -> tuple[str, ...]:
@@ -177,6 +175,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
         if self.taken > self.budget_steps * (1 + EXCESS):
             message = f"The agent took {self.taken} training steps; its budget is {self.budget_steps}."
             hint = f"Stop after the number of steps passed to learn(); {EXCESS:.0%} more are allowed."
+            hint += f" A step of all {self.num_envs} environments counts {self.num_envs}."
             raise BenchError("budget-exceeded", message, "learn()", hint)
         return observations, rewards, terminated, truncated, infos
 
@@ -190,7 +189,6 @@ class TrainingEnv(gym.vector.VectorWrapper):
         for ended in self._ended.values():
             ended.clear()
         self._reported = self.taken
-        self.points += [(task, self.taken, value) for task, value in returns.items()]
         mean_return = float(np.mean(everything)) if everything else None
         self._report(Batch(self.taken, steps, seconds, returns, mean_return))
         self._since = time.perf_counter()

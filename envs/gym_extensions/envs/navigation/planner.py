@@ -169,8 +169,8 @@ def choose(solid: Any, steps: Any, goal: Any, point: Any, action: Any) -> None:
 class Oracle:
     """The plan for one arena. It acts on the agent's position.
 
-    From every free point it reaches the goal without a collision in at most ``steps_from(point)`` steps. It
-    plans over points half a unit apart, so a path that rounds corners more tightly may be a step shorter.
+    From every free point it reaches the goal without a collision. It plans over points half a unit apart, so
+    a path that rounds corners more tightly may be a step shorter.
     """
 
     def __init__(self, arena: Arena) -> None:
@@ -189,10 +189,6 @@ class Oracle:
         action = np.zeros(2, dtype=np.float32)
         choose(self.arena.grid.solid, self.steps, self._goal, position, action)
         return action
-
-    def steps_from(self, position: NDArray[np.float64]) -> int:
-        """Returns the number of steps within which the oracle reaches the goal from a free position (2,)."""
-        return int(look(self.arena.grid.solid, self.steps, self._goal, position[0], position[1], NEVER)[0])
 
 
 def oracle_returns(task: Task, seeds: Sequence[int]) -> NDArray[np.float64]:
