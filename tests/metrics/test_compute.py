@@ -107,3 +107,20 @@ def test_wrong_input_is_an_error_that_names_it(arguments: dict[str, Any], where:
         metrics.compute(**arguments)
     assert caught.value.where == where
     assert fact in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "code"),
+    [
+        (metrics.iqm, ([[1.0, float("nan"), 2.0]],), "bad-matrix"),
+        (metrics.profile, ([[float("nan")]],), "bad-matrix"),
+        (metrics.interval, ([],), "no-values"),
+        (metrics.difference, ([1.0, 2.0], []), "no-values"),
+        (metrics.area, (range(10, 0, -1), [0.0] * 10, 10), "bad-curve"),
+        (metrics.area, (range(10), [0.0] * 9, 10), "bad-curve"),
+    ],
+)
+def test_values_that_have_no_statistic_are_an_error(function: Any, arguments: Any, code: str) -> None:
+    with pytest.raises(BenchError) as caught:
+        function(*arguments)
+    assert caught.value.code == code

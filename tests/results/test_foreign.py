@@ -91,6 +91,9 @@ def test_wrong_logs_are_errors_that_name_the_file(tmp_path: Path) -> None:
     refused("odd", "meal", "[3] evaluations")
     meal(tmp_path / "missing", 1, [[0.0, 1.0], [0.0, 1.0]])
     (tmp_path / "missing/ippo/EWC/seed_1/0_soup.json").unlink()
+    meal(tmp_path / "mixed", 1, [[0.0, 1.0], [0.0, 1.0]])
+    (tmp_path / "mixed/ippo/EWC/seed_1/0_return.json").write_text("[0.0, 1.0]")
+    refused("mixed", "meal", "return, soup")
     refused("missing", "meal", "no curve of task 0")
     log = continual_world(tmp_path / "short", 0) / "progress.tsv"
     log.write_text("\n".join(log.read_text().splitlines()[:3]) + "\n")

@@ -19,7 +19,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.references import References
 from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.formulas import METRICS, NOT_RANKED, Metric, MetricValue
+from gym_extensions.scoring.formulas import BOARD_METRICS, NOT_RANKED, Metric, MetricValue
 from gym_extensions.scoring.output.board_frames import scores
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
@@ -57,7 +57,7 @@ def record(card: Scorecard, references: References, now: int) -> dict[str, Any] 
     results = [
         _result(name, protocol, score, metric, value)
         for name, protocol, score in scores(card)
-        for metric in METRICS[protocol]
+        for metric in BOARD_METRICS[protocol]
         if (value := score.metrics[metric.name]).mean is not None and metric.better != NOT_RANKED
     ]
     if not results or card.manifest is None:

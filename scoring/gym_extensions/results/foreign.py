@@ -175,17 +175,18 @@ def _checked(values: Array, path: Path) -> Array:
     return values
 
 
-CURVE = re.compile(r"(\d+)_(soup|success|coverage_fraction|win_rate)\.(json|npz)")
+CURVE = re.compile(r"(\d+)_(soup|success|coverage_fraction|win_rate|return)\.(json|npz)")
 
 
 def _meal(root: Path) -> Iterator[ForeignRuns]:
     methods: dict[Path, list[Array]] = {}
     metrics: set[str] = set()
     for folder in sorted(path for path in root.rglob("seed_*") if path.is_dir()):
-        found = {int(match[1]): match for path in folder.iterdir() if (match := CURVE.fullmatch(path.name))}
-        if not found:
+        matches = [match for path in sorted(folder.iterdir()) if (match := CURVE.fullmatch(path.name))]
+        if not matches:
             continue
-        metrics |= {match[2] for match in found.values()}
+        found = {int(match[1]): match for match in matches}
+        metrics |= {match[2] for match in matches}
         missing = next((index for index in range(max(found)) if index not in found), None)
         if missing is not None:
             raise _bad(folder, f"It has no curve of task {missing}.", "Download every task.")
@@ -200,11 +201,11 @@ def _meal(root: Path) -> Iterator[ForeignRuns]:
         message = f"The curves are of {', '.join(sorted(metrics))}."
         raise _bad(root, message, "Name a folder with one of them.")
     for folder, runs in methods.items():
-        name = folder.relative_to(root).as_posix()
+        name = root.resolve().name if folder == root else folder.relative_to(root).as_posix()
         if len({run.shape for run in runs}) > 1:
             raise _bad(folder, "Its seeds have different numbers of tasks.", "Separate their folders.")
         tasks = tuple(str(index) for index in range(len(runs[0])))
-        yield ForeignRuns(root.name if name == "." else name, tasks, np.array(runs))
+        yield ForeignRuns(name, tasks, np.array(runs))
 
 
 def _curve(path: Path) -> Array:

@@ -119,7 +119,7 @@ def board(
     cards = list(valid_scorecards(submissions, replace(scorer, only=only)).values())
     found = board_of(cards, BoardKey(group_id, protocol, budget, task_conditioned), scorer.references)
     if not found.rows:
-        scores = [card.groups.get(group_id, {}).get(protocol) for card in cards]
+        scores = [card.groups.get(name, {}).get(protocol) for card in cards for name in names]
         budgets = sorted({score.budget for score in scores if score})
         if budgets and budget not in budgets:
             message = f"The board of {group_id}, {protocol}, budget {budget} is empty. The submissions have "
@@ -168,7 +168,7 @@ def core(submissions: Paths = "submissions") -> pd.DataFrame:
     =====================  =======  ================================================================
 
     The metrics are ``final_performance``, ``learning_performance``, ``forgetting`` and
-    ``zero_shot_transfer``. The arguments and errors are those of :func:`metrics`.
+    ``zero_shot_transfer``. ``submissions`` and the errors are those of :func:`metrics`.
     """
     return board_frames.core_frame(_core_board(submissions))
 
@@ -179,7 +179,7 @@ def core_pairs(submissions: Paths = "submissions") -> pd.DataFrame:
     The columns are ``metric``, ``first``, ``second``, ``look``, ``paired``, the difference first − second as
     ``mean``, ``low`` and ``high`` (adjusted for all pairs and looks), the adjusted ``p_value``, ``verdict``
     (``separated``, ``equivalent`` or ``open``), ``exploratory`` and ``next_look``. docs/scorecard.md says
-    more. The arguments and errors are those of :func:`metrics`.
+    more. ``submissions`` and the errors are those of :func:`metrics`.
     """
     return board_frames.core_pairs_frame(_core_board(submissions))
 
@@ -298,6 +298,7 @@ def score_matrix(
 
     Args:
         submission: one submission.
+        stage: one stage; -1 for the last one.
         values: ``normalized`` (0 = floor, 1 = expert) or ``return``.
 
     The other arguments are those of :func:`scores`.
@@ -307,7 +308,7 @@ def score_matrix(
 
     Example:
         >>> score_matrix("submissions/trpo", "hopper-gravity").shape
-        (10, 5)
+        (11, 5)
     """
     require_known("values", values, ("normalized", "return"), "values")
     frame = scores(submission, group, protocol, stage=stage, groups=groups, references=references)
@@ -333,7 +334,7 @@ def metrics_of(matrix: npt.ArrayLike, single: npt.ArrayLike | None = None) -> pd
     Args:
         matrix: ([runs,] stages, T): row s, column j is the return (or success rate) on task j after training
             on s tasks, best normalized. With T + 1 stages the first one is untrained; with T it is left out.
-        single: ([runs,] T): the return of an agent trained on task j alone, for forward transfer.
+        single: ([runs,] T): the return of an agent trained on task j alone, for asymptotic transfer.
 
     Raises:
         BenchError: the arrays have another shape or a value that is not finite.

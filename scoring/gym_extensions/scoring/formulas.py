@@ -13,7 +13,11 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from gym_extensions.catalog.protocol import CURVE_POINTS, PROTOCOLS
+from gym_extensions.errors import BenchError
 from gym_extensions.scoring.documents import about
 from gym_extensions.scoring.statistics import Interval, Number, mean, standard_deviation
 
@@ -345,8 +349,11 @@ def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | N
     """(1/D) ∫₀ᴰ of a curve by trapezoids, constant before its first and after its last point.
 
     Its steps ascend from 1 and are cut off at ``end``, D, the budget's training steps. None with fewer than
-    ten points.
+    ten points. Raises ``BenchError`` for another curve (``bad-curve``).
     """
+    if len(steps) != len(values) or end <= 0 or any(a >= b for a, b in pairwise(steps)):
+        hint = "Give ascending steps, as many values, and an end above 0."
+        raise BenchError("bad-curve", f"It has {len(steps)} steps and {len(values)} values.", "area", hint)
     if len(steps) < CURVE_POINTS:
         return None
     points = [(0.0, values[0]), *zip(map(float, steps), values, strict=True)]
@@ -378,17 +385,28 @@ class Profile:
         return tuple(zip(self.tau, self.fraction, strict=True))
 
 
-def profile(scores: Sequence[Sequence[float]]) -> Profile | None:
-    """The performance profile of scores ``[run][task]``, or None without scores."""
-    values = sorted(value for run in scores for value in run)
+def _sorted(scores: ArrayLike) -> list[float]:
+    values = np.asarray(scores, dtype=np.float64).ravel()
+    if not np.isfinite(values).all():
+        message, hint = "A score is missing or not finite.", "Leave out tasks without an expert."
+        raise BenchError("bad-matrix", message, "scores", hint)
+    return sorted(map(float, values))
+
+
+def profile(scores: ArrayLike) -> Profile | None:
+    """The performance profile of scores (runs, tasks), or None without scores.
+
+    Raises ``BenchError`` for a score that is not finite (``bad-matrix``), as :func:`iqm` does.
+    """
+    values = _sorted(scores)
     if not values:
         return None
     above = tuple((len(values) - bisect_right(values, threshold)) / len(values) for threshold in THRESHOLDS)
     return Profile(THRESHOLDS, above)
 
 
-def iqm(scores: Sequence[Sequence[float]]) -> Number:
-    """Mean of the scores ``[run][task]`` without the lowest and highest ⌊n/4⌋, or None without scores."""
-    values = sorted(value for run in scores for value in run)
+def iqm(scores: ArrayLike) -> Number:
+    """Mean of the scores (runs, tasks) without the lowest and highest ⌊n/4⌋, or None without scores."""
+    values = _sorted(scores)
     cut = len(values) // 4
     return mean(values[cut : len(values) - cut])

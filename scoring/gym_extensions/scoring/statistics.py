@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
+from gym_extensions.errors import BenchError
+
 Number = float | None
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -80,7 +82,9 @@ class Summary:
 
 
 def summary(values: Sequence[float]) -> Summary:
-    """The summary of one value per run."""
+    """The summary of one value per run. Raises ``BenchError`` for no value (``no-values``)."""
+    if not len(values):
+        raise BenchError("no-values", "There are no values.", "values", "Give one value per run.")
     mean, runs = math.fsum(values) / len(values), len(values)
     if runs < 2:
         return Summary(mean, 0.0, 0.0, runs)

@@ -196,6 +196,7 @@ def test_a_withdrawn_entry_is_on_no_board_and_an_accepted_one_has_its_date(enter
         return replace(enter("a", 300), decisions=(decision,))
 
     assert boards([decided("withdrawn")]) == BoardsDocument(boards=())
+    assert board([decided("withdrawn")], KEY).rows == ()
     assert boards([decided("accepted")]).boards[0].rows[0].accepted == "2026-01-02"
     assert boards([enter("a", 300)]).boards[0].rows[0].accepted == ""
 

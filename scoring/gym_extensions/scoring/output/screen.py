@@ -75,7 +75,7 @@ def plain_table(*columns: str) -> Table:
 
 SHOWN = (
     *("final_performance", "learning_performance", "forgetting"),
-    *("asymptotic_transfer", "single_task_performance", "joint_gap"),
+    *("asymptotic_transfer", "single_task_performance", "joint_gap", "last_task_performance"),
 )
 """The metrics of the screen; --json and --csv have all."""
 

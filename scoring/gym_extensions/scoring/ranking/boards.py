@@ -331,7 +331,7 @@ class BoardKey:
 def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
     """The scores of an entry on a board, or None if it is not on it."""
     score = (card.suites if key.group in SUITES else card.groups).get(key.group, {}).get(key.protocol)
-    on_board = score is not None and score.budget == key.budget
+    on_board = score is not None and score.budget == key.budget and not card.withdrawn
     return score if on_board and is_task_conditioned(card) == key.task_conditioned else None
 
 
@@ -366,6 +366,7 @@ def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:
     keys = {
         BoardKey(name, protocol, score.budget, is_task_conditioned(card))
         for card in cards
+        if not card.withdrawn
         for scores in (card.groups, card.suites)
         for name, protocols in scores.items()
         for protocol, score in protocols.items()

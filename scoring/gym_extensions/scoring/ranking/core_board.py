@@ -305,9 +305,13 @@ def _entry(card: Scorecard, method: Method | None, original: str | None) -> Core
 def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
 
-    Scorecards without runs on the core, or with another budget, are left out.
+    Withdrawn entries, and those without runs on the core with its budget, are left out.
     """
-    cards = [card for card in cards if any(log.budget == STANDARD_BUDGET for log in _scores(card).values())]
+    cards = [
+        card
+        for card in cards
+        if not card.withdrawn and any(log.budget == STANDARD_BUDGET for log in _scores(card).values())
+    ]
     if not cards:
         return None
     copies = duplicates(cards, KEY)

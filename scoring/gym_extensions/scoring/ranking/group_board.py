@@ -32,14 +32,13 @@ Summaries = Mapping[str, Mapping[str, Summary | None]]
 
 
 def boards(cards: Sequence[Scorecard], references: References | None = None) -> documents.BoardsDocument:
-    """Every board of the scorecards. Withdrawn entries are left out.
+    """Every board of the scorecards. Withdrawn entries are on none.
 
     ``references`` are those of the computed rows, the current benchmark version's where None.
     """
     references = references or load_references()
-    shown = [card for card in cards if not card.withdrawn]
-    made = tuple(board(shown, key, references) for key in documents.board_keys(shown))
-    return documents.BoardsDocument(core=core_board(shown), boards=made)
+    made = tuple(board(cards, key, references) for key in documents.board_keys(cards))
+    return documents.BoardsDocument(core=core_board(cards), boards=made)
 
 
 def board(cards: Sequence[Scorecard], key: BoardKey, references: References | None = None) -> documents.Board:
