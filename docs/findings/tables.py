@@ -61,7 +61,6 @@ class Against(NamedTuple):
 
     value: Value
     verdict: str
-    next_look: int | None
 
 
 @dataclass(frozen=True)
@@ -91,8 +90,7 @@ def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
             if {pair["first"], pair["second"]} == {row["name"], FINE_TUNING}:
                 mean, low, high = pair["mean"], pair["low"], pair["high"]
                 value = Value(mean, low, high) if pair["first"] == row["name"] else Value(-mean, -high, -low)
-                after = None if pd.isna(pair["next_look"]) else int(pair["next_look"])
-                against[pair["metric"]] = Against(value, pair["verdict"], after)
+                against[pair["metric"]] = Against(value, pair["verdict"])
         found.append(Method(row, against))
     return found
 
