@@ -151,13 +151,11 @@ def _group(
         id=name,
         tasks=tuple(TaskRow(task, task_picture(task), known.get(task)) for task in tasks),
         members=SUITES.get(name, ()),
-        boards=tuple(sorted(boards, key=_place)),
+        boards=tuple(
+            sorted(boards, key=lambda b: (PROTOCOLS.index(b.protocol), b.task_conditioned, -len(b.rows)))
+        ),
         paper=_paper(name, tasks, boards, entries),
     )
-
-
-def _place(board: BoardView) -> tuple[int, bool, int]:
-    return PROTOCOLS.index(board.protocol), board.task_conditioned, -len(board.rows)
 
 
 def _paper(
