@@ -84,7 +84,7 @@ def train(
             ``StageStarted``, ``BatchTrained``, ``TaskEvaluated``, ``JobFinished``, ``JobFailed``. An
             exception stops the training.
         evaluate_every: training steps of a stage between evaluations during training, which are made at the
-            end of a batch, on the tasks that are evaluated after the stage (``evaluations.csv``). None
+            end of a batch, on the tasks that are evaluated after the stage. None
             evaluates after each stage only. Neither what is learned nor the logs depend on it if the agent
             can be saved; docs/submit.md says what is guaranteed for other agents.
         evaluate_episodes: episodes per task of these evaluations, from 1 to 20.

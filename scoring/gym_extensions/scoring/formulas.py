@@ -319,7 +319,7 @@ class MetricValue:
     high: Annotated[float | None, about("upper end of the 95 % interval; null with one run")] = None
     runs: Annotated[tuple[float, ...], about("one per run that has what it needs; none in suites")] = ()
     why: Annotated[str, about("why the mean or the interval is null, as a sentence; else empty")] = ""
-    anchors: Annotated[tuple[float, ...], about("signed errors of the experts in the mean, by task")] = ()
+    anchors: Annotated[tuple[float, ...], about("what each expert's error adds to the mean, by task")] = ()
 
     @classmethod
     def of(cls, interval: Interval, runs: Sequence[float] = (), anchors: Sequence[float] = ()) -> MetricValue:

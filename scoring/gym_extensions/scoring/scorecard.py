@@ -191,7 +191,7 @@ class GroupScore:
     curves: Annotated[tuple[Curve, ...], about("training curves, one per run and task")] = ()
     episode_sketches: Annotated[
         tuple[tuple[str, ...], ...],
-        about("by which boards recognize copies: digests of episodes per run, in navigation of policies"),
+        about("hashes of episodes (navigation: of policies) per run, by which boards find copies"),
     ] = ()
     paper_table: Annotated[tuple[PaperRow, ...], about("one row per task; empty outside `sequential`")] = ()
     paper_total: Annotated[PaperColumns | None, about("its total: mean of means, pooled deviation")] = None

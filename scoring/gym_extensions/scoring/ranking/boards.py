@@ -118,12 +118,12 @@ class Board:
 
     group: Annotated[str, about("group id or suite name")]
     published: Annotated[bool, about("false for a custom group, which `score --groups` adds")]
-    protocol: Annotated[str, about("`sequential`, `single`, `joint` or `cumulative`")]
+    protocol: Annotated[str, about("`sequential`, `single` or `joint`")]
     budget: Annotated[str, about("name of the budget")]
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
     ranked: Annotated[int, about("M, the number of ranked entries")]
     rows: Annotated[tuple[BoardEntry, ...], about("ranked by the first metric, best first; then the others")]
-    computed: Annotated[tuple[ComputedEntry, ...], about("what follows from the references alone")] = ()
+    computed: Annotated[tuple[ComputedEntry, ...], about("rows computed from the references")] = ()
     pairs: Annotated[tuple[Pair, ...], about("of the first 60 entries, not corrected for their number")] = ()
 
 
@@ -160,9 +160,9 @@ class CoreEntry:
     title: Annotated[str, about("as in the scorecard")]
     level: Annotated[Level, about("lowest level of the entry's logs on the core")]
     ranked: Annotated[bool, about("whether it is compared with the others")]
-    why: Annotated[str, about("why it is not: claimed, a copy, groups or runs missing; else empty")] = ""
+    why: Annotated[str, about("why it has no rank: claimed, a copy, groups or runs missing; else empty")] = ""
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
-    parent: Annotated[str, about("the algorithm that it equals until the end of the first stage, or its own")]
+    parent: Annotated[str, about("the algorithm with the same first stage, or its own")]
     look: Annotated[int, about("n: runs 0 to n − 1 of every group are compared; 0 without a complete look")]
     next_look: Annotated[int | None, about("the next look; null after the last")]
     missing: Annotated[tuple[str, ...], about("groups without sequential runs; it has no scores then")] = ()
@@ -172,7 +172,7 @@ class CoreEntry:
     ]
     groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]
     cost: CoreCost
-    notes: Annotated[tuple[str, ...], about("what is not compared, each beginning with its name")] = ()
+    notes: Annotated[tuple[str, ...], about("what is not compared, and a code for each")] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,11 +212,11 @@ class CoreBoard:
     """One row per method, over all groups of the core, and every pair of ranked methods."""
 
     suite: Annotated[str, about("name of the list of groups, with its version")]
-    edition: Annotated[int, about("of the comparisons; separations of the first are exploratory")]
+    edition: Annotated[int, about("of the comparisons; those of 1 are exploratory up to 20 runs")]
     groups: Annotated[tuple[str, ...], about("group ids")]
     budget: Annotated[str, about("name of the budget")]
     looks: Annotated[tuple[int, ...], about("numbers of runs at which entries are compared")]
-    levels: Annotated[tuple[float, ...], about("level of the family of pairs at each look")]
+    levels: Annotated[tuple[float, ...], about("family-wise error rate over all pairs at each look")]
     margin: Annotated[float, about("methods whose difference surely is smaller are called equivalent")]
     ranked: Annotated[int, about("M, the number of ranked entries")]
     rows: Annotated[tuple[CoreEntry, ...], about("ranked entries by the core score, best first; then others")]
