@@ -63,7 +63,8 @@ class Output:
     def __init__(self, out: Path, base: str) -> None:
         hint = "Name a new or empty folder with --out."
         try:
-            if out.exists() and not (out / MARK).is_file() and not (out.is_dir() and not any(out.iterdir())):
+            names = [path.name for path in out.iterdir()] if out.is_dir() else [""] * out.exists()
+            if MARK not in names and not all(name.startswith(SCRATCH) for name in names):
                 raise BenchError("not-a-site", "It exists and does not contain a built site.", str(out), hint)
             self._is_new = not out.exists()
             out.mkdir(parents=True, exist_ok=True)

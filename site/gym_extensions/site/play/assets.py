@@ -40,7 +40,7 @@ FAMILIES = ("planar", "humanoid")
 VARIATIONS = (Gravity, LimbScale, RangeSensor, Wall)
 """Variations that the script applies."""
 TYPES = {"float32": "f4", "float64": "f8", "bool": "u1"}
-UNUSED = ("format", "log_sigma", "log_sigma_weight", "log_sigma_clip")
+UNUSED = ("log_sigma", "log_sigma_weight", "log_sigma_clip")
 """Arrays that a deterministic policy does not use."""
 NO_POLICIES = "No policies are published"
 NOT_ARRAYS = "The policies are not plain arrays, which the script needs"

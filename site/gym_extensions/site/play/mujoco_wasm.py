@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import zlib
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -73,7 +74,7 @@ def load(folder: Path) -> Simulator | None:
     script, packed = (_read(folder / name) for name in ("mujoco.js", "mujoco.wasm.gz"))
     try:
         wasm = gzip.decompress(packed)
-    except (OSError, EOFError) as error:
+    except (OSError, EOFError, zlib.error) as error:
         raise BenchError("bad-asset", f"It is no gzip file: {error}.", str(folder), HINT) from error
     for name, content in (("mujoco.js", script), ("mujoco.wasm", wasm)):
         _check(name, content, folder)

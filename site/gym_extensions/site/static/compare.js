@@ -116,21 +116,24 @@ function table(boards, first, second) {
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 
+let render; // shows the pair that was chosen last, also when a script of differences comes late
+
 function show(first, second) {
   const [place, region] = ["compared", "differences"].map((id) => document.getElementById(id));
   const boards = index.boards.filter(({ entries }) => [first, second].every((name) => Object.hasOwn(entries, name)));
-  const render = () => {
+  render = () => {
+    if (first === second) {
+      place.replaceChildren(make("p", {}, "Choose two different entries."));
+      return region.replaceChildren();
+    }
     place.replaceChildren(answer(first, second, boards));
     region.replaceChildren(...(boards.length ? [table(boards, first, second)] : []));
   };
-  if (first === second) {
-    place.replaceChildren(make("p", {}, "Choose two different entries."));
-    return region.replaceChildren();
-  }
-  for (const board of boards) {
+  for (const board of first === second ? [] : boards) {
     if (loaded[board.id] !== undefined) continue;
     loaded[board.id] = null;
-    document.head.append(make("script", { src: board.pairs, onload: render }));
+    const onerror = () => { delete loaded[board.id]; };
+    document.head.append(make("script", { src: board.pairs, onload: () => render(), onerror }));
   }
   render();
 }
@@ -154,7 +157,7 @@ function start() {
     show(first.value, second.value);
   };
   first.onchange = second.onchange = changed;
-  addEventListener("hashchange", read);
+  addEventListener("hashchange", () => { if (location.hash.startsWith("#?") || !location.hash) read(); });
   document.getElementById("compare").hidden = false;
   read();
 }

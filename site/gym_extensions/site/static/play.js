@@ -33,7 +33,9 @@
       const site = new URL("..", base), mujoco = await loadMujoco(index.mujoco, site);
       await startPanel(mujoco, index, site);
       button.hidden = true;
+      document.getElementById("play-run").focus();
     } catch {
+      document.getElementById("play-panel").hidden = true;
       problem("The simulator did not load.", "A file is missing, or is not the one that this site was built with. "
         + "Reload the page; if that does not help, the site has to be built again.");
     }

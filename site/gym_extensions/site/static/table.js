@@ -12,7 +12,8 @@ const byText = new Intl.Collator("en").compare;
 const plain = (text) => text.replace(/[\s\u202f]+/g, " ").trim();
 const parsed = (text) => {
   const numbers = text.replace(/\u202f/g, "").replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/g) || [];
-  return { v: numbers.length ? Number(numbers[0]) : null, h: text.includes("\u00b1") ? Number(numbers[1]) : null };
+  const last = text.includes("\u2013") && numbers.length > 1 ? Number(numbers[1]) : null; // of a rank interval
+  return { v: numbers.length ? Number(numbers[0]) : null, h: text.includes("\u00b1") ? Number(numbers[1]) : null, last };
 };
 
 /* Rows of the table as values. */
@@ -56,7 +57,7 @@ const writeState = (state) => {
   put("q", state.q); put("sort", state.sort); put("up", state.up ? "1" : ""); put("runs", state.runs);
   for (const [key, value] of Object.entries(state.filters)) put(key, value);
   put("hide", state.hide.join(",")); put("compare", state.ticked.join(",")); put("all", state.all ? "1" : "");
-  return given.size || String(given) ? `#?${given}` : "#";
+  return String(given) ? `#?${given}` : "#";
 };
 
 function shownRows(rows, state, columns) {
@@ -85,6 +86,10 @@ function shownData(rows, columns) {
     for (const column of columns) {
       if (column.key === "entry") continue;
       const value = row.values[column.key];
+      if (column.key === "rank") {
+        Object.assign(data, { rank_first: value.v, rank_last: value.last ?? value.v });
+        continue;
+      }
       data[column.key] = column.number ? value.v : value.text;
       if (column.number && value.h !== null) {
         data[`${column.key}_low`] = Number((value.v - value.h).toFixed(4));

@@ -185,6 +185,10 @@
     waiting[poses] = [ready];
     const element = document.createElement("script");
     element.src = script;
+    element.onerror = () => {
+      waiting[poses].forEach((each) => each(null));
+      delete waiting[poses];
+    };
     document.head.append(element);
   }
 
@@ -196,8 +200,15 @@
     button.textContent = "Replay";
     button.setAttribute("aria-describedby", section.getAttribute("aria-labelledby"));
     button.addEventListener("click", () => {
-      if (toggle) toggle();
-      else load(section, (data) => (toggle ||= player(section, data))());
+      if (toggle) return toggle();
+      button.disabled = true;
+      button.textContent = "Loading …";
+      load(section, (data) => {
+        button.disabled = false;
+        button.textContent = data ? "Replay" : "Not loaded. Try again";
+        button.focus();
+        if (data) (toggle = player(section, data))();
+      });
     });
     section.querySelector("h4").after(button);
   }

@@ -26,7 +26,7 @@ class Side {
     this.stages.addEventListener("change", () => panel.restart());
     this.canvas.addEventListener("pointerdown", (event) => this.grasp(event));
     this.canvas.addEventListener("pointermove", (event) => this.drag(event));
-    for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => this.world.grasp(null));
+    for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => this.world?.grasp(null));
   }
 
   // The policies that fit the task: its expert, and the entries of the group. Keeps the choice where it can;
@@ -94,7 +94,10 @@ class Side {
   }
 
   place(mujoco, body, xml, settings) {
-    if (this.world?.body !== body) this.world = new World(mujoco, body, xml);
+    if (this.world?.body !== body) {
+      for (const part of ["data", "model"]) this.world?.[part].delete(); // WebAssembly frees no memory by itself
+      this.world = new World(mujoco, body, xml);
+    }
     this.world.change(settings);
   }
 
@@ -231,8 +234,8 @@ class Panel {
     by("panel").hidden = false;
     await this.chooseGroup(wanted);
     const runs = group.entries.find(({ name }) => name === wanted.entry)?.runs || [];
-    if (wanted.entry && !runs.some(([number]) => String(number) === wanted.run)) {
-      this.missing = `This site does not offer run ${wanted.run} of ${wanted.entry} here. `;
+    if (wanted.entry && !runs.some(([number]) => !wanted.run || String(number) === wanted.run)) {
+      this.missing = `This site does not offer ${wanted.run ? `run ${wanted.run} of ` : ""}${wanted.entry} here. `;
     }
     requestAnimationFrame((now) => this.frame(now));
   }
@@ -255,7 +258,14 @@ class Panel {
     this.wallIsDrawn = true;
     this.work = [0, 0];
     this.ready = false; // policies and bodies of two tasks do not fit each other
-    this.models[body.name] ||= await (await fetch(new URL(body.model, this.site))).text();
+    try {
+      const reply = this.models[body.name] ? null : await fetch(new URL(body.model, this.site));
+      if (reply && !reply.ok) throw new Error("no model");
+      if (reply) this.models[body.name] = await reply.text();
+    } catch {
+      by("status").textContent = `${task.body} could not be loaded. Choose a task to try again.`;
+      return;
+    }
     await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i, i && wanted.entry ? { ...wanted, stage: "" } : wanted)));
     if (task !== this.task) return;
     for (const side of this.sides) side.place(this.mujoco, body, this.models[body.name], this.settings);
@@ -275,8 +285,9 @@ class Panel {
     text("factor", `× ${Number(by("factor").value).toFixed(2)}`);
     text("wall", `${Number(by("wall").value).toFixed(1)} m`);
     by("wall").disabled = !by("has-wall").checked;
+    const [near, far] = this.index.bodies[task.body].wall.range;
     this.isTask = settings.gravity === task.gravity && (settings.wall !== null) === task.wall
-      && JSON.stringify(settings.limbs) === JSON.stringify(task.limbs);
+      && (!task.wall || (settings.wall >= near && settings.wall <= far)) && JSON.stringify(settings.limbs) === JSON.stringify(task.limbs);
   }
 
   // Both sides start from one state. A wall that nobody has moved is drawn again, as the task does.
@@ -293,8 +304,10 @@ class Panel {
   }
 
   push(direction) {
-    for (const side of this.sides) if (side.running) side.push(direction);
-    this.touched = true;
+    for (const side of this.sides.filter(({ running }) => running)) {
+      side.push(direction);
+      this.touched = true;
+    }
   }
 
   run(on) {
