@@ -15,7 +15,7 @@ from gym_extensions.rollouts.review import Decision, Review, write_review
 from gym_extensions.scoring.pipeline import Scorer
 from gym_extensions.site import build as module
 from gym_extensions.site.build import Built, build_site
-from gym_extensions.site.output import MARK, Output, kept_path
+from gym_extensions.site.output import MARK, SCRATCH, Output, kept_path
 
 from .browser import typed
 from .conftest import everything
@@ -52,6 +52,12 @@ def test_the_pages_of_a_changed_entry_and_of_its_boards_are_written_and_others_k
     after = inodes(out)
     assert [path for path in KEPT if after[path] != before[path]] == []
     assert [path for path in WRITTEN if after[path] == before[path]] == []
+
+
+def test_what_an_interrupted_first_build_left_is_removed(tmp_path: Path) -> None:
+    (tmp_path / f"{SCRATCH}0").mkdir()
+    build(everything(), tmp_path)
+    assert not list(tmp_path.glob(f"{SCRATCH}*"))
 
 
 def test_a_build_without_a_change_writes_no_file_but_its_mark(tmp_path: Path) -> None:

@@ -123,6 +123,8 @@ def test_the_answer_over_the_core_comes_first(visit: Visit) -> None:
     assert second.startswith("Keeps forgets less than W")
     assert page.locator("#differences tbody tr").count() == 8
     page.get_by_label("Second").select_option("agile")
+    page.evaluate("location.hash = 'main'")
+    assert page.get_by_label("Second").input_value() == "agile", "a link within the page keeps the pair"
     assert "share no group" in page.locator("#compared").inner_text()
     page.get_by_label("Second").select_option("keeps")
     assert page.locator("#compared").inner_text() == "Choose two different entries."
@@ -170,7 +172,9 @@ def test_the_download_has_what_is_shown(visit: Visit) -> None:
         page.get_by_role("button", name="CSV").click()
     lines = Path(download.value.path()).read_text("utf-8").splitlines()
     assert [line.split(",")[0] for line in lines[1:]] == names(page)
-    assert "memory" not in lines[0].split(",")
+    columns = lines[0].split(",")
+    assert "memory" not in columns
+    assert {"rank_first", "rank_last"} < {*columns}
     assert download.value.suggested_filename.endswith(".csv")
 
 
