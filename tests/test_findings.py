@@ -39,11 +39,11 @@ def core_row(name: str) -> dict[str, object]:
 
 @pytest.mark.parametrize(("first", "second", "sign"), [("trpo", "cloning", -1), ("cloning", "trpo", 1)])
 def test_a_method_is_compared_with_fine_tuning_in_this_direction(first: str, second: str, sign: int) -> None:
-    pair = {"metric": tables.FINAL, "first": first, "second": second, "verdict": "separated", "next_look": 10}
+    pair = {"metric": tables.FINAL, "first": first, "second": second, "verdict": "separated"}
     pairs = pd.DataFrame([pair | {"mean": 0.2, "low": 0.1, "high": 0.4}])
     trpo, cloning = tables.methods(pd.DataFrame([core_row("trpo"), core_row("cloning")]), pairs)
     expected = (0.2, 0.1, 0.4) if sign == 1 else (-0.2, -0.4, -0.1)
-    assert cloning.against[tables.FINAL] == (expected, "separated", 10)
+    assert cloning.against[tables.FINAL] == (expected, "separated")
     assert trpo.against == {}
     assert cloning.rank == "1–2"
 
