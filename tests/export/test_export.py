@@ -18,7 +18,7 @@ from gym_extensions import experts
 from gym_extensions.errors import BenchError
 from gym_extensions.export import cli, every_eval_ever, minari_dataset
 from gym_extensions.results.frames import EPISODE_DTYPES
-from gym_extensions.scoring.formulas import METRICS
+from gym_extensions.scoring.formulas import BOARD_METRICS
 from gym_extensions.scoring.pipeline import make_scorer
 
 ENTRY = Path(__file__).resolve().parents[2] / "submissions" / "trpo"
@@ -51,7 +51,7 @@ def test_a_record_of_every_eval_ever_has_every_ranked_metric_and_its_interval(
     ranked = {
         f"{GROUP_ID}/{protocol}/{metric.name}": (metric, score.metrics[metric.name])
         for protocol, score in scores.items()
-        for metric in METRICS[protocol]
+        for metric in BOARD_METRICS[protocol]
         if metric.better and score.metrics[metric.name].mean is not None
     }
     assert found.keys() == ranked.keys()
