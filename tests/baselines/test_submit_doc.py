@@ -101,7 +101,7 @@ def test_the_example_of_stable_baselines3_runs(quick_file: Path, tmp_path: Path)
     quick = quick.replace("hopper-gravity", str(quick_file))
     assert [quick.count(text) for text in ("smoke", "runs=0", "single", str(quick_file))] == [1, 1, 1, 1]
     run_script(quick, tmp_path)
-    assert len(log_rows(tmp_path / "submissions/ppo" / QUICK_GROUP.name / "single/run0.csv")) == 2 * 20
+    assert len(log_rows(tmp_path / "submissions/sb3" / QUICK_GROUP.name / "single/run0.csv")) == 2 * 20
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +110,7 @@ def multi_head(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("multi-head")
     quick = MULTI_HEAD.replace("hopper-gravity", TWO_HOPPERS)
     run_script(quick, folder)
-    return folder / "submissions/multi-head"
+    return folder / "submissions/two-heads"
 
 
 def test_the_manifest_declares_what_the_multi_head_agent_asks_for(multi_head: Path) -> None:

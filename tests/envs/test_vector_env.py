@@ -242,7 +242,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
         for count in (0, "3", 2.0, True)
     ),
     (lambda: make_vec("Hopper", 1, num_threads=-1), "bad-count", "num_threads is -1"),
-    (lambda: make_vec("Hopper", 1, autoreset_mode="never"), "bad-autoreset-mode", "SAME_STEP"),
+    (lambda: make_vec("Hopper", 1, autoreset_mode="never"), "bad-autoreset-mode", "SameStep"),
     (lambda: make_vec(["Hopper", "Walker2d"], 2), "different-spaces", "(17,)"),
     (lambda: make_vec(["Pusher", MAPS[0]], 2), "different-spaces", "observation_space"),
     (lambda: make_vec([MAPS[0], MAPS[4]], 2), "different-spaces", "image, state"),
