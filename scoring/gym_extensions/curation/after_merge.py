@@ -8,10 +8,11 @@ from pathlib import Path
 
 import msgspec
 
+from gym_extensions.baselines import algorithms
 from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES
-from gym_extensions.rollouts.manifest import LONG
+from gym_extensions.rollouts.manifest import LONG, RECORDED
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Action, Decision, read_review, review_of, write_review
 from gym_extensions.scoring import records
@@ -89,22 +90,13 @@ def decide(entry: Path, action: Action, by: str, reason: str) -> None:
 
 
 def is_trained_again(entry: Path) -> bool:
-    """Whether a job trains a run of an entry again: an agent of this project, with a budget up to 300k.
-
-    Raises ``BenchError`` if the agent needs an extra that is missing.
-    """
-    from gym_extensions.verification.retrain import require_reference_agent  # loads the agents
-
+    """Whether a job trains a run of an entry again: an agent of this project, with a budget up to 300k."""
     manifest = read(entry, merge_runs=False).manifest
-    if manifest is None or manifest.protocol.budget not in TRAINED_AGAIN:
+    if manifest is None:
         return False
-    try:
-        require_reference_agent(entry)
-    except BenchError as error:
-        if error.code == "missing-extra":
-            raise
-        return False
-    return True
+    stated = manifest.protocol
+    is_own = stated.steps == RECORDED and stated.algorithm in algorithms.names()
+    return is_own and stated.budget in TRAINED_AGAIN
 
 
 def take(entry: Path, file: Path) -> None:
