@@ -283,7 +283,7 @@ def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
-    """Files have the mode 100644: they are no symbolic links, no submodules, and not executable."""
+    """Files are regular and not executable (mode 100644). Symbolic links and submodules are refused."""
     for change in pull_request.changes:
         if change.status != "D" and change.mode != REGULAR:
             kind = {LINK: "a symbolic link", SUBMODULE: "a submodule"}.get(change.mode, "executable")
