@@ -136,7 +136,9 @@ def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path
     entry, group = path.parents[1], GROUPS[path.stem]
     found = load(entry, group)
     assert isinstance(found, Landscape), found
-    assert path.stat().st_size < 60_000
+    assert path.stat().st_size < 20 * sum(2 * np.size(axis.returns) for axis in found.axes), (
+        "20 bytes per number"
+    )
     differences = []
     for axis in axes(group):
         measured = found.axis(axis.name)
