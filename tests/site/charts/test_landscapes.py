@@ -20,11 +20,12 @@ def test_a_map_has_cells_where_the_tint_changes_and_a_dot_per_trained_value() ->
         for part in ElementTree.fromstring(small(AXIS, shares, "")).iter()
     }
     assert [parts[f"t{2 * stage}"].count("M") for stage in range(6)] == [8] * 6
-    assert parts["t1"].count("M") == 6 * 7
-    assert parts["t10"].startswith("M0 50H5.2v10H0z")
+    assert parts["t1"] == "M0 30H150", "the most frequent tint is the ground"
+    assert parts["t10"].startswith("M0 55H5M")
     drawing = str(small(AXIS, shares, "Run 0"))
     dots = re.findall(r'class="seen" stroke-width="(\S+)" d="(\S[^"]*)"', drawing)
-    assert [(width, way.count("M")) for width, way in dots] == [("2", 10), ("5", 5)]
+    lengths = [re.findall(r"v(\d+)", way) for _, way in dots]
+    assert lengths == [["31", "21", "11", "1"], ["1"] * 5], "4, 3, 2 and 1 small dots, and a large one each"
 
 
 def test_a_world_without_a_share_is_hatched_and_shares_are_cut_at_zero_and_one() -> None:

@@ -24,7 +24,7 @@ from gym_extensions.site.text import fixed, grouped
 
 TINTS = 10
 """Steps of the tint, from 0 to the best return."""
-LEFT, RIGHT, TOP, ROW = 76.0, 404.0, 18.0, 19.0
+LEFT, RIGHT, TOP, ROW = 76.0, 404.0, 18.0, 20.0
 """Edges of the map and height of a stage."""
 GAP, PROFILE, BELOW = 14.0, 84.0, 32.0
 """Space below the map, height of the returns, and space for their ticks and title."""
@@ -61,31 +61,39 @@ class Frame:
 def _map(axis: Axis, shares: Shares, frame: Frame, dots: tuple[float, float]) -> str:
     """The cells, one path per tint, and the trained values: large right after their stage, small later.
 
-    Neighbours of one tint are one cell.
+    Neighbours of one tint are one cell. Cells are strokes as wide as a stage, those of the most frequent tint
+    a ground, and dots those of a dashed line, so that a page with many maps stays small.
     """
     cells: dict[str, list[str]] = {}
     for stage, row in enumerate(shares):
         for kind, members in groupby(range(len(row)), key=lambda at: _tint(row[at])):
             first, *others = members
             left, right = frame.edges[first], frame.edges[first + len(others) + 1]
-            way = f"M{px(left)} {px(frame.y(stage))}H{px(right)}v{px(frame.row)}H{px(left)}z"
+            way = f"M{round(left)} {px(frame.y(stage + 0.5))}H{round(right)}"
             cells.setdefault(kind, []).append(way)
-    body = [f'<path class="{kind}" d="{"".join(ways)}"/>' for kind, ways in sorted(cells.items())]
+    ground = max(cells, key=lambda kind: len(cells[kind]))
+    del cells[ground]  # the most frequent tint is one stroke below the others
+    left, right, height = frame.edges[0], frame.edges[-1], frame.row * len(shares)
+    whole = f"M{px(left)} {px(frame.top + height / 2)}H{px(right)}"
+    drawn = "".join(f'<path class="{kind}" d="{"".join(ways)}"/>' for kind, ways in sorted(cells.items()))
+    body = [f'<path class="{ground}" stroke-width="{px(height)}" d="{whole}"/>']
+    body += [f'<g stroke-width="{frame.row:g}">{drawn}</g><g stroke-dasharray="0 {frame.row:g}">']
     for size, is_now in zip(dots, (False, True), strict=True):
-        marks = [
-            f"M{px(frame.x.at(value))} {px(frame.y(stage + 0.5))}h0"
-            for each in axis.trained
-            for stage in range(1, len(shares))
-            if (stage == each.task + 1 if is_now else stage > each.task + 1)
-            for value in axis.points
-            if each.low <= value <= each.high
-        ]
+        marks: list[str] = []
+        for each in axis.trained:
+            first = each.task + (1 if is_now else 2)
+            last = first if is_now else len(shares) - 1
+            marks += [
+                f"M{px(frame.x.at(value))} {px(frame.y(first + 0.5))}v{px((last - first) * frame.row + 1)}"
+                for value in axis.points
+                if each.low <= value <= each.high and first <= last < len(shares)
+            ]
         body += [
             f'<path class="{kind}" stroke-width="{width:g}" d="{"".join(marks)}"/>'
             for kind, width in (("halo", size + 2), ("seen", size))
             if marks
         ]
-    return "".join(body)
+    return "".join([*body, "</g>"])
 
 
 def _tint(share: float | None) -> str:
@@ -169,7 +177,8 @@ def scale() -> Markup:
     """The legend of the tint."""
     width = 14
     cells = "".join(
-        f'<rect class="t{tint}" x="{tint * width}" width="{width}" height="10"/>' for tint in range(TINTS + 1)
+        f'<path class="t{tint}" stroke-width="10" d="M{tint * width} 5h{width}"/>'
+        for tint in range(TINTS + 1)
     )
     box = f"0 0 {width * (TINTS + 1)} 10"
     return Markup(f'<svg class="landscape tints" viewBox="{box}" aria-hidden="true">{cells}</svg>')
