@@ -5,6 +5,7 @@ Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -76,12 +77,13 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     core, metrics = core_frame(board), results.metrics(submissions)
     methods = tables.methods(core, core_pairs_frame(board))
     names = [name for name in core["name"] if name not in NOT_COMPARED]
+    finals = dict(tables.by_group(metrics, names, FINAL))
     groups = tables.fine_tuning(metrics, forgetting_of_runs(submissions / FINE_TUNING))
     learned = [row for row in groups if row.is_learned]
     other_ways = tables.in_other_ways(core)
     assert board is not None
     write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
-    draw_groups(tables.by_group(metrics, names, FINAL), [group.name for group in CORE], FOLDER / "groups.svg")
+    draw_groups(list(finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
     evaluations = results.evaluations(submissions / FINE_TUNING)
     scores = tables.as_scores(evaluations)
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
@@ -105,7 +107,7 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         LEARNED=LEARNED,
         FINAL=FINAL,
         LOST=LOST,
-        finals=tables.by_group(metrics, names, FINAL),
+        finals=finals.items(),
         losses=tables.by_group(metrics, names, LOST),
         learned=learned,
         unlearned=[row for row in groups if not row.is_learned],
@@ -123,7 +125,8 @@ def main(submissions: Path = ROOT / "submissions") -> None:
         replay=tables.replay({name: forgetting_of_runs(submissions / name) for name in REPLAY}),
         landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
         missing={
-            group.name: core[core[group.id].isna() & core["name"].isin(names)]["name"] for group in CORE
+            group.name: [name for name, values in finals.items() if math.isnan(values[place].mean)]
+            for place, group in enumerate(CORE)
         },
         never=[group.name for group in GROUPS.values() if group.id not in trained],
     )

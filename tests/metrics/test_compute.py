@@ -116,8 +116,13 @@ def test_wrong_input_is_an_error_that_names_it(arguments: dict[str, Any], where:
         (metrics.profile, ([[float("nan")]],), "bad-matrix"),
         (metrics.interval, ([],), "no-values"),
         (metrics.difference, ([1.0, 2.0], []), "no-values"),
+        (metrics.interval, ([1.0, float("nan")],), "bad-values"),
+        (metrics.interval, ([1.0, None],), "bad-values"),
+        (metrics.interval, (3.0,), "bad-values"),
         (metrics.area, (range(10, 0, -1), [0.0] * 10, 10), "bad-curve"),
-        (metrics.area, (range(10), [0.0] * 9, 10), "bad-curve"),
+        (metrics.area, (range(10), [0.0] * 10, 10), "bad-curve"),
+        (metrics.area, (range(1, 11), [0.0] * 9, 10), "bad-curve"),
+        (metrics.area, (range(1, 11), [float("nan")] * 10, 10), "bad-curve"),
     ],
 )
 def test_values_that_have_no_statistic_are_an_error(function: Any, arguments: Any, code: str) -> None:

@@ -145,7 +145,8 @@ def _scorer_of(
 def core(submissions: Paths = "submissions") -> pd.DataFrame:
     """The core board: one row per method, over all groups of the core (docs/metrics.md).
 
-    Ranked methods come first, best first; only the groups of the core are read.
+    Ranked methods come first, best first. The last rows, ``joint`` and ``alone``, are the reference agent
+    trained on all tasks at once and on each alone; they have no rank. Only the groups of the core are read.
 
     =====================  =======  ================================================================
     column                 dtype    value

@@ -351,9 +351,15 @@ def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | N
     Its steps ascend from 1 and are cut off at ``end``, D, the budget's training steps. None with fewer than
     ten points. Raises ``BenchError`` for another curve (``bad-curve``).
     """
-    if len(steps) != len(values) or end <= 0 or any(a >= b for a, b in pairwise(steps)):
+    faults = {
+        f"It has {len(steps)} steps and {len(values)} values.": len(steps) != len(values),
+        f"Its end is {end}.": not end > 0,
+        "A step or a value is not a finite number.": not np.isfinite([*steps, *values]).all(),
+        "Its steps do not ascend from 1.": any(a >= b for a, b in pairwise((0, *steps))),
+    }
+    for message in (text for text, is_fault in faults.items() if is_fault):
         hint = "Give ascending steps, as many values, and an end above 0."
-        raise BenchError("bad-curve", f"It has {len(steps)} steps and {len(values)} values.", "area", hint)
+        raise BenchError("bad-curve", message, "area", hint)
     if len(steps) < CURVE_POINTS:
         return None
     points = [(0.0, values[0]), *zip(map(float, steps), values, strict=True)]

@@ -82,10 +82,20 @@ class Summary:
 
 
 def summary(values: Sequence[float]) -> Summary:
-    """The summary of one value per run. Raises ``BenchError`` for no value (``no-values``)."""
-    if not len(values):
+    """The summary of one value per run.
+
+    Raises ``BenchError`` for no value (``no-values``) and for a value that is not a finite number
+    (``bad-values``).
+    """
+    try:
+        total, runs = math.fsum(values), len(values)
+    except (TypeError, ValueError, OverflowError):
+        total, runs = math.nan, 1
+    if not runs:
         raise BenchError("no-values", "There are no values.", "values", "Give one value per run.")
-    mean, runs = math.fsum(values) / len(values), len(values)
+    if not math.isfinite(total):
+        raise BenchError("bad-values", f"They are {values!r}.", "values", "Give one finite number per run.")
+    mean = total / runs
     if runs < 2:
         return Summary(mean, 0.0, 0.0, runs)
     deviation = standard_deviation(values, ddof=1)

@@ -354,3 +354,5 @@ def test_the_reference_agent_in_other_ways_has_rows_without_a_rank(on_core: OnCo
     assert found.groups[GROUPS[0]].mean == pytest.approx(0.3 + 0.02)
     incomplete = dict(groups) | {GROUPS[0]: card.groups[GROUPS[0]]}
     assert board_of([replace(card, groups=incomplete)]).references == ()
+    logs = {name: {**each, "joint": replace(each["joint"], level="claimed")} for name, each in groups.items()}
+    assert board_of([replace(card, groups=logs)]).references == ()

@@ -190,6 +190,14 @@ def test_a_metric_that_needs_other_runs_is_ranked_only_if_they_are_verified(ente
     assert (entry.metrics["joint_gap"].rank, entry.metrics["joint_gap"].rank_note) == ((1, 1), "")
 
 
+def test_a_metric_with_fewer_runs_than_the_entry_has_a_note_and_no_rank(enter: Enter) -> None:
+    card = with_metrics(enter("a", 300), forward_transfer_auc=MetricValue(0.3, runs=(0.1, 0.3, 0.5)))
+    (entry,) = board([card], KEY).rows
+    value = entry.metrics["forward_transfer_auc"]
+    assert entry.ranked
+    assert (value.mean, value.rank, value.rank_note) == (0.3, None, "fewer than 5 runs")
+
+
 def test_a_withdrawn_entry_is_on_no_board_and_an_accepted_one_has_its_date(enter: Enter) -> None:
     def decided(action: Action) -> Scorecard:
         decision = Decision(action=action, by="M.", date="2026-01-02", reason="why")

@@ -241,11 +241,13 @@ def _group(log: GroupScore, look: int, metric: Metric = FINAL) -> boards.CoreGro
 
 
 def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
-    """The rows of ``IN_OTHER_WAYS`` that the reference agent has on every group of the core."""
+    """The rows of ``IN_OTHER_WAYS`` that the reference agent has, verified, on every group of the core."""
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
         logs, metric = _scores(card, protocol), BY_NAME[metric_name]
         runs = last_look(min((consecutive(log.runs) for log in logs.values()), default=0))
-        has_values = all(log.metrics[metric_name].runs for log in logs.values())
+        has_values = all(
+            log.metrics[metric_name].runs and boards.is_verified(log.level) for log in logs.values()
+        )
         if runs and has_values and len(logs) == len(CORES[CORE]):
             groups = {group: _group(log, runs, metric) for group, log in logs.items()}
             value = _over_groups(logs.values(), metric, runs)

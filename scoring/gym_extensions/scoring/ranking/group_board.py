@@ -132,14 +132,14 @@ def _why_not_ranked(logs: Sequence[GroupScore], level: Level, first: MetricValue
     return first.why if first.mean is None else ""
 
 
-def _rank_note(card: Scorecard, key: BoardKey, metric: Metric, is_unlearned: bool) -> str:
-    """Why an entry with a rank has none on this metric; empty if it has one."""
+def _rank_note(card: Scorecard, key: BoardKey, metric: Metric, value: MetricValue, is_unlearned: bool) -> str:
+    """Why an entry with a rank and a value has no rank on this metric; empty if it has one."""
     if is_unlearned and metric.name == "forgetting":
         return formulas.NOTHING_LEARNED
     for protocol in metric.needs:
         if protocol in PROTOCOLS and not documents.is_verified(documents.board_level(card, key, protocol)):
             return f"the {NEEDS[protocol]} are not verified"
-    return ""
+    return f"fewer than {FULL_ENTRY_RUNS} runs" if 0 < len(value.runs) < FULL_ENTRY_RUNS else ""
 
 
 def _entry(card: Scorecard, key: BoardKey, copied: str | None, related: tuple[str, ...]) -> BoardEntry:
@@ -163,8 +163,9 @@ def _entry(card: Scorecard, key: BoardKey, copied: str | None, related: tuple[st
         observes=manifest.observes if manifest else None,
         memory=manifest.memory if manifest else None,
         metrics={
-            each.name: BoardMetric.of(score.metrics[each.name], _rank_note(card, key, each, is_unlearned))
+            each.name: BoardMetric.of(value, _rank_note(card, key, each, value, is_unlearned))
             for each in metrics
+            for value in (score.metrics[each.name],)
         },
         duplicate_of=copied,
         related=related,
