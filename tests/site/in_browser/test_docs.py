@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import pytest
 
-from .test_layout import AXE, SERIOUS, WIDE
+from .test_layout import SERIOUS, WIDE, axe
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -76,6 +76,6 @@ def test_the_header_is_accessible_and_fits_the_screen(page: Page, http_address: 
     page.set_viewport_size({"width": width, "height": 900})
     page.goto(f"{http_address}docs/submit.html")
     assert page.evaluate(WIDE) == []
-    page.evaluate(AXE)
+    page.evaluate(axe())
     found = page.evaluate(SERIOUS.replace("{ exclude: [excluded] }", "excluded"), [".masthead", {}])
     assert found == []

@@ -49,8 +49,6 @@ LOW_TARGETS = """(targets) => [...document.querySelectorAll(targets)].filter((e)
     e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().height < 23.9
     && !(e.type === "checkbox" && e.closest("label, th")))
   .map((e) => `${e.getBoundingClientRect().height} ${e.outerHTML.slice(0, 120)}`).slice(0, 10)"""
-AXE = (files("axe_playwright_python") / "axe.min.js").read_text("utf-8")
-"""The script of axe-core."""
 SERIOUS = """([excluded, only]) => axe.run({ exclude: [excluded] }, { resultTypes: ["violations"], ...only })
   .then(({ violations }) => violations
   .filter(({ impact }) => ["moderate", "serious", "critical"].includes(impact))
@@ -105,6 +103,11 @@ def media(opened: Page) -> Iterator[Page]:
     opened.set_viewport_size({"width": 1300, "height": 900})
 
 
+def axe() -> str:
+    """The script of axe-core. Without a browser its package need not be installed."""
+    return (files("axe_playwright_python") / "axe.min.js").read_text("utf-8")
+
+
 def settled(page: Page, code: str, argument: object = None) -> Any:
     """The value of an expression after the next two frames, when scripts have seen the new size."""
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
@@ -141,11 +144,11 @@ def test_no_page_is_wider_than_the_paper(media: Page) -> None:
 
 
 def test_axe_reports_nothing_serious_or_moderate(opened: Page) -> None:
-    opened.evaluate(AXE)
+    opened.evaluate(axe())
     assert opened.evaluate(SERIOUS, [COPIES, {}]) == []
 
 
 def test_contrast_suffices_in_the_dark(media: Page) -> None:
-    media.evaluate(AXE)
+    media.evaluate(axe())
     media.emulate_media(color_scheme="dark")
     assert media.evaluate(SERIOUS, [COPIES, {"runOnly": ["color-contrast"]}]) == []

@@ -24,7 +24,7 @@ from gym_extensions.site.play.assets import policy_file
 
 from ..play.test_assets import hopper_policy
 from .made_site import ASSETS
-from .test_layout import AXE, SERIOUS, WIDE
+from .test_layout import SERIOUS, WIDE, axe
 from .test_loading import reports
 
 if TYPE_CHECKING:
@@ -257,7 +257,7 @@ def test_the_mouse_pulls_a_body(panel: Page) -> None:
 
 
 def test_the_panel_fits_a_narrow_screen_and_is_accessible(panel: Page) -> None:
-    panel.evaluate(AXE)
+    panel.evaluate(axe())
     assert panel.evaluate(SERIOUS, ["#none", {}]) == []
     panel.set_viewport_size({"width": 320, "height": 700})
     assert panel.evaluate(WIDE) == []
