@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import doctest
 import importlib
 import inspect
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from gym_extensions.references import load_references
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import score_folder
 
+ROOT = Path(__file__).resolve().parents[1]
 PUBLIC = {
     "gym_extensions.envs": """
         Gravity LimbScale MotorNoise MovingGoal MovingStart RangeSensor SensorNoise Task TaskGroup
@@ -39,6 +41,19 @@ NAMES = [(package, name) for package, names in PUBLIC.items() for name in names.
 
 NEEDS_SB3 = ("gym_extensions.baselines", "sb3")
 """The name that needs the extra ``sb3``."""
+
+EXAMPLES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts[1:]).removesuffix(".__init__")
+    for path in ROOT.glob("*/gym_extensions/**/*.py")
+    if ">>>" in path.read_text(encoding="utf-8")
+}
+"""The modules with examples in their docstrings."""
+EXTRAS = {
+    "gym_extensions.baselines.adapters.sb3": ("stable_baselines3",),
+    "gym_extensions.baselines.adapters.sb3_policy": ("stable_baselines3",),
+    "gym_extensions.rollouts.policies.conversion": ("torch", "onnx", "onnxruntime"),
+}
+"""The packages of extras that the examples of a module need."""
 
 
 @pytest.mark.parametrize("package", PUBLIC)
@@ -71,3 +86,11 @@ def test_a_signature_fits_on_a_screen(package: str, name: str) -> None:
     if (package, name) == NEEDS_SB3:
         pytest.importorskip("stable_baselines3")
     assert len(str(inspect.signature(getattr(importlib.import_module(package), name)))) < 1200
+
+
+@pytest.mark.parametrize("module", sorted(EXAMPLES))
+def test_the_examples_of_the_docstrings_run(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in EXTRAS.get(module, ()):
+        pytest.importorskip(package)
+    monkeypatch.chdir(ROOT)
+    assert doctest.testmod(importlib.import_module(module)).failed == 0

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import doctest
-import importlib
 import subprocess
 import sys
 from pathlib import Path
-
-import pytest
 
 
 def test_a_missing_extra_is_named_with_the_command_that_installs_it() -> None:
@@ -36,12 +32,3 @@ def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
     )
     assert loaded(code) == "['mujoco']\n"
     assert (tmp_path / "mine/pusher/joint/run0.csv").exists()
-
-
-@pytest.mark.parametrize(("module", "package"), [("agent", ""), ("adapters.sb3", "stable_baselines3")])
-def test_the_examples_of_the_docstrings_run(module: str, package: str) -> None:
-    if package:
-        pytest.importorskip(package)
-    failures, examples = doctest.testmod(importlib.import_module(f"gym_extensions.baselines.{module}"))
-    assert failures == 0
-    assert examples > 0

@@ -4,7 +4,7 @@
 
 >>> from gym_extensions import results
 >>> episodes = results.episodes("submissions/trpo-2017")
->>> episodes.groupby(["group", "run", "stage", "task"])["return"].mean()
+>>> means = episodes.groupby(["group", "run", "stage", "task"])["return"].mean()
 """
 
 from gym_extensions.results.foreign import ForeignRuns, foreign_board, foreign_runs

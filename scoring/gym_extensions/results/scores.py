@@ -308,8 +308,9 @@ def score_matrix(
         BenchError: as in :func:`scores`; or the path contains several submissions, or none with such runs.
 
     Example:
-        >>> score_matrix("submissions/trpo", "hopper-gravity").shape
-        (11, 5)
+        >>> runs, tasks = score_matrix("submissions/trpo", "hopper-gravity").shape
+        >>> tasks
+        5
     """
     require_known("values", values, ("normalized", "return"), "values")
     frame = scores(submission, group, protocol, stage=stage, groups=groups, references=references)

@@ -138,8 +138,10 @@ def from_torch(
             of a tensor in Python (``if x.sum() > 0``), so that its network acts otherwise.
 
     Example:
+        >>> import numpy as np
+        >>> import torch
         >>> module = torch.nn.Sequential(torch.nn.Linear(11, 3), torch.nn.Tanh())
-        >>> from_torch(module, (11,)).act(np.zeros(11)).shape  # doctest: +SKIP
+        >>> from_torch(module, (11,)).act(np.zeros(11)).shape
         (3,)
     """
     import torch
