@@ -11,6 +11,7 @@ from gym_extensions.baselines.experts.recipes import meant
 from gym_extensions.catalog.tasks import task
 from gym_extensions.rollouts.policies.mlp import Policy
 
+SUBMISSIONS = Path(__file__).resolve().parents[3] / "submissions"
 RNG = np.random.default_rng(0)
 
 
@@ -47,7 +48,7 @@ def test_an_expert_is_provisional_if_too_few_episodes_show_what_the_task_is_for(
 
 
 def test_the_best_stored_policies_of_the_logs_have_files(tmp_path: Path) -> None:
-    shutil.copytree("submissions/reset/hopper-gravity", tmp_path / "reset/hopper-gravity")
+    shutil.copytree(SUBMISSIONS / "reset/hopper-gravity", tmp_path / "reset/hopper-gravity")
     ranked = candidates.stored_candidates(tmp_path)
     means = [mean for mean, _ in ranked["HopperGravityHalf"]]
     assert means == sorted(means, reverse=True)
