@@ -13,7 +13,7 @@ from gym_extensions.rollouts.log import LOG_COLUMNS
 from gym_extensions.rollouts.manifest import SECTIONS, Manifest
 from gym_extensions.rollouts.policies.mlp_arrays import KEYS
 from gym_extensions.rollouts.review import Decision, Verification
-from gym_extensions.rollouts.run import RunDocument
+from gym_extensions.rollouts.run import Machine, Memory, PolicyFile, RunDocument, Versions
 
 PAGE = (Path(__file__).parents[2] / "docs" / "rollout-log.md").read_text(encoding="utf-8")
 
@@ -48,12 +48,13 @@ def test_the_page_lists_the_arrays_of_a_policy_and_their_choices() -> None:
 def test_the_page_has_every_column_and_key() -> None:
     assert ",".join(LOG_COLUMNS) in PAGE
     document, manifest, review = section("run0.json"), section("submission.toml"), section("review.toml")
-    assert [name for name in RunDocument.__struct_fields__ if f"`{name}`" not in document] == []
+    for part in (RunDocument, Versions, Machine, Memory, PolicyFile):
+        assert [key for key in part.__struct_fields__ if f"`{key}`" not in document] == []
     assert [name for name in BUDGETS if name not in manifest] == []
     for name, keys in SECTIONS.items():
         assert f"[{name}]" in manifest
         assert [key for key in keys.__struct_fields__ if f"{key} = " not in manifest] == []
     plain = {field.name for field in msgspec.structs.fields(Manifest)} - {*SECTIONS, "hyperparameters"}
     assert [key for key in plain if f"{key} = " not in manifest] == []
-    for part in (Verification, Decision):
-        assert [key for key in part.__struct_fields__ if key not in review] == []
+    for table in (Verification, Decision):
+        assert [key for key in table.__struct_fields__ if key not in review] == []
