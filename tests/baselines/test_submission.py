@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 import pytest
 
-from gym_extensions.baselines import Card, Observes, train
+from gym_extensions.baselines import Card, Observes, record, train
 from gym_extensions.baselines.agent_checks import card_of, observes_of
 from gym_extensions.baselines.algorithms import factory, names
 from gym_extensions.baselines.submission import manifest_tables, read_manifest, require_same, validate
@@ -137,6 +137,9 @@ def test_another_engine_records_nothing(monkeypatch: pytest.MonkeyPatch, tmp_pat
     monkeypatch.setattr(fingerprinting, "engine", lambda: {"mujoco": "3.9.0", "gymnasium": "1.3.0"})
     with pytest.raises(BenchError, match=r"gymnasium 1\.3\.0") as caught:
         train("random", "pusher", "single", "smoke", 0, out=tmp_path / "mine")
+    assert caught.value.code == "other-engine"
+    with pytest.raises(BenchError, match=r"gymnasium 1\.3\.0") as caught:
+        record(print, "pusher", "joint", run=0, out=tmp_path / "mine", budget="smoke", card=CARD)
     assert caught.value.code == "other-engine"
     assert list(tmp_path.iterdir()) == []
 

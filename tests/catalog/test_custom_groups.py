@@ -51,6 +51,7 @@ def test_a_custom_group_has_an_id_and_is_not_published(tmp_path: Path) -> None:
         "gym_extensions/Hopper.Gravity-0.3.steps-500-v0",
     )
     assert group("hopper-gravity").published
+    assert load_group(write(tmp_path, f"version = 2\n{LIGHT}")).id == "hopper-light-v2"
 
 
 def test_a_task_that_equals_a_published_one_is_the_published_one(tmp_path: Path) -> None:

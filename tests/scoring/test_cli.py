@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.errors import working
+from gym_extensions.references import load_references
 from gym_extensions.rollouts.review import Decision, Review, read_review, write_review
 from gym_extensions.scoring import cli
 
@@ -123,6 +124,17 @@ def test_json_is_the_document_and_csv_has_a_row_for_every_metric(
     rows = capfdbinary.readouterr().out.decode().splitlines()
     assert rows[0] == "name,level,group,protocol,budget,runs,metric,mean,low,high,why"
     assert len(rows) == 1 + 15 + 1
+
+
+def test_the_document_names_the_references_of_the_ruler(
+    submission: Write, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    folder, stated = str(submission()), []
+    for options in ([], ["--ruler", "alone"]):
+        assert cli.main([folder, "--json", *options]) == 0
+        stated.append(json.loads(capfdbinary.readouterr().out)["references"]["version"])
+    assert stated == [load_references().version, load_references("1").version]
+    assert stated[0] != stated[1]
 
 
 def test_a_folder_of_submissions_gives_a_line_each(

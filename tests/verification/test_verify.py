@@ -8,6 +8,7 @@ import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import group
+from gym_extensions.envs import fingerprinting
 from gym_extensions.rollouts.policies.files import policy_keys, read_policies
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
@@ -159,6 +160,15 @@ def test_a_log_without_policies_is_claimed_and_says_why(
     assert verify(entry, "--write") == 1
     assert f"{GROUP}/sequential/run4" in capsys.readouterr().out
     assert sequential_level(entry) == "claimed"
+
+
+def test_another_engine_repeats_nothing(
+    entry: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(fingerprinting, "engine", lambda: {"mujoco": "3.9.0", "gymnasium": "1.3.0"})
+    assert verify(entry, "--write") == 2
+    assert "but mujoco 3.9.0" in capsys.readouterr().err
+    assert not (entry / "review.toml").exists()
 
 
 def test_a_policy_of_another_task_is_refused(entry: Path) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from gym_extensions import experts
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring.poses import PolicyPoses
 from gym_extensions.scoring.records import Record
 from gym_extensions.verification.cli import main
-from gym_extensions.verification.verify_record import sample, verify_record, write_record
+from gym_extensions.verification.verify_record import sample, verify_record, write_expert_poses, write_record
 
 from .made_records import HISTORY, change_card, claim_more, lower_the_bar, make_policy, make_record
 
@@ -106,3 +109,15 @@ def test_the_first_look_names_the_problem_of_the_card_and_that_of_the_policy(fol
     record.policy_path.write_bytes(b"no archive")
     episodes, errors = sample(Record(record.path))
     assert (episodes, [error.code for error in errors]) == (0, ["foreign-fingerprint", "bad-policy"])
+
+
+def test_poses_are_written_for_an_expert_that_has_none_of_its_policy(tmp_path: Path) -> None:
+    for suffix in ("json", "npz"):
+        shutil.copy(experts.DATA / f"Pusher.{suffix}", tmp_path)
+    (path,) = write_expert_poses(["Pusher"], tmp_path)
+    poses = PolicyPoses.load(path, "bad-poses", "")
+    assert poses is not None
+    assert poses.policy == experts.digest(experts.load("Pusher"))
+    assert list(write_expert_poses(["Pusher"], tmp_path)) == []
+    path.write_text(path.read_text().replace(poses.policy, "0" * len(poses.policy)))
+    assert list(write_expert_poses(["Pusher"], tmp_path)) == [path]
