@@ -199,7 +199,7 @@ class Undecided(Zero):
 
 
 def test_agents_of_one_factory_ask_for_the_same(tmp_path: Path) -> None:
-    with pytest.raises(BenchError, match=r"boundaries=True\), another agent for") as error:
+    with pytest.raises(BenchError, match=r"boundaries=True\), another agent Observes") as error:
         train(Undecided, "pusher", "sequential", "smoke", 0, out=tmp_path / "out")
     assert error.value.code == "bad-agent"
 

@@ -11,6 +11,7 @@ from gym_extensions.rollouts.review import VERIFIED, level
 from gym_extensions.rollouts.rules import RULES
 
 from .examples import (
+    DOCUMENT,
     GROUP,
     LOG,
     POLICIES,
@@ -66,6 +67,12 @@ def test_a_log_without_policies_is_claimed_and_a_note_says_why(submission: Calla
     assert submitted.problems == ()
     (group,) = submitted.groups.values()
     assert [note for note in group.notes if "no policies of run 0" in note] == list(group.notes)
+
+
+def test_the_only_run_without_its_document_is_a_problem(submission: Callable[..., Path]) -> None:
+    folder = submission(runs=(0,))
+    remove(DOCUMENT)(folder)
+    assert {problem.rule for problem in read(folder).problems} == {"missing-file"}
 
 
 def test_a_run_that_changed_after_its_verification_is_noted(submission: Callable[..., Path]) -> None:

@@ -21,7 +21,7 @@ from gym_extensions.baselines.training import usage
 from gym_extensions.baselines.training.arguments import parse_request
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import EXCESS
-from gym_extensions.baselines.training.evaluation import Evaluator
+from gym_extensions.baselines.training.evaluation import Evaluator, require_submittable
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, training_seed
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import budget as budget_named
@@ -195,7 +195,7 @@ def record(
         group: a task group: the name of a published group, the TOML file of a custom group, or a
             :class:`gym_extensions.envs.TaskGroup`.
         protocol: ``"sequential"``, ``"single"``, ``"joint"`` or ``"cumulative"``.
-        run: the training seed, 0 to 999.
+        run: the number of the run, 0 to 99.
         stage: sequential: the number of tasks that the policy has been trained on, 0 to T. 0 is the policy
             before training.
         task: single: the name or id of the task that the policy was trained on.
@@ -215,9 +215,10 @@ def record(
         The mean return of every evaluated task by its id.
 
     Raises:
-        BenchError: an unknown name, a stage or run out of range, a policy that fails or returns actions of
-            a wrong shape, a folder of another submission, a run that is finished, or another process that
-            records the same stage.
+        BenchError: an unknown name, a stage or run out of range, a policy that fails, returns actions of
+            a wrong shape or may not be in a submission, a run of which only some stages have a policy that
+            can be stored (record the others again), a folder of another submission, a run that is finished,
+            or another process that records the same stage.
 
     Example:
         >>> record(policy, "hopper-gravity", "single", run=0, task="Hopper", out="mine", budget="100k",
@@ -235,6 +236,8 @@ def record(
     agent = PolicyAgent(policy, card, observes)
     observed = observes_of(agent, "policy")
     settings = Settings(card_of(agent, "card").algorithm, request.budget.name, None, observed, CLAIMED)
+    if (stored := agent.policy()) is not None:
+        require_submittable(stored, card, observed, task_group, protocol)
     tables = submission.manifest_tables(card, settings)
     submission.validate(path, [task_group])
     require_published_engine(task_group.tasks)

@@ -28,10 +28,10 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts import run as documents
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, MAX_POLICY_BYTES, PROGRESS
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
 from gym_extensions.rollouts.log import write_log
 from gym_extensions.rollouts.manifest import RECORDED
-from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_files
+from gym_extensions.rollouts.policies.files import content_sha256, policy_files, size_error
 from gym_extensions.rollouts.policies.onnx import RUNTIME
 from gym_extensions.versions import version
 
@@ -65,8 +65,8 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         folders = sorted(path.name for path in out.iterdir() if path.is_dir())
         unexpected = [folder for folder in folders if folder not in (*names, PROGRESS, *layout.WRITTEN)]
         if unexpected:
-            message = f"Unexpected folder {unexpected[0]!r}: a submission contains only group folders."
-            hint = f"Use a folder for this submission alone, such as {out / 'mine'}."
+            message = f"Unexpected folder {unexpected[0]!r}: no published group, and none of those named."
+            hint = f"Name the file of a custom group, too, or use another folder, such as {out / 'mine'}."
             raise BenchError("bad-out", message, str(out), hint)
         runs = [path for folder in folders if folder in names for path in (out / folder).glob(f"*/run*{LOG}")]
         if runs and not (out / MANIFEST).exists():
@@ -257,15 +257,24 @@ def write_run_files(
 
 
 def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:
-    """The arrays of the policies of all jobs; empty if one is missing, or if they exceed the limit."""
+    """The arrays of the policies of all jobs; empty if there are none.
+
+    Raises ``BenchError`` if only some of them are there, or if they exceed a limit. Nothing is deleted.
+    """
     arrays: dict[str, Array] = {}
+    missing: list[Path] = []
     for job in jobs:
-        part = job.policies()
-        if part is None:
-            return {}
-        arrays |= part
-    is_small = sum(array.nbytes for array in arrays.values()) <= MAX_POLICY_BYTES
-    return arrays if is_small and len(npz_bytes(arrays)) <= layout.MAX_FILE_BYTES[layout.POLICIES] else {}
+        part, absent = job.policies()
+        arrays, missing = arrays | part, missing + absent
+    if not arrays:
+        return {}
+    message = (
+        f"There is no {missing[0].name}, but policies of other stages." if missing else size_error(arrays)
+    )
+    if message:
+        hint = "Record the stage with a policy, or delete the files policy*.npz to write the run without."
+        raise BenchError("bad-policies", message, str((missing or [jobs[0].path])[0]), hint)
+    return arrays
 
 
 def _measured(usages: Sequence[Usage]) -> dict[str, Any]:

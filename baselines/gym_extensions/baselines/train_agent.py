@@ -19,7 +19,12 @@ from gym_extensions.baselines.agent_checks import card_of, create_agent, observe
 from gym_extensions.baselines.training import arguments
 from gym_extensions.baselines.training.arguments import Groups, Request
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
-from gym_extensions.baselines.training.evaluation import first_actions, policy_of, require_agreement
+from gym_extensions.baselines.training.evaluation import (
+    first_actions,
+    policy_of,
+    require_agreement,
+    require_submittable,
+)
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.baselines.training.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
@@ -69,7 +74,7 @@ def train(
             groups, or :class:`gym_extensions.envs.TaskGroup` objects.
         protocols: ``"sequential"``, ``"single"``, ``"joint"`` or ``"cumulative"``, or several.
         budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: training steps per task.
-        runs: a training seed from 0 to 999, or several.
+        runs: the number of a run, which is its training seed, from 0 to 99; or several.
         out: the submission's folder.
         jobs: number of worker processes with one thread each; the factory must pickle. 0 trains in this
             process with its number of threads.
@@ -248,18 +253,22 @@ def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> 
     submission.validate(out, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
     arguments.require_equal_spaces(request.groups)
-    settings, card = agent_settings(make, settings, request.groups[0])
+    settings, card = agent_settings(make, settings, request.logs())
     path, tables = out / MANIFEST, submission.manifest_tables(card, settings)
     submission.require_same(path, submission.read_manifest(path), tables)
     return settings
 
 
-def agent_settings(make: Factory, settings: Settings, group: TaskGroup) -> tuple[Settings, Card]:
+def agent_settings(
+    make: Factory, settings: Settings, logs: Sequence[tuple[TaskGroup, str]]
+) -> tuple[Settings, Card]:
     """The settings with what an agent states and asks to observe, and its card.
 
     Raises ``BenchError`` if the factory, the agent or its card does not fit, the agent's actions have a wrong
-    shape, or they are not those of its policy.
+    shape or are not those of its policy, or the submission, with these groups and protocols, may not contain
+    the policy.
     """
+    group, _ = logs[0]
     env = make_vec(group.tasks[0], 1)
     agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
     card, observes = card_of(agent, settings.agent), observes_of(agent, settings.agent)
@@ -267,6 +276,8 @@ def agent_settings(make: Factory, settings: Settings, group: TaskGroup) -> tuple
     actions = first_actions(agent, env, seeds, label if observes.task_in_evaluation else None)
     if (policy := policy_of(agent)) is not None:
         require_agreement(policy, env, seeds, actions, 0)
+        for log in logs:
+            require_submittable(policy, card, observes, *log)
     env.close()
     stated = {"hyperparameters": card.hyperparameters, "packages": card.packages}
     return replace(settings, observes=observes, **stated), card  # type: ignore[arg-type]

@@ -146,7 +146,9 @@ class _Reader:
         self._policies(group, documents, policies)
         if len(self.problems) > before:
             logs = {}
-        notes = [note for protocol in logs for note in _notes(group, protocol, documents[protocol], review)]
+        notes = [
+            note for protocol in logs for note in _notes(group, protocol, documents.get(protocol, {}), review)
+        ]
         return SubmittedGroup(group, logs, documents, tuple(notes))
 
     def _run(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import train
+from gym_extensions.baselines import Card, train
 from gym_extensions.baselines.training.checkpoints import JobFolder
 from gym_extensions.baselines.training.jobs import jobs_of
 from gym_extensions.catalog.groups import group
@@ -124,6 +124,37 @@ class Saved(Unsaved):
 
     def load(self, path: Path) -> None:
         self.stages = {"1": 1}[path.read_text()]
+
+
+class Renamed(Saved):
+    """An agent whose ``save`` writes to another name, as ``numpy.save`` does."""
+
+    def save(self, path: Path) -> None:
+        super().save(path.with_name(f"{path.name}.npy"))
+
+
+def test_a_checkpoint_that_is_not_where_it_should_be_is_named(tmp_path: Path) -> None:
+    with pytest.raises(BenchError, match=r"save\(\) did not write the file") as error:
+        train(Renamed, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert error.value.code == "bad-agent"
+
+
+class Seeded(Saved):
+    """An agent whose hyperparameters contain its seed."""
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        super().__init__(observation_space, action_space, seed)
+        self.seed = seed
+
+    def card(self) -> Card:
+        return Card("Seeded", hyperparameters={"seed": self.seed})
+
+
+def test_hyperparameters_that_differ_between_agents_are_refused_before_training(tmp_path: Path) -> None:
+    with pytest.raises(BenchError, match=r"has the hyperparameters \{'seed': ") as error:
+        train(Seeded, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert error.value.code == "bad-agent"
+    assert not list(tmp_path.rglob("stage*.json"))
 
 
 def test_a_checkpoint_of_another_version_is_not_continued(tmp_path: Path) -> None:

@@ -98,6 +98,7 @@ GOOD: dict[str, Any] = {
 }
 BAD: list[tuple[dict[str, Any], str]] = [
     *(({"runs": value}, "bad-runs") for value in ("0-4", 1.5, [0, "1"], None, [])),
+    *(({"runs": value}, "bad-run") for value in (-1, 100)),
     *(({"groups": value}, "bad-groups") for value in (None, [], [3])),
     ({"protocols": [1]}, "bad-protocols"),
     ({"budget": 1000}, "unknown-budget"),

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import submission, train
+from gym_extensions.baselines import Card, Observes, train
 from gym_extensions.baselines.training.evaluation import policy_of
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.policies.files import policy_keys, read_policies
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.rollouts.reader import read
@@ -68,11 +69,67 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
     assert read(tmp_path, GROUPS, policies=True).problems == ()
 
 
-def test_policies_above_the_limit_are_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(submission, "MAX_POLICY_BYTES", 1000)
-    train(Wide, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path)
-    assert not list(tmp_path.rglob("run0.npz"))
+class Sampling(Counting):
+    """An agent whose card says that it does not sample."""
+
+    def policy(self) -> Policy | None:
+        return Policy(np.full(self.size, self.value()), np.ones(self.size), head="uniform")
+
+    def card(self) -> Card:
+        return Card("Sampling", evaluation="deterministic")
+
+
+class Many(Counting):
+    """An agent with a policy of more tasks than the group has."""
+
+    observes = Observes(task_in_evaluation=True)
+
+    def act(self, observations: Any, context: Any = None) -> Any:
+        return super().act(observations)
+
+    def policy(self) -> Policy | None:
+        layers = (np.zeros((30, 23, self.size), np.float32),)
+        return Policy(np.zeros(self.size), np.ones(self.size), layers, (np.full(self.size, self.value()),))
+
+
+@pytest.mark.parametrize(
+    ("agent", "message"),
+    [
+        (Wide, r"The policies of a run have .* bytes; the limit is 1,000"),
+        (Sampling, "its head is 'uniform'"),
+        (Many, "arrays for 30 tasks"),
+    ],
+)
+def test_a_policy_that_a_submission_may_not_contain_is_refused_before_training(
+    agent: Any, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(layout, "MAX_POLICY_BYTES", 1000)
+    with pytest.raises(BenchError, match=message) as error:
+        train(agent, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine")
+    assert error.value.code == "bad-policy"
+    assert not (tmp_path / "mine").exists()
+
+
+class Growing(Counting):
+    """An agent whose policies become too large during training."""
+
+    def policy(self) -> Policy | None:
+        return Wide.policy(self) if self.stages else super().policy()  # type: ignore[arg-type]
+
+
+def test_policies_that_grew_beyond_the_limit_are_kept_and_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(layout, "MAX_POLICY_BYTES", 200_000)
+    for _ in range(2):  # the same command finds everything in place
+        with pytest.raises(BenchError, match="policies of a run have") as error:
+            train(Growing, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert "delete the files policy*.npz" in error.value.hint
+    for path in tmp_path.rglob("policy*.npz"):
+        path.unlink()
+    train(Growing, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
     assert read(tmp_path, GROUPS).problems == ()
+    assert not list(tmp_path.rglob("*.npz"))
 
 
 def test_a_policy_that_is_not_the_agents_stops_the_run(tmp_path: Path) -> None:
@@ -81,9 +138,11 @@ def test_a_policy_that_is_not_the_agents_stops_the_run(tmp_path: Path) -> None:
     assert error.value.code == "policy-differs"
 
 
-def test_only_a_method_is_the_agents_policy() -> None:
+def test_only_a_method_without_arguments_is_the_agents_policy() -> None:
     agent: Any = Counting(None, np.zeros((3, 1)), 0)
     agent.policy = type("Module", (), {"__call__": lambda self, states: states})()
+    assert policy_of(agent) is None
+    agent.policy = lambda observations: observations
     assert policy_of(agent) is None
     agent.policy = lambda: np.zeros(3)
     with pytest.raises(BenchError, match="ndarray"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from gym_extensions.rollouts.policies.files import (
     policies_of,
     policy_keys,
     prefix,
+    read_arrays,
     read_policies,
     run_arrays,
     write_policies,
@@ -43,6 +45,19 @@ def test_the_policies_of_a_run_are_those_of_its_stages_and_in_single_of_its_task
     assert policy_keys("joint", GROUP) == [(1, None)]
     assert policy_keys("single", GROUP) == [(1, task.name) for task in GROUP.tasks]
     assert [prefix(key) for key in ((3, None), (1, "Hopper"))] == ["stage3/", "stage1/Hopper/"]
+
+
+def test_a_network_of_a_task_with_a_namespace_is_read_again(tmp_path: Path) -> None:
+    tasks = [replace(task, name=f"mine/{task.name}-v0") for task in GROUP.tasks]
+    custom = replace(GROUP, tasks=tuple(tasks))
+    network = run_file(GROUP.name, "single", 0, f".stage1.mine.{GROUP.tasks[0].name}-v0.onnx")
+    (tmp_path / network).parent.mkdir(parents=True)
+    (tmp_path / network).write_bytes(b"a network")
+    (tmp_path / network).with_name("run0.stage9.Foreign.onnx").write_bytes(b"of no task")
+    assert set(read_arrays(tmp_path, custom, "single", 0)) == {
+        f"stage1/{tasks[0].name}/onnx",
+        "stage9.Foreign/onnx",
+    }
 
 
 @pytest.mark.parametrize("protocol", ["sequential", "single", "joint"])

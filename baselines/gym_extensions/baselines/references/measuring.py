@@ -280,7 +280,7 @@ def custom(
         if task.base == "Navigation":
             pending[task.id, FIRST_REFERENCE_RUN] = Measurement(task, PLANNER, EPISODES)
             continue
-        settings, _ = agent_settings(algorithms.factory(agent), Settings(agent, budget), group)
+        settings, _ = agent_settings(algorithms.factory(agent), Settings(agent, budget), [(group, "single")])
         for run in runs:
             job = TrainingJob(group, "single", run, index)
             pending[task.id, run] = PendingJob(job, agent, settings, out.parent / PROGRESS / out.stem)

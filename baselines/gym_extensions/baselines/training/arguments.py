@@ -14,13 +14,13 @@ from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
 from gym_extensions.catalog.protocol import (
     CURVE_POINTS,
     EVALUATION_EPISODES,
-    FIRST_REFERENCE_RUN,
     PROTOCOLS,
     Budget,
 )
 from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError, require_known
+from gym_extensions.rollouts.layout import MAX_RUNS
 
 Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
 
@@ -57,9 +57,8 @@ def parse_request(
     chosen = budget_named(str(budget))
     unique_runs = tuple(sorted({int(run) for run in listed(runs, Integral, "runs", "an integer")}))
     for run in unique_runs:
-        if not 0 <= run < FIRST_REFERENCE_RUN:
-            hint = f"Use 0 to {FIRST_REFERENCE_RUN - 1}; larger numbers are reserved for references."
-            raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
+        if not 0 <= run < MAX_RUNS:
+            raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", f"Use 0 to {MAX_RUNS - 1}.")
     if num_envs is not None:
         require_positive(num_envs, "--num-envs")
         for group in unique_groups:

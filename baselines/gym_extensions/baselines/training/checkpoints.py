@@ -91,6 +91,10 @@ class JobFolder:
         if isinstance(agent, Resumable) and not last:
             partial = checkpoint.with_name(f".{checkpoint.stem}.partial.npz")
             agent.save(partial)
+            if not partial.exists():
+                message = f"save() did not write the file that it was given, {partial.name}."
+                hint = "Write to this name as it is; numpy.save appends .npy, numpy.savez does not."
+                raise BenchError("bad-agent", message, record.card.algorithm, hint)
             partial.replace(checkpoint)
         write_bytes(self.path / f"stage{record.stage}.json", msgspec.json.encode(record, enc_hook=float))
         for older in self.path.glob("agent*.npz"):
@@ -105,12 +109,12 @@ class JobFolder:
         else:
             write_bytes(path, npz_bytes(run_arrays({(stage, self.job.task_name): policy})))
 
-    def policies(self) -> dict[str, Array] | None:
-        """The arrays of the policies after all finished stages by full name; None if one is missing."""
+    def policies(self) -> tuple[dict[str, Array], list[Path]]:
+        """The arrays of the policies of finished stages by full name, and the files that are missing."""
         paths = [self.path / f"policy{_number(record)}.npz" for record in self._records()]
-        if not all(path.exists() for path in paths):
-            return None
-        return {name: array for path in paths for name, array in npz_arrays(path.read_bytes()).items()}
+        found = [path for path in paths if path.exists()]
+        arrays = {name: array for path in found for name, array in npz_arrays(path.read_bytes()).items()}
+        return arrays, [path for path in paths if path not in found]
 
     def forget(self) -> None:
         """Deletes every finished stage, the records first."""

@@ -11,8 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from gym_extensions.baselines.agent import Agent, Array, Context, Resumable, TaskLabel, VectorEnv
-from gym_extensions.baselines.agent_checks import action_function
+from gym_extensions.baselines.agent import (
+    Agent,
+    Array,
+    Card,
+    Context,
+    Observes,
+    Resumable,
+    TaskLabel,
+    VectorEnv,
+)
+from gym_extensions.baselines.agent_checks import VARIADIC, action_function
 from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
@@ -21,7 +30,7 @@ from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import Outcome, Watch, clip_actions, run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.log import Episode
-from gym_extensions.rollouts.policies.files import AnyPolicy
+from gym_extensions.rollouts.policies.files import AnyPolicy, policy_keys, run_arrays, size_error
 from gym_extensions.rollouts.policies.mlp import mean_and_log_sigma, to_action
 from gym_extensions.rollouts.policies.onnx import OnnxPolicy
 
@@ -112,18 +121,24 @@ class Evaluator:
 def policy_of(agent: Agent) -> AnyPolicy | None:
     """The agent's policy; None if it has no method ``policy`` or cannot express its policy.
 
-    An attribute ``policy`` that is not a method, such as a torch module, is something else.
+    An attribute ``policy`` that is not a method, such as a torch module, or a method with arguments is
+    something else.
 
     Raises ``BenchError`` if the method returns neither a policy nor None.
     """
     method = getattr(agent, "policy", None)
-    if not inspect.isroutine(method):
+    if not inspect.isroutine(method) or _required_parameters(method):
         return None
     policy: object = method()
     if policy is None or isinstance(policy, AnyPolicy):
         return policy
     message = f"Expected a Policy, an OnnxPolicy or None, got a value of type {type(policy).__name__}."
     raise BenchError("bad-policy", message, "policy()", "Return a gym_extensions.policies.Policy.")
+
+
+def _required_parameters(method: Callable[..., object]) -> list[str]:
+    parameters = inspect.signature(method).parameters.values()
+    return [each.name for each in parameters if each.default is each.empty and each.kind not in VARIADIC]
 
 
 def first_actions(agent: Agent, env: VectorEnv, seeds: Sequence[int], label: TaskLabel | None) -> Array:
@@ -165,6 +180,29 @@ def require_agreement(
         message = f"The policy's actions differ from those of act() by {difference:.3g} half widths."
         hint = "Return the policy that act() uses, or None."
         raise BenchError("policy-differs", message, "policy()", hint)
+
+
+def require_submittable(
+    policy: AnyPolicy, card: Card, observes: Observes, group: TaskGroup, protocol: str
+) -> None:
+    """Checks, before training, what the rules of submissions say about policies.
+
+    Raises ``BenchError`` (``bad-policy``) if the policy samples although the card says that evaluation is
+    deterministic, if it depends on the task without observing it or has rows for more tasks than the group,
+    or if the policies of a run would exceed the limits of size.
+    """
+    message, hint = "", "Use arrays without an axis of tasks, or one row per task and task_in_evaluation."
+    if card.evaluation == "deterministic" and policy.head != "deterministic":
+        message = f"The policy samples (its head is {policy.head!r}), and the card says that it does not."
+        hint = 'Return a policy with head="deterministic", or a card with evaluation="sampled".'
+    elif policy.num_tasks and not observes.task_in_evaluation:
+        message = "The policy depends on the task, and the agent does not ask for task_in_evaluation."
+    elif policy.num_tasks > len(group.tasks):
+        message = f"The policy has arrays for {policy.num_tasks} tasks; {group.name} has {len(group.tasks)}."
+    elif message := size_error(run_arrays(dict.fromkeys(policy_keys(protocol, group), policy))):
+        hint = "Use smaller networks or float32, or no policy; without one, a run cannot be verified."
+    if message:
+        raise BenchError("bad-policy", message, "policy()", hint)
 
 
 def _extremes(policy: AnyPolicy, observations: Array, task: int) -> tuple[Array, Array]:

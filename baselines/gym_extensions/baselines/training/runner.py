@@ -76,13 +76,18 @@ class PendingJob:
         actions = jobs.seeded_copy(env.single_action_space, self._seed("action space"))
         with seeded_global_generators(self._seed("creation")):
             agent = make(observations, actions, self._seed("agent"))
-        observes = observes_of(agent, settings.agent)
-        if observes != settings.observes:
-            message = (
-                f"The agent of {self.job.title} asks for {observes}, another agent for {settings.observes}."
-            )
-            hint = "Give all agents of a factory the same attribute observes."
-            raise BenchError("bad-agent", message, settings.agent, hint)
+        observes, hyperparameters = (
+            observes_of(agent, settings.agent),
+            card_of(agent, settings.agent).hyperparameters,
+        )
+        for name, own, others in (
+            ("attribute observes", observes, settings.observes),
+            ("hyperparameters", hyperparameters, settings.hyperparameters),
+        ):
+            if own != others:
+                message = f"The agent of {self.job.title} has the {name} {own}, another agent {others}."
+                hint = f"Give all agents of a factory the same {name}, whatever the seed and the spaces."
+                raise BenchError("bad-agent", message, settings.agent, hint)
         return agent
 
     def _run_stage(

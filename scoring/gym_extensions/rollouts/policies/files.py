@@ -105,6 +105,17 @@ def policy_files(arrays: Arrays) -> dict[str, bytes]:
     return files | {file_suffix(name): arrays[name].tobytes() for name in arrays if name not in plain}
 
 
+def size_error(arrays: Arrays) -> str:
+    """Which limit the policies of a run exceed, by their arrays of full names; empty if none."""
+    total = sum(values.nbytes for values in arrays.values())
+    if total > layout.MAX_POLICY_BYTES:
+        return f"The policies of a run have {total:,} bytes; the limit is {layout.MAX_POLICY_BYTES:,}."
+    for suffix, data in policy_files(arrays).items():
+        if len(data) > (limit := layout.max_bytes(suffix)):
+            return f"The file *{suffix} of a run's policies has {len(data):,} bytes; the limit is {limit:,}."
+    return ""
+
+
 def missing_networks(suffixes: Collection[str], group: TaskGroup, protocol: str) -> list[str]:
     """The suffixes of the networks that a run lacks: without an .npz file, each of its policies is one."""
     networks = [file_suffix(f"{prefix(key)}{ONNX}") for key in policy_keys(protocol, group)]
@@ -142,9 +153,12 @@ def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict
     networks = network_files(folder, group.name, protocol, run)
     is_plain = path.is_file() or not networks
     arrays = npz_arrays(file_bytes(path, layout.POLICIES), str(path)) if is_plain else {}
+    known = {
+        file_suffix(name): name for key in policy_keys(protocol, group) if (name := f"{prefix(key)}{ONNX}")
+    }
     for file in networks:  # run3.stage5.onnx as stage5/onnx
-        stage, _, task = file.stem.partition(".")[2].partition(".")  # a task's name may have dots
-        name = "/".join(part for part in (stage, task, ONNX) if part)
+        suffix = file.name.removeprefix(path.stem)
+        name = known.get(suffix, f"{suffix[1:].removesuffix(layout.NETWORK)}/{ONNX}")
         arrays[name] = np.frombuffer(file_bytes(file, layout.NETWORK), np.uint8)
         if sum(values.nbytes for values in arrays.values()) > layout.MAX_POLICY_BYTES:
             message = f"The policies have more than {layout.MAX_POLICY_BYTES} bytes."
