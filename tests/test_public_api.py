@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import doctest
 import importlib
-import inspect
 from collections.abc import Callable
 from pathlib import Path
 
@@ -79,13 +78,6 @@ def test_what_scoring_returns_is_short_in_a_notebook(submission: Callable[..., P
     (group,), (logs,) = card.groups.values(), read_back.groups.values()
     shown = [card, group["sequential"], read_back, logs, logs.logs["single"], load_references()]
     assert [len(repr(each)) for each in shown if len(repr(each)) > 500] == []
-
-
-@pytest.mark.parametrize(("package", "name"), [each for each in NAMES if each[1].islower()])
-def test_a_signature_fits_on_a_screen(package: str, name: str) -> None:
-    if (package, name) == NEEDS_SB3:
-        pytest.importorskip("stable_baselines3")
-    assert len(str(inspect.signature(getattr(importlib.import_module(package), name)))) < 1200
 
 
 @pytest.mark.parametrize("module", sorted(EXAMPLES))

@@ -20,12 +20,11 @@ from gym_extensions.baselines.submission import manifest_tables, read_manifest, 
 from gym_extensions.baselines.training.events import Event, StageStarted
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.fingerprints import published
-from gym_extensions.catalog.groups import group, with_custom
+from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import fingerprinting, make_vec
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import MANIFEST
-from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.rules.manifest import findings
 from gym_extensions.rollouts.run import RunDocument, read_run
 
@@ -185,24 +184,6 @@ def test_every_stage_has_the_curves_of_its_tasks(trpo_submission: Path, document
     joint = read_run(trpo_submission / SHORT_GROUP / "joint/run0.json").curves
     assert [(curve.stage, curve.task) for curve in joint] == [(1, task) for task in GROUP.task_ids]
     assert all(1000 < curve.steps[-1] <= 2000 * 1.02 for curve in joint)
-
-
-def test_a_run_with_a_stage_without_a_policy_publishes_none(tmp_path: Path) -> None:
-    class Still:
-        def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
-            self.size = action_space.shape[0]
-
-        def act(self, observations: Any) -> Any:
-            import numpy as np
-
-            return np.zeros((len(observations), self.size))
-
-        def learn(self, env: Any, steps: int) -> None: ...
-
-    (log,) = train(Still, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path)
-    assert read_run(log.with_suffix(".json")).policies is None
-    assert not log.with_suffix(".npz").exists()
-    assert not read(tmp_path, with_custom([QUICK_GROUP])).problems
 
 
 @pytest.fixture(scope="module")

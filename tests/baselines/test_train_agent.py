@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Card, record, train
+from gym_extensions.baselines import train
 from gym_extensions.baselines.train_agent import retrain
 from gym_extensions.errors import BenchError
 
@@ -120,29 +120,3 @@ def test_a_run_that_is_trained_again_has_the_same_bytes(trpo_submission: Path, t
     assert log == tmp_path / "again" / SHORT_GROUP / "joint/run0.csv"
     expected = digests(trpo_submission)
     assert {name: expected[name] for name in digests(tmp_path / "again")} == digests(tmp_path / "again")
-
-
-def test_recorded_policies_and_unknown_agents_cannot_be_trained_again(tmp_path: Path) -> None:
-    card = Card("mine", evaluation="deterministic")
-    record(
-        lambda observations: np.zeros((len(observations), 7)),
-        *(QUICK_GROUP, "joint"),
-        run=0,
-        out=tmp_path / "recorded",
-        budget="smoke",
-        card=card,
-    )
-    train(Explorer, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "trained")
-    for name in ("recorded", "trained"):
-        with pytest.raises(BenchError) as error:
-            retrain(tmp_path / name, QUICK_GROUP, "joint", 0, tmp_path / "again")
-        assert error.value.code == "not-reproducible"
-
-
-def test_an_agent_with_other_settings_is_not_that_of_the_entry(tmp_path: Path) -> None:
-    train("trpo", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine")
-    path = tmp_path / "mine/submission.toml"
-    path.write_text(path.read_text().replace("max_kl = 0.04", "max_kl = 0.5"))
-    with pytest.raises(BenchError, match="max_kl") as error:
-        retrain(tmp_path / "mine", QUICK_GROUP, "joint", 0, tmp_path / "again", progress=False)
-    assert error.value.code == "not-reproducible"

@@ -30,26 +30,6 @@ def test_the_paper_has_75_mujoco_tasks_in_16_groups() -> None:
     assert len([row for row in TASKS.values() if row.base != "Navigation"]) == 87
 
 
-def test_groups_hold_the_papers_tasks_in_the_papers_order() -> None:
-    names = {name: [row.name for row in GROUPS[name].tasks] for name in MUJOCO_GROUPS}
-    assert names["walker2d-body"] == [
-        *("Walker2dSmallFoot", "Walker2dSmallLeg", "Walker2dSmallThigh", "Walker2dSmallTorso"),
-        *("Walker2dBigFoot", "Walker2dBigLeg", "Walker2dBigThigh", "Walker2dBigTorso"),
-    ]
-    assert names["humanoid-body"][8:] == [
-        *("HumanoidSmallHead", "HumanoidBigHead", "HumanoidSmallArm"),
-        *("HumanoidBigArm", "HumanoidSmallHand", "HumanoidBigHand"),
-    ]
-    assert names["humanoid-wall"] == ["HumanoidWithSensor", "HumanoidWall"]
-    assert names["humanoid-standup-run"] == ["Humanoid", "HumanoidStandup", "HumanoidStandupAndRun"]
-    assert names["humanoid-standup-run-wall"] == [
-        *("HumanoidWithSensor", "HumanoidStandupWithSensor"),
-        *("HumanoidStandupAndRunWithSensor", "HumanoidStandupAndRunWall"),
-    ]
-    assert names["striker"] == ["Striker", "StrikerMovingStart"]
-    assert names["pusher"] == ["Pusher", "PusherMovingGoal"]
-
-
 def test_arm_tasks_last_100_steps_and_all_others_1000() -> None:
     for row in TASKS.values():
         assert row.max_steps == (100 if row.base in ("Pusher", "Striker") else 1000)

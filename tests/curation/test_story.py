@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
-import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
@@ -231,18 +230,9 @@ def higher(entry: Path) -> None:
     change_log(entry, lambda row: {"return": row["return"] * 1.2 + 5})
 
 
-def exchange_stages(entry: Path) -> None:
-    """Stores the policy of the first stage as that of the last one."""
-    last = len(group(GROUP).tasks)
-    entries.change_policies(entry, lambda stored: stored.update({(last, None): stored[1, None]}))
-
-
-@pytest.mark.parametrize("forge", [higher, exchange_stages])
-def test_a_forgery_on_this_machine_is_refused_by_the_gate(
-    tmp_path: Path, forge: Forge, project: Project
-) -> None:
+def test_a_forgery_on_this_machine_is_refused_by_the_gate(tmp_path: Path, project: Project) -> None:
     entry = copy(honest(), tmp_path / "new")
-    forge(entry)
+    higher(entry)
     report = project.submit(entry)
     assert {problem.rule for problem in report.problems} == {"not-repeated"}
 
@@ -289,18 +279,3 @@ def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:
     entry = copy(honest(), project.main / "submissions" / "new")
     assert maintain(["review", str(entry), *project.options]) == 2
     assert not (entry / "review.toml").exists()
-
-
-def test_the_best_of_ten_evaluations_is_refused_by_new_seeds(tmp_path: Path) -> None:
-    entry = copy(honest("gaussian"), tmp_path / "new")
-    rng = np.random.default_rng(0)
-    means: dict[object, float] = {}
-
-    def best(row: dict[str, object]) -> dict[str, object]:
-        spread = means.setdefault((row["stage"], row["task"]), float(rng.uniform(3, 6)))
-        return {"return": row["return"] + 1.5 * spread}  # type: ignore[operator]
-
-    change_log(entry, best)
-    project = Project(tmp_path)
-    assert project.submit(entry).verdict == "passed"
-    assert project.review(project.merge()) == "claimed"

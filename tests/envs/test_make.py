@@ -14,7 +14,6 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 
-from gym_extensions import envs
 from gym_extensions.catalog.tasks import TASKS, Task, customize, task
 from gym_extensions.catalog.variations import Course
 from gym_extensions.envs import Gravity, MovingGoal, RangeSensor, Wall, make, make_vec
@@ -80,11 +79,10 @@ def test_environments_that_are_stepped_together_have_their_limit_and_no_pictures
     assert (caught.value.code, caught.value.where) == (code, ID)
 
 
-def test_ids_are_found_by_the_prefix_form_and_after_register_envs() -> None:
+def test_ids_are_found_by_the_prefix_form() -> None:
     code = "import gymnasium as gym; print(gym.make('gym_extensions.envs:{}').spec.id)"
     process = subprocess.run([sys.executable, "-c", code.format(ID)], capture_output=True, check=True)
     assert process.stdout.decode().strip() == ID
-    gym.register_envs(envs)
 
 
 def test_a_published_id_accepts_rendering() -> None:

@@ -294,17 +294,6 @@ def make_again(env: Any) -> Any:
     return env
 
 
-def test_an_episode_is_truncated_at_its_limit_and_restarts_in_the_next_step() -> None:
-    env = make_vec([customize("HalfCheetah", max_steps=limit) for limit in (3, 5)], 2)
-    env.reset(seed=0)
-    steps = [env.step(row) for row in actions(env, 9)]
-    assert [[i for i, step in enumerate(steps, 1) if step[3][index]] for index in (0, 1)] == [[3, 7], [5]]
-    assert [[i for i, step in enumerate(steps, 1) if step[1][index] == 0] for index in (0, 1)] == [
-        [4, 8],
-        [6],
-    ]
-
-
 def test_observations_of_earlier_steps_do_not_change() -> None:
     env = make_vec("Humanoid", 2)
     first, _ = env.reset(seed=0)

@@ -54,14 +54,6 @@ def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(
     assert contents(tmp_path / "first" / "site") == contents(tmp_path / "second" / "site")
 
 
-def test_a_build_replaces_the_previous_one_completely(document: dict[str, Any], tmp_path: Path) -> None:
-    build(document, tmp_path / "site")
-    document["submissions"] = [row for row in document["submissions"] if row["name"] != "agile"]
-    assert build(document, tmp_path / "site") == tmp_path / "site" / "index.html"
-    assert not (tmp_path / "site" / "submissions" / "agile.html").exists()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["site"]
-
-
 def test_a_failed_build_leaves_the_previous_one(
     document: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -77,20 +69,6 @@ def test_a_failed_build_leaves_the_previous_one(
         build(document, tmp_path / "site")
     assert contents(tmp_path / "site") == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["site"]
-
-
-def test_a_folder_that_is_not_a_built_site_is_never_replaced(
-    document: dict[str, Any], tmp_path: Path
-) -> None:
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "thesis.tex").write_text("years of work", encoding="utf-8")
-    with pytest.raises(BenchError) as raised:
-        build(document, tmp_path / "mine")
-    assert str(raised.value) == (
-        f"{tmp_path / 'mine'}: It exists and does not contain a built site. "
-        "Name a new or empty folder with --out."
-    )
-    assert (tmp_path / "mine" / "thesis.tex").read_text(encoding="utf-8") == "years of work"
 
 
 def test_two_submissions_with_the_same_name_are_refused(document: dict[str, Any]) -> None:

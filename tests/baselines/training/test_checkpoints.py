@@ -18,6 +18,7 @@ from gym_extensions.baselines.training.checkpoints import JobFolder
 from gym_extensions.baselines.training.jobs import jobs_of
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.run import read_run
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
 
@@ -91,8 +92,10 @@ def test_an_agent_that_cannot_be_saved_starts_again(tmp_path: Path) -> None:
     with pytest.raises(PowerCutError):
         train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
     train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
-    train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "complete")
+    (log,) = train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "complete")
     assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
+    assert read_run(log.with_suffix(".json")).policies is None, "the agent has none"
+    assert not log.with_suffix(".npz").exists()
 
 
 def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_path: Path) -> None:

@@ -8,9 +8,7 @@ import numpy as np
 
 from gym_extensions.baselines import Context
 from gym_extensions.baselines.agent import TaskLabel
-from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.algorithms.floors import Random
-from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.catalog.tasks import customize
 from gym_extensions.envs import make_vec
@@ -22,21 +20,6 @@ SEEDS = [11, 12, 13, 14]
 
 def random_agent(env: Any, seed: int = 0) -> Random:
     return Random(env.single_observation_space, env.single_action_space, seed)
-
-
-def trained_parameters(steps: int, with_evaluation: bool) -> Any:
-    env: Any = make_vec("Hopper", 2)
-    evaluation_env = make_vec("Hopper", 4)
-    agent = trpo.make(env.single_observation_space, env.single_action_space, 5)
-    for _ in range(2):
-        agent.learn(TrainingEnv(env, ["Hopper"], steps=steps, batch_steps=100, seed=1), steps)
-        if with_evaluation:
-            evaluate(agent, evaluation_env, SEEDS)
-    return agent._theta
-
-
-def test_evaluation_does_not_change_what_is_learned() -> None:
-    assert np.array_equal(trained_parameters(300, True), trained_parameters(300, False))
 
 
 def test_an_episode_has_the_success_of_its_last_step() -> None:

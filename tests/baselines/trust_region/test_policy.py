@@ -190,12 +190,3 @@ def test_damping_adds_to_the_diagonal(architecture: Architecture) -> None:
         fisher_product(architecture, theta, observations, damping)(vector) for damping in (0.0, 0.5)
     )
     np.testing.assert_allclose(damped - plain, 0.5 * vector)
-
-
-def test_merged_moments_by_hand() -> None:
-    # 1, 3 have mean 2 and squares 2; with 8 they have mean 4 and squares 9 + 1 + 16.
-    first = merge(no_moments(1), np.array([[1.0], [3.0]]))
-    assert (first.count, first.mean.tolist(), first.squares.tolist()) == (2, [2.0], [2.0])
-    second = merge(first, np.array([[8.0]]))
-    assert (second.count, second.mean.tolist()) == (3, [4.0])
-    np.testing.assert_allclose(second.squares, [26.0])
