@@ -129,7 +129,7 @@ FINAL = Metric(
 JOINT_GAP = Metric(
     "joint_gap",
     "Joint gap",
-    "final performance of joint.csv − final performance",
+    "final performance of joint training − final performance",
     None,
     LOWER,
     needs=("joint",),
@@ -164,8 +164,7 @@ TABLE = (
             (j, max(run.p(s, j) for s in range(j, run.T)) - run.p(run.T, j)) for j in run.scored if j < run.T
         ),
         LOWER,
-        known_as="Chaudhry et al. 2018, whose maximum is over 1 ≤ s < T; "
-        "a maximum over noisy means is biased upward",
+        known_as="forgetting (Chaudhry et al. 2018), with a maximum over 1 ≤ s < T",
         limits="A typical loss. It takes the best stage, so noise raises it.",
         on_boards=False,
     ),
@@ -235,7 +234,7 @@ TABLE = (
         lambda run: ((j, standard_deviation(run.final_episodes[j])) for j in run.scored),
         NOT_RANKED,
         protocols=("sequential", "joint"),
-        known_as="the paper's constrained variance; small also for a policy that fails at once",
+        known_as="the paper's constrained variance",
         limits="Whether returns are good: failing at once every time has a small deviation.",
         on_boards=False,
     ),

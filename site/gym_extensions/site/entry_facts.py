@@ -16,12 +16,12 @@ LEVELS = {
     ),
     VERIFIED: (
         "The board’s own machine ran the policies of every run on seeds that did not exist when the entry "
-        "was submitted, and their returns agree with the log. Beside it: how many logged episodes it "
-        "repeated bit for bit. Only verified entries have a rank."
+        "was submitted, and their returns agree with the log. The page of the entry says how many logged "
+        "episodes were repeated bit for bit. Only verified entries have a rank."
     ),
     REPRODUCED: (
-        "Verified, and one of the runs was trained again and agrees with the log. It is the only level that "
-        "bears on how often was trained."
+        "Verified, and one of the runs was trained again and agrees with the log. It is the only evidence "
+        "that the published runs were not selected from more."
     ),
 }
 """What each level of an entry means, from the lowest."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
@@ -77,6 +78,13 @@ def test_a_lead_that_the_test_separates_is_significant_and_preliminary() -> None
     assert least.startswith("Of those that learned, Keeper forgets least: 0.0")
     assert "is given the task label at test time" in least
     assert other.startswith("Without the task label, ")
+
+
+def test_a_lead_is_preliminary_if_one_of_its_separations_is() -> None:
+    board = board_of(KEEPER, LOSER, TWIN)
+    first, *others = board.pairs[core.FINAL]
+    mixed = replace(board, pairs={**board.pairs, core.FINAL: (replace(first, exploratory=False), *others)})
+    assert ">preliminary</a>)." in core.answers(mixed)[0]
 
 
 def test_nobody_leads_without_a_significant_difference() -> None:

@@ -217,7 +217,9 @@ class CoreBoard:
     budget: Annotated[str, about("name of the budget")]
     looks: Annotated[tuple[int, ...], about("numbers of runs at which entries are compared")]
     levels: Annotated[tuple[float, ...], about("family-wise error rate over all pairs at each look")]
-    margin: Annotated[float, about("methods whose difference surely is smaller are called equivalent")]
+    margin: Annotated[
+        float, about("methods are equivalent if the interval of their difference lies between ± this")
+    ]
     ranked: Annotated[int, about("M, the number of ranked entries")]
     rows: Annotated[tuple[CoreEntry, ...], about("ranked entries by the core score, best first; then others")]
     references: Annotated[tuple[CoreReference, ...], about("the reference agent trained in other ways")] = ()

@@ -48,7 +48,7 @@ def strip(value: MetricValue, scale: Scale) -> Markup:
     """One metric value on one line: interval as a bar, runs as dots, mean as a disc."""
     if value.mean is None:
         return Markup("")
-    return _strip(ROW_HEIGHT, describe(value), scale, _marks(value, scale, ROW_HEIGHT / 2))
+    return _strip(describe(value), scale, _marks(value, scale, ROW_HEIGHT / 2))
 
 
 def dumbbell(before: MetricValue, after: MetricValue, scale: Scale, *, described: bool = True) -> Markup:
@@ -63,7 +63,7 @@ def dumbbell(before: MetricValue, after: MetricValue, scale: Scale, *, described
     ring = f'<circle class="mean learning" cx="{px(scale.at(before.mean))}" cy="{px(y)}" r="4.5"/>'
     join = stroke(scale.at(before.mean), y, scale.at(after.mean), y, f"join {kind}")
     label = f"learned {describe(before)}; at the end {describe(after)}" if described else ""
-    return _strip(ROW_HEIGHT, label, scale, join + ring + _marks(after, scale, y))
+    return _strip(label, scale, join + ring + _marks(after, scale, y))
 
 
 def ruler(scale: Scale) -> Markup:
@@ -103,10 +103,10 @@ def _arrow(x: float, y: float, side: int) -> str:
     return f'<polygon class="beyond" points="{corners}"/>'
 
 
-def _strip(height: float, label: str, scale: Scale, body: str) -> Markup:
+def _strip(label: str, scale: Scale, body: str) -> Markup:
     grid = "".join(
-        stroke(scale.at(mark), 0, scale.at(mark), height, f"grid {name}")
+        stroke(scale.at(mark), 0, scale.at(mark), ROW_HEIGHT, f"grid {name}")
         for mark, name in ((0.0, "floor"), (1.0, "expert"))
         if scale.contains(mark)
     )
-    return picture("strip", str(WIDTH), px(height), label, grid + body)
+    return picture("strip", str(WIDTH), px(ROW_HEIGHT), label, grid + body)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gym_extensions.catalog.groups import CORE, CORES
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.scorecard import ReferencesInfo
@@ -33,6 +33,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
     scored = [entry for entry in site.entries if not entry.problems and entry.level != REPORTED]
     board = site.scored.core
     cards = {entry.name: entry for entry in site.entries}
+    boards = {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)}
     values = {
         "entries": len(scored),
         "verified": sum(is_verified(entry) for entry in scored),
@@ -40,7 +41,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
         "refused": sum(bool(entry.problems) for entry in site.entries),
         "groups": groups.groups(site),
         "core_groups": len(CORES[CORE]),
-        "landscapes": {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)},
+        "landscapes": {group.id: boards[group.id] for group in GROUPS.values() if group.id in boards},
         "tasks_published": len(TASKS),
         "records": sum(map(len, site.records.values())),
         "board": board,

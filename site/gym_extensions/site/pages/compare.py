@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 from itertools import product
 
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.scoring.ranking.boards import Difference
 from gym_extensions.scoring.ranking.group_board import MAX_PAIRED
 from gym_extensions.scoring.statistics import summary
@@ -51,13 +52,18 @@ def index(site: Leaderboard) -> str:
     ]
     board = site.scored.core
     pairs = {
-        metric: [[p.first, p.second, p.mean, p.low, p.high, p.p_value, p.verdict, p.look] for p in found]
+        metric: [
+            [p.first, p.second, p.mean, p.low, p.high, p.p_value, p.verdict, p.look, p.exploratory]
+            for p in found
+        ]
         for metric, found in (board.pairs if board else {}).items()
     }
     titles = {row.entry.name: row.entry.title for each in site.boards for row in each.rows}
     whys = {row.name: row.why for row in (board.rows if board else ())}
     unranked = {
-        name: why for name in titles if (why := whys.get(name, "No sequential runs with its budget."))
+        name: why
+        for name in titles
+        if (why := whys.get(name, f"No sequential runs of {STANDARD_BUDGET} steps per task."))
     }
     document = {"titles": titles, "boards": merged, "core": pairs, "unranked": unranked}
     return f"compareIndex({json.dumps(document, separators=(',', ':'))});\n"

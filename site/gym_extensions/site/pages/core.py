@@ -127,7 +127,8 @@ def _answer(board: CoreBoard, methods: Sequence[CoreEntry], metric: str, of: str
         names = f"{len(tied)} of {count(len(pairs), 'other method')}"
     if len(tied) == len(pairs):
         return start + Markup("; no significant difference to {}.").format(names)
-    note = PRELIMINARY if all(pair.exploratory for _, pair in pairs) else ""
+    separated = [pair for _, pair in pairs if pair.verdict == "separated"]
+    note = PRELIMINARY if any(pair.exploratory for pair in separated) else ""
     scope = f"all but {names}" if tied else "every other method"
     return start + Markup(", significantly {} than {}{}.").format(relation, scope, note)
 

@@ -21,7 +21,7 @@ import numpy as np
 from gym_extensions import experts
 from gym_extensions.catalog.bodies import BODIES, Body
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, Wall
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies.files import has_policies, read_policies
@@ -59,9 +59,15 @@ def playable_groups() -> tuple[TaskGroup, ...]:
     return tuple(group for group in GROUPS.values() if all(map(is_playable, group.tasks)))
 
 
+@cache
+def playable_tasks() -> dict[str, Task]:
+    """The tasks of these groups by name. The page offers groups, so a task of no group cannot be chosen."""
+    return {task.name: task for group in playable_groups() for task in group.tasks}
+
+
 def play_link(task: Task) -> str:
-    """The path of the page with this task chosen; empty for a task that cannot be played."""
-    return f"play.html#?task={task.name}" if is_playable(task) and task.version == 0 else ""
+    """The path of the page with this task chosen; empty for a task that it does not offer."""
+    return f"play.html#?task={task.name}" if playable_tasks().get(task.name) == task else ""
 
 
 def play_group_link(group_id: str, entry: str = "", run: int = 0) -> str:
@@ -83,7 +89,7 @@ class Assets(NamedTuple):
 def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) -> Assets:
     """The index, models, policies and the simulator. The order of the boards decides who comes first."""
     files = _models()
-    tasks = {task.name: _task(task) for task in TASKS.values() if is_playable(task)}
+    tasks = {name: _task(task) for name, task in playable_tasks().items()}
     room = MAX_BYTES
     for name in experts.names():
         if name in tasks:
