@@ -57,10 +57,10 @@ def forgetting(groups: dict[str, Sequence[float]]) -> dict[str, bool]:
         for metric in tables.COLUMNS
     ]
     runs = {f"{name}-v0": values for name, values in groups.items()}
-    return {row.group.name: row.separated for row in tables.fine_tuning(pd.DataFrame(frame), runs)}
+    return {row.group.name: row.significant for row in tables.fine_tuning(pd.DataFrame(frame), runs)}
 
 
-def test_forgetting_is_separated_from_0_after_a_correction_for_the_groups() -> None:
+def test_forgetting_is_significant_from_0_after_a_correction_for_the_groups() -> None:
     # The p value of the first, .01696, is above .05 / 3 and below .05 / 2.
     weak, strong, none = (0.1, 0.2, 0.02, 0.2, 0.2), (1.0, 1.1, 1.2, 1.1, 1.0), (0.1, -0.1, 0.2, -0.2, 0.1)
     found = forgetting({"hopper-wall": weak, "pusher": strong, "hopper-body": none})
@@ -118,7 +118,7 @@ def paper_rows(*final: float) -> list[object]:
 
 def test_an_earlier_task_of_the_paper_ends_lower_if_the_corrected_test_separates_it() -> None:
     table = reproduction.table(paper_rows(500.0, 990.0, 1500.0, 0.0))
-    assert [(each.is_separated, each.is_lower) for each in table.changes] == [
+    assert [(each.is_significant, each.is_lower) for each in table.changes] == [
         (True, True),
         (False, False),
         (True, False),

@@ -47,12 +47,12 @@ class Change:
 
     task: str
     gap: Interval
-    is_separated: bool
+    is_significant: bool
 
     @property
     def is_lower(self) -> bool:
         """Whether the task was forgotten in part."""
-        return self.is_separated and self.gap.mean < 0
+        return self.is_significant and self.gap.mean < 0
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Table:
 
     @property
     def forgotten(self) -> int:
-        """Number of earlier tasks that end separated and lower."""
+        """Number of earlier tasks that end significantly lower."""
         return sum(change.is_lower for change in self.changes)
 
     @property
@@ -145,7 +145,7 @@ def gap(each: Interval) -> str:
 
 def gap_in_words(each: Change) -> str:
     """A change with its interval and verdict."""
-    return f"{gap(each.gap)}, {'**separated**' if each.is_separated else 'tie'}"
+    return f"{gap(each.gap)}, {'**significant**' if each.is_significant else 'not significant'}"
 
 
 def verdict(group: Group, shown: Table) -> str:

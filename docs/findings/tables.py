@@ -126,7 +126,7 @@ class Forgetting:
     group: TaskGroup
     runs: int
     values: tuple[Value, ...]
-    separated: bool
+    significant: bool
 
     @property
     def is_learned(self) -> bool:
@@ -146,12 +146,12 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
     for group in GROUPS.values():
         values = tuple(value(metrics, FINE_TUNING, group.id, metric) for metric in COLUMNS)
         if not any(math.isnan(each.mean) for each in values):
-            found[group.id] = Forgetting(group, len(runs[group.id]), values, separated=False)
+            found[group.id] = Forgetting(group, len(runs[group.id]), values, significant=False)
     learned = [each for each in found.values() if each.is_learned]
     tested = [runs[each.group.id][: last_look(each.runs)] for each in learned]
     rejected = holm(np.array([zero_mean_p(summary(part)) for part in tested]))
-    for each, is_separated in zip(learned, rejected, strict=True):
-        found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_separated))
+    for each, is_significant in zip(learned, rejected, strict=True):
+        found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_significant))
     return sorted(found.values(), key=lambda each: -each.values[2].mean)
 
 
