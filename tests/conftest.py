@@ -236,18 +236,6 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Path], Path
     return copy
 
 
-@pytest.fixture
-def writer() -> Callable[..., Path]:
-    """``write_submission`` itself, for folders elsewhere."""
-    return write_submission
-
-
-@pytest.fixture
-def manifest_text() -> str:
-    """The submission.toml of the made-up entry."""
-    return MANIFEST
-
-
 JOBS = ("curation.gate", *(f"verification.{name}_recorder" for name in ("landscape", "pose")))
 JOBS += ("verification.episodes", "verification.verify_record")
 """The modules that give jobs to processes with limits."""

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from .conftest import write_submission
+
 ROOT = Path(__file__).resolve().parents[1]
 ROOTS = ("envs", "scoring", "baselines", "site")
 TABLE = re.findall(
@@ -222,12 +224,10 @@ def test_a_baseline_is_one_module(copy: Path, tmp_path: Path) -> None:
     assert changed(copy) == listed("Baseline", "ones")
 
 
-def test_a_page_is_a_function_and_its_template(
-    copy: Path, tmp_path: Path, writer: Callable[..., Path]
-) -> None:
+def test_a_page_is_a_function_and_its_template(copy: Path, tmp_path: Path) -> None:
     site = copy / "site" / "gym_extensions" / "site"
     edit(site / "pages" / "__init__.py", "\n)\n", PAGE)
     (site / "templates" / "hello.html").write_text(TEMPLATE, encoding="utf-8")
-    writer(tmp_path / "submissions")
+    write_submission(tmp_path / "submissions")
     run(copy, USE_PAGE, tmp_path / "submissions", tmp_path / "_site")
     assert changed(copy) == listed("Page", "hello")

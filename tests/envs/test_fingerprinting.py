@@ -11,7 +11,7 @@ import pytest
 
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.bodies import body
-from gym_extensions.catalog.tasks import task
+from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.envs import fingerprinting
 from gym_extensions.envs.mujoco import model as models
@@ -22,6 +22,12 @@ HALF = "gym_extensions/HopperGravityHalf-v0"
 
 def test_every_task_matches_its_published_fingerprint() -> None:
     assert [str(difference) for difference in fingerprinting.check()] == []
+
+
+def test_no_two_mujoco_tasks_have_the_same_episodes() -> None:
+    rows = [fingerprints.table()["tasks"][each.id] for each in TASKS.values() if each.base != "Navigation"]
+    episodes = [str(row["canary"]["episodes"]) for row in rows]
+    assert len(set(episodes)) == len(episodes)
 
 
 def test_a_changed_variation_is_reported_with_task_and_value() -> None:

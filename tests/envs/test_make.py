@@ -20,16 +20,14 @@ from gym_extensions.envs import Gravity, MovingGoal, RangeSensor, Wall, make, ma
 from gym_extensions.envs.make import construct
 from gym_extensions.errors import BenchError
 
+from .mujoco.test_vector_env import KINDS
+
 ID = "gym_extensions/HopperGravityHalf-v0"
 MAP = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
 
 
-CHECKED = [each for each in TASKS if "-Map" not in each or "-Map0-Goal0" in each]
-"""Every task, and of the navigation tasks, which differ in map and goal alone, one of each family."""
-
-
-@pytest.mark.parametrize("task_id", CHECKED)
-def test_every_task_passes_gymnasiums_checker(task_id: str) -> None:
+@pytest.mark.parametrize("task_id", [ids[-1] for ids in KINDS.values()], ids=list(KINDS))
+def test_a_task_of_each_kind_passes_gymnasiums_checker(task_id: str) -> None:
     env = gym.make(task_id)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

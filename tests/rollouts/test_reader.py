@@ -140,7 +140,7 @@ def test_further_problems_are_counted_per_rule_after_the_listed_ones() -> None:
 
 def test_each_rule_lists_twenty_problems_and_counts_the_rest(good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
-    for number in range(5000):
+    for number in range(25):
         (folder / f"notes{number:04}.txt").touch()
     cell(2, 5, "nan")(folder)
     problems = read(folder).problems
@@ -148,4 +148,4 @@ def test_each_rule_lists_twenty_problems_and_counts_the_rest(good: CopySubmissio
         f"notes{number:04}.txt" for number in range(PROBLEMS_LISTED)
     ]
     assert [problem.where for problem in problems[PROBLEMS_LISTED:]] == [LOG, f"{LOG}, line 2", "entry"]
-    assert "4980 more" in problems[-1].message
+    assert "5 more" in problems[-1].message

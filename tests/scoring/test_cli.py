@@ -18,6 +18,8 @@ from gym_extensions.references import load_references
 from gym_extensions.rollouts.review import Decision, Review, read_review, write_review
 from gym_extensions.scoring import cli
 
+from ..conftest import MANIFEST
+
 Write = Callable[..., Path]
 
 
@@ -247,11 +249,9 @@ def screen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
     return shown
 
 
-def test_what_strangers_write_is_shown_literally(
-    submission: Write, manifest_text: str, screen: Callable[..., str]
-) -> None:
+def test_what_strangers_write_is_shown_literally(submission: Write, screen: Callable[..., str]) -> None:
     odd = ":rocket: [bold]x[/bold] [/] C:\\"
-    folder = submission(manifest=manifest_text.replace("An entry", odd.replace("\\", "\\\\")))
+    folder = submission(manifest=MANIFEST.replace("An entry", odd.replace("\\", "\\\\")))
     assert screen(folder).splitlines()[0] == f"entry  {odd}  (claimed)"
 
 

@@ -15,7 +15,7 @@ from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison, co
 from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
-from ..conftest import write_submission
+from ..conftest import MANIFEST, write_submission
 
 Write = Callable[..., Path]
 FIVE = (0, 1, 2, 3, 4)
@@ -33,9 +33,9 @@ def test_a_scorecard_document_is_the_same_after_writing_and_reading(document: Sc
 
 
 def test_boards_and_comparisons_are_the_same_after_writing_and_reading(
-    submission: Write, references: References, manifest_text: str
+    submission: Write, references: References
 ) -> None:
-    manifest = manifest_text.replace('"smoke"', '"100k"')
+    manifest = MANIFEST.replace('"smoke"', '"100k"')
     folders = [
         submission(name=name, runs=FIVE, manifest=manifest, value=lambda *key, gap=gap: sum(key[1:]) + gap)
         for name, gap in (("a", 0.0), ("b", 0.5))

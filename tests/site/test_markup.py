@@ -14,7 +14,7 @@ from gym_extensions.site.charts.task_pictures import pictures
 from gym_extensions.site.pages.page import TASK_LIST
 from gym_extensions.site.paths import task_path
 
-from .browser import Pages, files, read
+from .browser import Pages, files
 from .conftest import everything
 
 BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
@@ -27,8 +27,14 @@ LOADING = {"src", "srcset", "data", "poster", "action", "formaction", "backgroun
 
 
 @pytest.fixture(scope="module")
-def pages() -> Pages:
-    return read(everything())
+def texts() -> dict[str, str]:
+    """The text of every file of the site by path."""
+    return dict(files(everything()))
+
+
+@pytest.fixture(scope="module")
+def pages(texts: dict[str, str]) -> Pages:
+    return Pages({path: text for path, text in texts.items() if path.endswith(".html")})
 
 
 def test_every_page_has_valid_markup(pages: Pages) -> None:
@@ -40,8 +46,10 @@ def test_ids_are_unique_on_every_page(pages: Pages) -> None:
         assert sorted(set(page.ids)) == sorted(page.ids), path
 
 
-def test_every_internal_link_leads_to_an_existing_page_and_anchor(pages: Pages) -> None:
-    paths = {*dict(files(everything())), *(f"pictures/{file.name}" for file in pictures().values())}
+def test_every_internal_link_leads_to_an_existing_page_and_anchor(
+    pages: Pages, texts: dict[str, str]
+) -> None:
+    paths = {*texts, *(f"pictures/{file.name}" for file in pictures().values())}
     paths |= {TASK_LIST, *map(task_path, TASKS)}
     ids = {path: page.ids for path, page in pages.items()}
     followed = 0
@@ -69,8 +77,8 @@ def test_every_aria_label_refers_to_an_element_of_the_page(pages: Pages) -> None
             assert label is None or label in page.ids, f"{path}: <{tag}> is labelled by {label}"
 
 
-def test_no_page_loads_anything_from_another_host(pages: Pages) -> None:
-    paths = {*dict(files(everything())), *(f"pictures/{file.name}" for file in pictures().values())}
+def test_no_page_loads_anything_from_another_host(pages: Pages, texts: dict[str, str]) -> None:
+    paths = {*texts, *(f"pictures/{file.name}" for file in pictures().values())}
     for path, page in pages.items():
         assert page.policy == POLICY, path
         for tag, attributes in page.elements:
@@ -86,7 +94,7 @@ def test_no_page_loads_anything_from_another_host(pages: Pages) -> None:
                 assert attributes["href"] == "data:,", f"{path}: <{tag}> {attributes['href']}"
             if tag == "a" and address.scheme:
                 assert address.scheme in {"http", "https"}, f"{path}: {attributes['href']}"
-    sheet = dict(files(everything()))["static/style.css"]
+    sheet = texts["static/style.css"]
     assert "url(" not in sheet
     assert "@import" not in sheet
 

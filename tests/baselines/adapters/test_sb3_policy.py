@@ -140,11 +140,6 @@ def test_a_recurrent_policy_is_a_network_with_a_state_that_acts_as_the_model(det
         np.testing.assert_allclose(actions, expected, atol=1e-5)  # the means lie inside the box
 
 
-def test_the_logged_episodes_of_a_recurrent_policy_are_those_that_a_verifier_repeats() -> None:
-    pytest.importorskip("onnxruntime", reason="needs the extra onnx")
-    require_equal_episodes(sb3(pytest.importorskip("sb3_contrib").RecurrentPPO, batch_size=16))
-
-
 def test_the_statistics_of_the_observations_belong_to_the_policy() -> None:
     make = sb3(PPO, normalize_observations=True, policy_kwargs=NETWORK, n_steps=16, batch_size=16)
     agent: Any = make(OBSERVATIONS, ACTIONS, 0)
@@ -173,16 +168,16 @@ def test_without_the_extra_a_network_is_not_stored_and_the_warning_says_what_to_
         assert agent.policy() is None
 
 
-def test_the_logged_episodes_are_those_that_a_verifier_repeats() -> None:
-    require_equal_episodes(sb3(PPO))
-
-
-def require_equal_episodes(make: Any) -> None:
-    """An evaluation logs the episodes that a verifier plays with the agent's policy."""
+@pytest.mark.parametrize("is_recurrent", [False, True])
+def test_the_logged_episodes_are_those_that_a_verifier_repeats(is_recurrent: bool) -> None:
+    algorithm: Any = PPO
+    if is_recurrent:
+        pytest.importorskip("onnxruntime", reason="needs the extra onnx")
+        algorithm = pytest.importorskip("sb3_contrib").RecurrentPPO
     members = group("hopper-wall")
     evaluator = Evaluator(members)
     env = evaluator.envs(members.tasks[1])
-    agent = make(env.single_observation_space, env.single_action_space, 0)
+    agent: Any = sb3(algorithm, batch_size=16)(env.single_observation_space, env.single_action_space, 0)
     logged = evaluator.evaluate(agent, 0, members.tasks[1], agent.policy())
     seeds = tuple(episode.seed for episode in logged)
     repeated = run_cell(members, agent.policy(), Cell(0, 1, seeds))

@@ -17,8 +17,8 @@ def check(good: CopySubmission, tmp_path: Path) -> Check:
 
     def compare(example: Example) -> None:
         folder = good(example.group, tmp_path)
-        before = read(folder, policies=True).problems  # the formula gives returns that some groups never have
-        assert not before or example.group != GROUP
+        # The formula gives returns that some groups never have.
+        before = () if example.group == GROUP else read(folder, policies=True).problems
         example.change(folder)
         after = read(folder if folder.exists() else next(tmp_path.iterdir()), policies=True).problems
         problems = [problem for problem in after if problem not in before]
