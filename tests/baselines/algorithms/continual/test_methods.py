@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.agent import Array, Observes
+from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.errors import BenchError
 
@@ -112,12 +112,6 @@ def test_a_task_that_was_not_learned_is_evaluated_with_the_present_head(name: st
 def test_an_agent_with_heads_does_not_learn_several_tasks_at_once(name: str) -> None:
     with pytest.raises(BenchError, match="single task at a time, but the environments run 2 tasks"):
         make(name).learn(Goals(0, 1), 400)
-
-
-@pytest.mark.parametrize("name", METHODS)
-def test_the_agents_ask_for_what_they_use(name: str) -> None:
-    expected = {"l2-init": Observes()} | dict.fromkeys(TASK_AWARE, Observes(True, True, True))
-    assert make(name).observes == expected.get(name, Observes(boundaries=True))
 
 
 def test_the_card_states_coefficient_stored_states_and_heads() -> None:
