@@ -63,16 +63,6 @@ Part = tuple[Indices, dict[str, NDArray[Any]]]
 """Environments with the same keys, in order, and their values by key, one row per environment."""
 
 
-def gather(parts: Sequence[Part], everyone: Flags) -> dict[str, Any]:
-    """Returns the infos of all environments. ``everyone`` ``(num_envs,)`` is the mask of a single part."""
-    if len(parts) != 1:
-        return combine(parts, len(everyone))
-    infos: dict[str, Any] = {}
-    for key, rows in parts[0][1].items():
-        infos[key], infos["_" + key] = rows, everyone
-    return infos
-
-
 def select(parts: Iterable[Part], chosen: Flags) -> list[Part]:
     """Returns the parts without the environments that are not chosen, ``(num_envs,)``."""
     selected: list[Part] = []
@@ -130,8 +120,6 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         self._limits = np.array([task.max_steps for task in self.tasks])
         self._elapsed = np.zeros(self.num_envs, np.int64)
         self._ended = np.zeros(self.num_envs, np.bool_)
-        self._everyone = np.ones(self.num_envs, np.bool_)
-        self._everyone.flags.writeable = False
         self._generators: list[np.random.Generator | None] = [None] * self.num_envs
         self._seeds: list[int | None] = [None] * self.num_envs
 
@@ -168,8 +156,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         self._elapsed[indices] = 0
         self._ended, self._is_set = self._ended & ~mask, True
         parts = self._reset_infos()
-        infos = gather(parts, self._everyone) if mask.all() else combine(select(parts, mask), self.num_envs)
-        return self._observe(), infos
+        return self._observe(), combine(select(parts, mask), self.num_envs)
 
     def step(self, actions: NDArray[Any]) -> tuple[NDArray[Any], Array, Flags, Flags, dict[str, Any]]:
         """Returns observations, rewards, terminations, truncations and infos of one step.
@@ -193,18 +180,15 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         rewards, terminations = self._advance(checked, starting)
         parts = self._step_infos()
         self._elapsed += 1
-        if starting is None:
-            infos = gather(parts, self._everyone)
-        else:
+        if starting is not None:
             self._start(np.flatnonzero(starting), {})
             self._elapsed[starting] = 0
             rewards[starting], terminations[starting] = 0.0, False
             parts = [*select(parts, ~starting), *select(self._reset_infos(), starting)]
-            infos = combine(parts, self.num_envs)
         truncations = self._elapsed >= self._limits
         self._ended = terminations | truncations
-        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any():
-            infos = self._restart(parts)
+        restarts = self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any()
+        infos = self._restart(parts) if restarts else combine(parts, self.num_envs)
         return self._observe(), rewards, terminations, truncations, infos
 
     def _restart(self, parts: Sequence[Part]) -> dict[str, Any]:
