@@ -152,5 +152,5 @@ def test_the_current_version_has_the_experts_of_the_cards_and_the_planner() -> N
         assert best.standard_error == card.measurement.standard_error
         assert row.expert is None or row.expert.provisional == card.provisional
         std = row.floor.agents[row.floor.agent].std
-        is_clear = experts.beats_floor(best.mean, best.standard_error, row.floor.mean, std)
+        is_clear = best.mean - row.floor.mean > experts.floor_margin(best.standard_error, std)
         assert (row.expert is not None) is is_clear

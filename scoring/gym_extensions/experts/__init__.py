@@ -168,16 +168,8 @@ class RecordCard(PolicyCard, frozen=True):
 AnyCard = TypeVar("AnyCard", Card, RecordCard)
 
 
-def beats_floor(mean: float, standard_error: float, floor: float, floor_deviation: float) -> bool:
-    """Whether a mean return over episodes lies clearly above the floor: the rule for every anchor.
-
-    The floor is that of the floor agent, NaN if it was not measured, with the deviation of its episodes.
-    """
-    return mean - floor > floor_margin(standard_error, floor_deviation)  # False without a floor
-
-
 def floor_margin(standard_error: float, floor_deviation: float) -> float:
-    """How far above the floor a mean return with this standard error must lie; see :func:`beats_floor`."""
+    """How far above the floor the mean return of an anchor with this standard error must lie."""
     return max(STANDARD_ERRORS * standard_error, FLOOR_DEVIATIONS * floor_deviation)
 
 
@@ -231,11 +223,6 @@ def described_policy(path: Path, card: PolicyCard) -> Policy:
     if digest(policy) != card.policy:
         raise BenchError("other-policy", "The file is not the policy of its card.", str(path))
     return policy
-
-
-def write(policy: Policy, card: Card, folder: Path = DATA) -> None:
-    """Writes policy and card of an expert; the errors are those of :func:`write_described`."""
-    write_described(policy, card, folder / f"{_row(card.task).name}.json")
 
 
 def write_described(policy: Policy, card: PolicyCard, path: Path) -> None:

@@ -311,7 +311,7 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
         first_hundred=summary(row, QUICK).mean,
         provisional=meant(task, np.array(row["returns"])),
     )
-    experts.write(policy, card, folder)
+    experts.write_described(policy, card, folder / f"{task.name}.json")
     return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
 
 

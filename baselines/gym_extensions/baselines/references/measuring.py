@@ -33,7 +33,7 @@ from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import EPISODES, beats_floor
+from gym_extensions.experts import EPISODES, floor_margin
 from gym_extensions.references import (
     Expert,
     File,
@@ -156,7 +156,7 @@ def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> Floor:
 
 def _is_above(floor: Floor, mean: float, standard_error: float) -> bool:
     deviation = floor.agents[floor.agent].std if floor.agent in floor.agents else 0.0
-    return beats_floor(mean, standard_error, floor.mean, deviation)
+    return mean - floor.mean > floor_margin(standard_error, deviation)
 
 
 def with_runs(
