@@ -59,7 +59,7 @@ class WeakMotors(BaseVariation):
 EFFECT = """
 class WeakMotorsEffect(Effect):
     def __init__(self, fields, templates):
-        self._factor = required(templates[0].task, WeakMotors).factor
+        self._factor = variation_of(templates[0].task, WeakMotors).factor
 
     def control(self, ctrl, steps):
         return self._factor * ctrl

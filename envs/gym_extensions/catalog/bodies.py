@@ -247,6 +247,11 @@ IS_CLOSE = "At the last step, the centers of {} and goal are at most 0.05 m apar
 SUCCESS_DISTANCE = 0.05
 """In m: the ``distance_threshold`` of Gymnasium-Robotics' FetchPush, and the radius of object and ball."""
 
+PUSHER_GOAL = Rectangle((-0.2, -0.1), (0.0, 0.3))
+"""Slide offsets (y, x) of Pusher's moving goal."""
+STRIKER_GOAL = Rectangle((0.15, 0.1), (0.7, 1.0))
+"""World (x, y) of Striker's goal."""
+
 ARMS = (
     Body(
         name="Pusher",
@@ -254,7 +259,7 @@ ARMS = (
         asset="pusher_v5.xml",
         model_name="arm3d",
         rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
-        goal_area=Rectangle((-0.2, -0.1), (0.0, 0.3)),  # slide offsets (y, x)
+        goal_area=PUSHER_GOAL,
         success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("object")),
         **ARM,
     ),
@@ -264,7 +269,7 @@ ARMS = (
         asset="pusher_v5.xml",
         model_name="arm3d",
         rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
-        goal_area=Rectangle((0.15, 0.1), (0.7, 1.0)),  # world (x, y)
+        goal_area=STRIKER_GOAL,
         success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("ball")),
         **ARM,
     ),

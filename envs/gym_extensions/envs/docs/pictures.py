@@ -14,7 +14,6 @@ from gym_extensions.catalog.bodies import Camera
 from gym_extensions.catalog.descriptions import picture_file
 from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
 from gym_extensions.catalog.variations import LimbScale, MovingGoal, RangeSensor, TrackingGoal, Wall
-from gym_extensions.envs.effects.motors_and_goals import goal_area
 from gym_extensions.envs.effects.wall_and_sensor import FANS, readings
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.navigation.geometry import arena
@@ -149,9 +148,9 @@ def _beams(task: Task, env: Any) -> list[Line]:
 
 
 def _goal_area(task: Task) -> list[Line]:
-    if not any(isinstance(variation, MovingGoal | TrackingGoal) for variation in task.variations):
+    area = task.body.goal_area
+    if area is None or not any(isinstance(each, MovingGoal | TrackingGoal) for each in task.variations):
         return []
-    area = goal_area(task.body)
     low, high = area.low, area.high
     if task.base == "Pusher":  # slide offsets (y, x)
         low = (PUSHER_GOAL[0] + area.low[1], PUSHER_GOAL[1] + area.low[0])

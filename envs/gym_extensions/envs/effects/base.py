@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
 
-Kind = TypeVar("Kind")
 NOISE_SEEDS = 2**32
 """Seeds of the noise of an episode are below this."""
 CACHED_EPISODES = 256
@@ -76,14 +75,6 @@ class EffectKind:
     replaces: type | None = None  # the variation whose effect this one replaces; a task must have it too
 
 
-def required(task: Task, kind: type[Kind]) -> Kind:
-    """Returns the task's variation of a class. Raises ``ValueError`` if it has none."""
-    variation = variation_of(task, kind)
-    if variation is None:
-        raise ValueError(f"{task.id} has no {kind.__name__}")
-    return variation
-
-
-def variation_of(task: Task, kind: type[Kind]) -> Kind | None:
+def variation_of(task: Task, kind: type) -> Any:
     """Returns the task's variation of a class, or None."""
     return next((variation for variation in task.variations if isinstance(variation, kind)), None)

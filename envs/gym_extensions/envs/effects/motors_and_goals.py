@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import Body, Rectangle
+from gym_extensions.catalog.bodies import Rectangle
 from gym_extensions.catalog.variations import MotorNoise, TrackingGoal
-from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, required
+from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, variation_of
 from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
 
 
@@ -30,7 +30,7 @@ class MotorNoiseEffect(SeededNoise):
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         self._max_steps = templates[0].task.max_steps
-        self._scale = required(templates[0].task, MotorNoise).scale
+        self._scale = variation_of(templates[0].task, MotorNoise).scale
         self._ranges = templates[0].model.actuator_ctrlrange
         self._noise = np.zeros((len(templates), self._max_steps, len(self._ranges)))
 
@@ -43,13 +43,6 @@ class MotorNoiseEffect(SeededNoise):
         low, high = self._ranges[:, 0], self._ranges[:, 1]
         noisy: Array = np.clip(ctrl + self._scale * (high - low) * noise, low, high)
         return noisy
-
-
-def goal_area(body: Body) -> Rectangle:
-    """Returns the rectangle of a body's goal. Raises ``ValueError`` for a body without a goal."""
-    if body.goal_area is None:
-        raise ValueError(f"{body.name} has no goal")
-    return body.goal_area
 
 
 def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> tuple[Array, Array]:
@@ -68,8 +61,9 @@ class TrackingGoalEffect(Effect):
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         task = templates[0].task
-        self._area, self._dt = goal_area(task.body), templates[0].dt
-        self._speed = required(task, TrackingGoal).speed
+        assert task.body.goal_area is not None, "the variation fits only bodies with one"
+        self._area, self._dt = task.body.goal_area, templates[0].dt
+        self._speed = variation_of(task, TrackingGoal).speed
         self._velocity = np.zeros((len(templates), 2))
         mocap = templates[0].model.nmocap > 0  # Striker's goal is a mocap body, Pusher's is on slides
         self._position = fields.field("mocap_pos")[:, 0, :2] if mocap else fields.field("qpos")[:, -2:]

@@ -10,8 +10,7 @@ import numpy as np
 
 from gym_extensions.catalog.bodies import Frame
 from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Wall
-from gym_extensions.envs.effects import base
-from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, required
+from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, variation_of
 from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Steps, Template
 
 
@@ -19,7 +18,7 @@ class WallEffect(Effect):
     """Places the walls."""
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
-        self._walls = [required(template.task, Wall) for template in templates]
+        self._walls = [variation_of(template.task, Wall) for template in templates]
 
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
         """Adds ``mocap_pos``, the walls' centers."""
@@ -127,7 +126,7 @@ class RangeSensorEffect(Effect):
         self._fan = FANS[templates[0].task.body.beams]
         self._lift = templates[0].root_lift
         self._qpos = fields.field("qpos")
-        wall = base.variation_of(templates[0].task, Wall)
+        wall = variation_of(templates[0].task, Wall)
         self._center = fields.field("mocap_pos")[:, 0] if wall is not None else None
         self._half_sizes = np.array(wall.half_sizes) if wall is not None else np.zeros(3)
 
@@ -164,7 +163,7 @@ class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         super().__init__(fields, templates)
-        self._noise = required(templates[0].task, SensorNoise)
+        self._noise = variation_of(templates[0].task, SensorNoise)
         self._max_steps = templates[0].task.max_steps
         shape = (len(templates), self._max_steps + 1, BEAMS)
         self._working, self._shift = np.zeros(shape, np.bool_), np.zeros(shape)

@@ -10,21 +10,16 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import Rectangle, body
+from gym_extensions.catalog.bodies import PUSHER_GOAL, STRIKER_GOAL, Rectangle
 from gym_extensions.catalog.variations import MovingGoal, MovingStart
 from gym_extensions.envs.effects.base import variation_of
-from gym_extensions.envs.effects.motors_and_goals import goal_area
 from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules
 
 APART = 0.17
 """Least distance between object and goal at reset, m (the arm tasks of 2017 and of Gymnasium)."""
-PUSHER_GOAL = goal_area(body("Pusher"))
-"""Slide offsets (y, x) of PusherMovingGoal's goal."""
 PUSHER_OBJECT = Rectangle((-0.3, -0.2), (0.0, 0.2))
 """Slide offsets (y, x) of Pusher's object."""
-STRIKER_GOAL = goal_area(body("Striker"))
-"""World (x, y) of Striker's goal."""
 STRIKER_BALL = Rectangle((0.43, -0.3), (0.55, -0.05))
 """World (x, y) of StrikerMovingStart's ball."""
 STRIKER_BALL_FIXED = (0.5, -0.175)
