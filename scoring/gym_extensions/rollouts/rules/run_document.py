@@ -12,7 +12,7 @@ from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, stages
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import did_you_mean
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
 from gym_extensions.rollouts.log import WHOLE_BUDGET, stage_steps
 from gym_extensions.rollouts.policies.files import missing_networks
@@ -153,14 +153,8 @@ def foreign_fingerprint(run: SubmittedRun) -> Iterator[Finding]:
         closest = did_you_mean(name[:MAX_QUOTE], run.group.task_ids)
         yield Finding(run.key("fingerprints"), f"{quote(name)} is not a task of {run.group.id}.", closest)
     for task in run.group.tasks:
-        expected = run.fingerprints.get(task.id)
-        if TASKS.get(task.id) == task:
-            try:
-                expected = fingerprints.published(task.id)
-            except BenchError as error:
-                message = f"{task.id} has no published fingerprint: {error.message}"
-                yield Finding(run.key("fingerprints"), message, error.hint)
-                continue
+        is_published = TASKS.get(task.id) == task
+        expected = fingerprints.published(task.id) if is_published else run.fingerprints.get(task.id)
         actual = stated.get(task.id)
         if actual is None:
             yield Finding(run.key("fingerprints"), f"The fingerprint of {task.id} is missing.", hint)
