@@ -15,7 +15,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-from gym_extensions.catalog.tasks import TASKS, Task, task
+from gym_extensions.catalog.tasks import Task, mujoco_tasks, task
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import MAX_CARD, Measurement, RecordCard, floor_margin, read_card
 from gym_extensions.files import write_text
@@ -40,8 +40,7 @@ MAX_REVIEW = MEBIBYTE
 
 def recordable(name: str) -> Task | None:
     """The published MuJoCo task with this bare name, which can have records; None if there is none."""
-    named = (row for row in TASKS.values() if row.name == name and row.body.family != "navigation")
-    return next(named, None)
+    return next((row for row in mujoco_tasks() if row.name == name), None)
 
 
 @dataclass(frozen=True)

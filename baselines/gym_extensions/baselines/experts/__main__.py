@@ -9,8 +9,9 @@ from pathlib import Path
 
 from gym_extensions import experts
 from gym_extensions.baselines.experts import candidates, training
-from gym_extensions.baselines.experts.candidates import QUICK, Workplace, mujoco_tasks
+from gym_extensions.baselines.experts.candidates import QUICK, Workplace
 from gym_extensions.baselines.experts.recipes import FAMILIES, recipe
+from gym_extensions.catalog.tasks import mujoco_tasks
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.references import measured
 
@@ -38,7 +39,7 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     """Runs a command; yields its output as it arises."""
     work = Workplace(args.work, args.submissions)
     patterns = getattr(args, "tasks", None) or [".*"]
-    tasks = [task for task in mujoco_tasks().values() if re.fullmatch("|".join(patterns), task.name)]
+    tasks = [task for task in mujoco_tasks() if re.fullmatch("|".join(patterns), task.name)]
     if args.command == "harvest":
         for family in args.families or sorted(set(FAMILIES.values())):
             yield from candidates.harvest(work, args.submissions, family)

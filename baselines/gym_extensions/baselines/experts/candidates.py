@@ -19,7 +19,7 @@ from gym_extensions import experts
 from gym_extensions.baselines.experts.recipes import FAMILIES, meant
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.tasks import Task, mujoco_tasks
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
@@ -52,11 +52,6 @@ CLEAR_ERRORS = 3.0
 """Standard errors of the difference by which a policy must beat an expert."""
 ENTRIES = ("trpo", "sac-fresh-buffer", "sac", "ppo", "reset", "cloning", "online-ewc", "l2", "l2-init")
 """Entries whose policies have no axis of tasks."""
-
-
-def mujoco_tasks() -> dict[str, Task]:
-    """Every MuJoCo task by its bare name."""
-    return {row.name: row for row in TASKS.values() if row.body.family != "navigation"}
 
 
 def episodes(policy: Policy, task: Task, seeds: Sequence[int]) -> tuple[list[float], list[bool | None]]:
@@ -254,7 +249,7 @@ def harvest(work: Workplace, submissions: Path, family: str) -> Iterator[str]:
     return in a log of any of the tasks.
     """
     ranked = stored_candidates(submissions)
-    tasks = [row for row in mujoco_tasks().values() if FAMILIES[row.base] == family]
+    tasks = [row for row in mujoco_tasks() if FAMILIES[row.base] == family]
     pool = sorted((cell for row in tasks for cell in ranked.get(row.name, [])[:OWN]), reverse=True)
     generalists = list(dict.fromkeys(candidate for _, candidate in pool))[:GENERAL]
     for row in tasks:
@@ -393,7 +388,7 @@ def tables() -> Iterator[str]:
         yield f"\n### {family}\n"
         yield "| task | floor | expert | standard error | episodes | steps | CPU minutes | state |"
         yield "|---|---:|---:|---:|---:|---:|---:|---|"
-        for task in mujoco_tasks().values():
+        for task in mujoco_tasks():
             row = known[task.id]
             if FAMILIES[task.base] != family:
                 continue
