@@ -132,8 +132,9 @@ class Card(PolicyCard, frozen=True):
 Author = Annotated[str, msgspec.Meta(min_length=1, max_length=100)]
 
 
-STORED = re.compile(r"stored:([^/]+)/([^/]+)/([a-z]+)-run(\d+)-stage(\d+)(?:-.+)?")
-"""The name of a step that is a policy of an entry."""
+STORED = re.compile(r"stored:([^/]+)/([^/]+)/([a-z]+)-run(\d+)-stage(\d+)(?:-(.+))?")
+"""The name of a step that is a policy of an entry: entry, group, protocol, run, stage and, in the single
+protocol, task."""
 
 
 class Origin(NamedTuple):
@@ -153,7 +154,7 @@ def origins() -> Mapping[tuple[str, str, str], tuple[Origin, ...]]:
         steps = card(name).history
         for step in steps:
             if match := STORED.fullmatch(step.name):
-                entry, group, protocol, run, stage = match.groups()
+                entry, group, protocol, run, stage, _ = match.groups()
                 origin = Origin(name, int(run), int(stage), step is steps[-1])
                 found[entry, group, protocol] = (*found.get((entry, group, protocol), ()), origin)
     return found

@@ -39,8 +39,6 @@ OWN, GENERAL, RIVALS = 3, 4, 2
 BEAM_SCALE = 0.25
 """What a policy without range sensor divides the beams by when it gets one; its weights for them are 0."""
 STORED = "stored:"
-STORED_NAME = re.compile(r"(sequential|single|joint)-run(\d+)-stage(\d+)(?:-(.+))?")
-"""Protocol, run, stage and, in the single protocol, task of a stored policy."""
 STAGE_STEPS = 300_000
 """Environment steps per task in the protocol of the entries."""
 QUICK = 100
@@ -216,10 +214,9 @@ def summary(row: dict[str, Any], count: int) -> Measurement:
 
 def stored_policy(submissions: Path, candidate: str) -> Policy:
     """A policy of an entry, such as ``stored:trpo/hopper-body/sequential-run1-stage8``."""
-    entry, group_name, name = candidate.removeprefix(STORED).split("/")
-    match = STORED_NAME.fullmatch(name)
+    match = experts.STORED.fullmatch(candidate)
     assert match is not None, candidate
-    protocol, run, stage, task_name = match.groups()
+    entry, group_name, protocol, run, stage, task_name = match.groups()
     policies = read_policies(submissions / entry, GROUPS[group_name], protocol, int(run))
     policy = policies[int(stage), task_name]
     assert isinstance(policy, Policy), "the entries that are harvested have plain arrays"
@@ -269,10 +266,9 @@ def select(work: Workplace, tasks: Sequence[Task], count: int) -> Iterator[str]:
 
 def history(work: Workplace, candidate: str) -> tuple[Step, ...]:
     """The training runs behind a candidate, the first one first."""
-    if candidate.startswith(STORED):
-        entry, group, file = candidate.removeprefix(STORED).split("/")
-        protocol, stage = file.split("-")[0], int(file.split("-stage")[1].split("-")[0])
-        tasks = {"sequential": stage, "joint": len(GROUPS[group].tasks)}.get(protocol, 1)
+    if match := experts.STORED.fullmatch(candidate):
+        entry, group, protocol, _, stage, _ = match.groups()
+        tasks = {"sequential": int(stage), "joint": len(GROUPS[group].tasks)}.get(protocol, 1)
         return (Step(candidate, entry, tasks * STAGE_STEPS),)
     name, steps_text = candidate.rsplit("@", 1)
     run = work.run(name)
