@@ -33,6 +33,7 @@ from gym_extensions.baselines.training.usage import commit_of
 from gym_extensions.baselines.workers import Failure, failure_of, jobs_failed, require_sendable
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import evaluation_seed
+from gym_extensions.catalog.tasks import whole_number
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
@@ -112,16 +113,16 @@ def train(
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         sys.exit(workers.NO_GUARD)  # this worker process imports the script, whose call would train again
     request = arguments.parse_request(groups, protocols, budget, runs, num_envs)
-    arguments.require_positive(num_threads, "--num-threads")
+    num_threads = whole_number("num_threads", num_threads, "bad-num-threads", "--num-threads")
     interim, logs = arguments.parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
     check_callback(callback)
     if not isinstance(by, str) or len(by) > LONGEST:
         raise BenchError("bad-by", f"It is not text of at most {LONGEST} characters.", "--by", "Shorten it.")
     path = Path(out)
     if jobs != 0:
-        arguments.require_positive(jobs, "--jobs")
+        jobs = whole_number("jobs", jobs, "bad-jobs", "--jobs")
         require_sendable(agent)
-    settings = Settings(algorithms.name_of(agent), request.budget.name, num_envs)
+    settings = Settings(algorithms.name_of(agent), request.budget.name, request.num_envs)
     settings = _checked(algorithms.factory(agent), settings, path, request)
     titles = dict.fromkeys(job.run_title for job in _plan(path, request))
     if titles:

@@ -12,14 +12,9 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.experts.candidates import QUICK
 from gym_extensions.baselines.references.measuring import custom, differences, published
 from gym_extensions.baselines.submission import prepare
-from gym_extensions.baselines.training.arguments import (
-    parse_groups,
-    parse_names,
-    parse_runs,
-    require_positive,
-)
+from gym_extensions.baselines.training.arguments import parse_groups, parse_names, parse_runs
 from gym_extensions.catalog.protocol import BUDGETS, FIRST_REFERENCE_RUN, STANDARD_BUDGET
-from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.catalog.tasks import TASKS, whole_number
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.experts import EPISODES
@@ -72,7 +67,7 @@ def main(argv: list[str] | None = None) -> int:
         if run < FIRST_REFERENCE_RUN:
             hint = f"Use numbers from {FIRST_REFERENCE_RUN}; smaller ones are reserved for submissions."
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
-    require_positive(options.jobs, "--jobs")
+    whole_number("jobs", options.jobs, "bad-jobs", "--jobs")
     groups = parse_groups(parse_names(options.groups)) if options.groups else ()
     chosen = list(dict.fromkeys(task for group in groups for task in group.tasks))
     require_published_engine()

@@ -18,6 +18,7 @@ from gym_extensions.catalog.protocol import (
     Budget,
 )
 from gym_extensions.catalog.protocol import budget as budget_named
+from gym_extensions.catalog.tasks import whole_number
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.rollouts.layout import MAX_RUNS
@@ -27,12 +28,13 @@ Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
 
 @dataclass(frozen=True)
 class Request:
-    """Groups, protocols, a budget and runs, without duplicates."""
+    """Groups, protocols, a budget and runs, without duplicates; environments, if not the budget's."""
 
     groups: tuple[TaskGroup, ...]
     protocols: tuple[str, ...]
     budget: Budget
     runs: tuple[int, ...]
+    num_envs: int | None
 
     def logs(self) -> list[tuple[TaskGroup, str]]:
         """The group and protocol of every log."""
@@ -60,7 +62,7 @@ def parse_request(
         if not 0 <= run < MAX_RUNS:
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", f"Use 0 to {MAX_RUNS - 1}.")
     if num_envs is not None:
-        require_positive(num_envs, "--num-envs")
+        num_envs = whole_number("num_envs", num_envs, "bad-num-envs", "--num-envs")
         for group in unique_groups:
             episode_steps, points = max(task.max_steps for task in group.tasks), CURVE_POINTS
             least = episode_steps * points if chosen.on_boards else 1
@@ -70,7 +72,7 @@ def parse_request(
                 has = f"the budget {chosen.name!r} has {per} per environment"
                 hint = f"Use at most {limit} for {group.name}."
                 raise BenchError("bad-num-envs", f"With {num_envs} environments, {has}.", "--num-envs", hint)
-    return Request(unique_groups, unique_protocols, chosen, unique_runs)
+    return Request(unique_groups, unique_protocols, chosen, unique_runs, num_envs)
 
 
 def parse_interim(every: int | None, episodes: int) -> Interim | None:
@@ -78,13 +80,14 @@ def parse_interim(every: int | None, episodes: int) -> Interim | None:
 
     Raises ``BenchError`` for a number that is not an integer or out of range.
     """
-    for value, option in ((every, "--evaluate-every"), (episodes, "--evaluate-episodes")):
-        if value is not None:
-            require_positive(value, option)
+    if every is not None:
+        every = whole_number("evaluate_every", every, "bad-evaluate-every", "--evaluate-every")
+    option = "--evaluate-episodes"
+    episodes = whole_number("evaluate_episodes", episodes, "bad-evaluate-episodes", option)
     if episodes > EVALUATION_EPISODES:
         message = f"{episodes} is too large."
         hint = f"Use at most {EVALUATION_EPISODES}, the episodes that have a prescribed seed."
-        raise BenchError("bad-evaluate-episodes", message, "--evaluate-episodes", hint)
+        raise BenchError("bad-evaluate-episodes", message, option, hint)
     return None if every is None else Interim(every, episodes)
 
 
@@ -129,14 +132,6 @@ def parse_runs(text: str) -> list[int]:
             raise BenchError("bad-runs", f"The range {part.strip()!r} is empty.", "--runs", hint)
         runs += range(first, last + 1)
     return runs
-
-
-def require_positive(value: object, option: str) -> None:
-    """Raises ``BenchError`` if the value of a command's option is not an integer or below 1."""
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise BenchError(f"bad-{option[2:]}", f"Expected an integer, got {value!r}.", option)
-    if value < 1:
-        raise BenchError(f"bad-{option[2:]}", f"{value} is too small.", option, "Use at least 1.")
 
 
 def listed(value: object, kind: Any, name: str, expected: str) -> list[Any]:
