@@ -9,7 +9,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, SupportsFloat
 
 from gym_extensions.catalog.bodies import body_of_model
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, require_known
 
 if TYPE_CHECKING:
     import mujoco
@@ -105,9 +105,7 @@ class LimbScale(BaseVariation):
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
         body = body_of_model(spec.modelname)
-        if self.part not in body.parts:
-            message = f"{body.name} has no part {self.part!r}."
-            raise BenchError("unknown-part", message, hint=did_you_mean(str(self.part), body.parts))
+        require_known("part", self.part, body.parts, body.name)
         geoms = [spec.geom(name) for name in body.parts[self.part]]
         before = {geom.name: mass(geom) for geom in geoms}
         _raise_total(spec, (self.factor - 1) * sum(before.values()))
