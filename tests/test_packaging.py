@@ -27,7 +27,7 @@ def test_an_unknown_sub_command_is_told_with_the_closest_one_and_no_traceback() 
     shown = run("-m", "gym_extensions", "trian")
     assert (shown.returncode, shown.stderr) == (
         2,
-        "error: Unknown command 'trian'. Did you mean 'train'?\n",
+        "error: There is no command 'trian'. Did you mean 'train'?\n",
     )
 
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from importlib.metadata import version
 
-from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes
+from gym_extensions.errors import reports_mistakes, require_known
 
 COMMANDS = {
     "envs": ("gym_extensions.envs.cli:main", "list, describe and check the environments"),
@@ -43,9 +43,7 @@ def main(argv: list[str] | None = None) -> int:
     if arguments[0] == "--version":
         print(version("gym-extensions"))
         return 0
-    if arguments[0] not in COMMANDS:
-        hint = did_you_mean(arguments[0], COMMANDS)
-        raise BenchError("unknown-command", f"Unknown command {arguments[0]!r}.", hint=hint)
+    require_known("command", arguments[0], COMMANDS)
     module, _, function = COMMANDS[arguments[0]][0].partition(":")
     command: Callable[[list[str]], int] = getattr(importlib.import_module(module), function)
     return command(arguments[1:])
