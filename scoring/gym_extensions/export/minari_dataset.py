@@ -16,7 +16,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.protocol import stages
 from gym_extensions.envs import make
 from gym_extensions.envs.fingerprinting import require_published_engine
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, require_known
 from gym_extensions.rollouts.layout import run_key
 from gym_extensions.rollouts.manifest import Manifest
 from gym_extensions.rollouts.policies.files import AnyPolicy
@@ -60,9 +60,7 @@ def write_dataset(
     members = group(group_name)
     names = [each.name for each in members.tasks]
     name = names[-1] if task is None else task
-    if name not in names:
-        message = f"{members.id} has no task {name!r}."
-        raise BenchError("unknown-task", message, "--task", did_you_mean(name, names))
+    require_known("task", name, names, members.id)
     known = list(stages(protocol, len(names)))
     stage = known[-1] if stage is None else stage
     if stage not in known:
