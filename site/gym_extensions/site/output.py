@@ -186,15 +186,6 @@ def folder_key(folder: Path, base: str) -> str:
     return digest(*parts)
 
 
-def kept_scorecard(out: Path, name: str, key: str) -> Scorecard | None:
-    """The scorecard that an earlier build kept, if it was made from the same files; none of a refused one."""
-    try:
-        kept_key, card = msgspec.msgpack.decode((out / kept_path(name)).read_bytes(), type=Kept)
-    except (OSError, ValueError):
-        return None
-    return card if key and kept_key == key and not card.problems else None
-
-
 def scorecards_since(
     out: Path, folders: Sequence[Path], keys: Mapping[str, str], scorer: Scorer
 ) -> Iterator[Scorecard]:
@@ -204,7 +195,12 @@ def scorecards_since(
     """
 
     def earlier(folder: Path) -> Scorecard | None:
-        return kept_scorecard(out, folder.name, keys[folder.name])
+        """The scorecard that an earlier build kept, if the files are the same; none of a refused one."""
+        try:
+            key, card = msgspec.msgpack.decode((out / kept_path(folder.name)).read_bytes(), type=Kept)
+        except (OSError, ValueError):
+            return None
+        return card if key and key == keys[folder.name] and not card.problems else None
 
     changed = [folder for folder in folders if earlier(folder) is None]
     scored = scorecards(changed, scorer)
