@@ -38,19 +38,13 @@ def undecided_runs(entry: Path) -> dict[str, str]:
     return {name: run.document.digest for name, run in runs.items() if name not in decided}
 
 
-def run_files(entry: Path, runs: Iterable[str]) -> list[str]:
-    """The files of runs in an entry, by their names."""
-    names = list(runs)
-    networks = (path for name in names for path in sorted(entry.glob(f"{name}.*{NETWORK}")))
-    files = [f"{name}{suffix}" for name in names for suffix in (LOG, DOCUMENT, POLICIES)]
-    return files + [path.relative_to(entry).as_posix() for path in networks]
-
-
 def runs_by_commit(entry: Path, runs: Iterable[str]) -> dict[str, list[str]]:
     """The names of runs by the commit that fixed their files, so that a bad run refuses no run of others."""
     found: dict[str, list[str]] = {}
     for name in runs:
-        found.setdefault(merge_commit(entry, run_files(entry, [name])), []).append(name)
+        networks = [path.relative_to(entry).as_posix() for path in sorted(entry.glob(f"{name}.*{NETWORK}"))]
+        files = [*(f"{name}{suffix}" for suffix in (LOG, DOCUMENT, POLICIES)), *networks]
+        found.setdefault(merge_commit(entry, files), []).append(name)
     return found
 
 

@@ -95,16 +95,12 @@ def _unranked(scored: Sequence[Row]) -> str:
         return "It is the only entry with a score."
     if first.score.ends is None:
         return "It has one run, so its uncertainty is unknown."
-    overlapping = sum(_top(row) >= first.score.ends[0] for row in others)
+    tops = (row.score.ends[1] if row.score.ends else row.score.mean or 0.0 for row in others)
+    overlapping = sum(top >= first.score.ends[0] for top in tops)
     if overlapping:
         names = "another entry" if overlapping == 1 else f"{overlapping} others"
         return f"Its interval overlaps with {names}, so the order may be due to chance."
     return "Its interval lies above those of all other entries."
-
-
-def _top(row: Row) -> float:
-    """The upper end of an entry's interval, or the value of its single run."""
-    return row.score.ends[1] if row.score.ends else row.score.mean or 0.0
 
 
 @dataclass(frozen=True)

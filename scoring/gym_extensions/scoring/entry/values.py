@@ -28,12 +28,6 @@ Groups = Mapping[str, Mapping[str, GroupScore]]
 """Scores by group id and protocol, as in a scorecard."""
 
 
-def missing_words(needs: Iterable[str], results: Results) -> list[str]:
-    """What an entry lacks of these (protocols, and ``curves``), in words."""
-    present = {*results.runs, *(["curves"] if results.curves else [])}
-    return [NEEDS[name] for name in needs if name not in present]
-
-
 def over_runs(metric: Metric, runs: Sequence[Run], tasks: Sequence[Reference] = ()) -> MetricValue:
     """The value of a metric that is a function of one run, over runs, or why there is none.
 
@@ -94,9 +88,10 @@ def metric_values(
         value = MetricValue(why=f"{why}of the references, {missing[0]} among them.")
         return {metric.name: value for metric in METRICS[protocol]}
     tasks = [references.tasks[task] for task in ids]
+    present = {*results.runs, *(["curves"] if results.curves else [])}
     values: dict[str, MetricValue] = {}
     for metric in METRICS[protocol]:
-        if lacking := missing_words(metric.needs, results):
+        if lacking := [NEEDS[name] for name in metric.needs if name not in present]:
             value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this entry lacks.")
         elif metric is JOINT_GAP:
             joint = over_runs(FINAL, normalized_runs(results, references, "joint"), tasks)
