@@ -195,17 +195,9 @@ class BoardView:
     @cached_property
     def least_forgetting(self) -> Row | None:
         """The ranked entry that forgets least of those that learned something."""
-        rows = [
-            row
-            for row in self.rows
-            if self.protocol == SEQUENTIAL
-            and row.entry.ranked
-            and row.result.metric("forgetting").mean is not None
-            and not row.result.learned_nothing
-        ]
-        return min(
-            rows, key=lambda row: (row.result.metric("forgetting").mean or 0.0, row.entry.name), default=None
-        )
+        lost = [(row.entry.metrics["forgetting"], row) for row in self.rows if self.protocol == SEQUENTIAL]
+        ranked = [(value.mean or 0.0, row.entry.name, row) for value, row in lost if value.rank]
+        return min(ranked)[2] if ranked else None
 
     @property
     def why_no_score(self) -> str:
