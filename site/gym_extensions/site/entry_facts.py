@@ -5,6 +5,7 @@ from __future__ import annotations
 from gym_extensions.rollouts.manifest import Tuning
 from gym_extensions.rollouts.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
 from gym_extensions.rollouts.run import Memory
+from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.text import count, grouped
 
@@ -67,7 +68,7 @@ def dated(card: Scorecard) -> str:
 def has_policies(card: Scorecard) -> bool:
     """Whether a run of a whole scorecard publishes its policies."""
     scores = [score for protocols in card.groups.values() for score in protocols.values()]
-    return is_verified(card) or any(made.policies for score in scores for made in score.provenance)
+    return is_verified(card.level) or any(made.policies for score in scores for made in score.provenance)
 
 
 def checked(card: Scorecard) -> str:
@@ -75,7 +76,7 @@ def checked(card: Scorecard) -> str:
     if card.level == CLAIMED:
         why = "and nobody has verified them yet" if has_policies(card) else "and the runs publish no policies"
         return f"Claimed: the files keep to every rule, {why}, so nothing else is known."
-    if not is_verified(card):
+    if not is_verified(card.level):
         return LEVELS[card.level] if card.level else ""
     passed = [found for found in card.verifications if found.passed and found.current]
     runs, episodes, repeated = (
@@ -89,11 +90,6 @@ def checked(card: Scorecard) -> str:
         why = "were logged on another kind of processor, which rounds differently" if is_other else "differ"
         text += f", the other {grouped(episodes - repeated)} {why}"
     return text + (". A run was trained again and agrees." if card.level == REPRODUCED else ".")
-
-
-def is_verified(card: Scorecard) -> bool:
-    """Whether the policies of all its runs were run on new seeds, and agree with the logs."""
-    return card.level in (VERIFIED, REPRODUCED)
 
 
 def facts(card: Scorecard) -> list[tuple[str, str]]:

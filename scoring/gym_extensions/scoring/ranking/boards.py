@@ -14,7 +14,7 @@ from gym_extensions.catalog.groups import CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.manifest import Evaluation, Observes, Steps
-from gym_extensions.rollouts.review import LEVELS, VERIFIED, Level
+from gym_extensions.rollouts.review import LEVELS, REPRODUCED, VERIFIED, Level
 from gym_extensions.rollouts.run import Memory
 from gym_extensions.scoring.documents import JsonDocument, about
 from gym_extensions.scoring.entry.values import estimate
@@ -343,9 +343,9 @@ def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> Level:
     return min((log.level for log in logs if log), key=LEVELS.index, default=VERIFIED)
 
 
-def is_verified(level: Level) -> bool:
+def is_verified(level: Level | None) -> bool:
     """Whether a level is at least ``verified``, which a rank needs."""
-    return LEVELS.index(level) >= LEVELS.index(VERIFIED)
+    return level in (VERIFIED, REPRODUCED)
 
 
 def is_task_conditioned(card: Scorecard) -> bool:

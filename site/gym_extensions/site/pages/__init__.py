@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.rollouts.review import REPORTED
+from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.entry_facts import is_verified
 from gym_extensions.site.pages import (
     compare,
     core,
@@ -36,7 +36,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
     boards = {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)}
     values = {
         "entries": len(scored),
-        "verified": sum(is_verified(entry) for entry in scored),
+        "verified": sum(is_verified(entry.level) for entry in scored),
         "reported": sum(entry.level == REPORTED for entry in site.entries),
         "refused": sum(bool(entry.problems) for entry in site.entries),
         "groups": groups.groups(site),

@@ -19,12 +19,12 @@ from gym_extensions.experts import Step
 from gym_extensions.references import MeasuredReference, load_references, trained_alone
 from gym_extensions.scoring.poses import FOLDER as POSES
 from gym_extensions.scoring.poses import PolicyPoses, TaskPoses
+from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures, task_picture
-from gym_extensions.site.entry_facts import is_verified
 from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
 from gym_extensions.site.play.assets import play_link
@@ -199,7 +199,7 @@ def best_entries(boards: Sequence[BoardView]) -> dict[str, tuple[BestEntry, ...]
         if board.protocol != SEQUENTIAL or board.suite:
             continue
         for row in board.rows:
-            if row.entry.duplicate_of or not is_verified(row.card):
+            if row.entry.duplicate_of or not is_verified(row.card.level):
                 continue
             for returns in row.result.detail.paper_table:
                 if returns.fully_trained:
