@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from gym_extensions.scoring.formulas import NOTHING_LEARNED
 from gym_extensions.site.entry_results import nothing_to_forget
 from gym_extensions.site.text import rank
 
@@ -55,7 +56,8 @@ def test_an_agent_that_learned_nothing_has_nothing_to_forget(
 ) -> None:
     (row,) = only(entry("a", around(0.5, runs=len(learning)), learning)).rows
     assert (nothing_to_forget(row.result) if row.result.learned_nothing else "") == note
-    assert bool(row.entry.metrics["forgetting"].rank_note) is bool(note), "the scorer disagrees"
+    found = row.entry.metrics["forgetting"].rank_note == NOTHING_LEARNED
+    assert found is bool(note), "the scorer disagrees"
 
 
 @pytest.mark.parametrize(
