@@ -5,7 +5,7 @@ Example:
     >>> policy = policies.load("submissions/trpo", "hopper-gravity", run=0, stage=5)  # doctest: +SKIP
     >>> policy.act(observation)  # doctest: +SKIP
 
-Plain arrays need numpy alone, networks the extra ``onnx``. Experts are such policies, too
+Plain arrays need only numpy, networks the extra ``onnx``. Experts are such policies, too
 (:func:`gym_extensions.experts.load`).
 """
 
@@ -42,18 +42,18 @@ def load(
     """A policy of a run, whose ``act(observation)`` takes one observation or many.
 
     Args:
-        source: the folder of an entry, whose policies may lie elsewhere; or the address of a run's .npz file,
-            which is fetched into a cache.
+        source: the folder of an entry, whose policies may be stored elsewhere; or the address of a run's
+            .npz file, which is fetched into a cache.
         group: the name of a group, the TOML file of a custom group, or a group.
-        run: the run.
+        run: the number of the run.
         stage: how many tasks the policy was trained on; the last stage if None.
         task: in the protocol ``single``, the trained task.
-        protocol: one of ``PROTOCOLS``.
+        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
         sha256: the digest of the content, ``policies.sha256`` of the run's document. An address needs it.
 
     Raises:
-        BenchError: there is no such entry, run, stage or task, the policies cannot be read, or they are
-            others than the digest says.
+        BenchError: there is no such entry, run, stage or task, the policies cannot be read, or they do
+            not match the digest.
     """
     members = resolve_group(group)
     require_known("protocol", protocol, PROTOCOLS, "protocol")

@@ -23,8 +23,8 @@ class Observes:
     Args:
         task_in_training: the tasks that are trained, in ``learn``.
         task_in_evaluation: the task that is evaluated, in ``act``. Such entries have separate boards.
-        boundaries: the number of the stage and the number of tasks, in ``learn``. An agent whose later calls
-            of ``learn`` do something else than its first one, such as a penalty on forgetting, needs it too.
+        boundaries: the number of the stage and the number of tasks, in ``learn``. An agent whose
+            ``learn`` works differently from its second call on, as with a penalty on forgetting, needs it.
 
     Example:
         >>> Observes(task_in_training=True, boundaries=True)
@@ -96,9 +96,9 @@ Setting = str | int | float | bool | Sequence[str | int | float | bool]
 
 
 class Agent(Protocol):
-    """A learning algorithm. :class:`Resumable` and :class:`Described` are optional.
+    """A learning algorithm. :class:`Resumable`, :class:`Described` and a method ``policy()`` are optional.
 
-    So is a method ``policy()``: the policy, which acts as ``act`` does, as plain arrays
+    ``policy()`` returns the policy, which acts as ``act`` does, as plain arrays
     (:class:`gym_extensions.policies.Policy`) or as a network (``OnnxPolicy``); None without one. It is
     stored after every stage and published in the submission.
 

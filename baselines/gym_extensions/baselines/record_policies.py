@@ -205,7 +205,7 @@ def record(
             ``evaluation`` are the same in every call.
         observes: what the policies of all stages observe besides observations. By default the attribute
             ``observes`` of the policy; a :class:`gym_extensions.rollouts.policies.mlp.Policy` observes the
-            task if it has arrays per task. Name it if the first stages have none.
+            task if it has arrays per task. Pass it if the policies of the first stages have none.
         curves: the stage's training curves by task name, each as pairs of training step and mean return;
             optional.
         skip_recorded: whether to skip what is already recorded. By default a stage of an unfinished run is

@@ -51,7 +51,8 @@ def plot_board(
 
     Args:
         data: a frame of ``board``, or submissions.
-        group: that of the board; it, ``protocol`` and ``budget`` are used with submissions alone.
+        group: the group of the board. Like ``protocol`` and ``budget``, it is used only if ``data`` are
+            submissions.
         metric: a metric of the board; its first if None.
         ax: where to draw; a new figure if None.
 

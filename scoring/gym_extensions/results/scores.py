@@ -192,7 +192,7 @@ LANDSCAPE_DTYPES |= dict.fromkeys(("mean", "low", "high"), "float64")
 def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
     """Returns between and beyond the tasks, where no agent was trained (docs/metrics.md, "Landscapes").
 
-    One row per submission, group and share, from the landscapes that lie in the folders of the submissions
+    One row per submission, group and share, from the landscapes in the folders of the submissions
     (a submission, a folder of submissions, or a list of these). The best return depends on which are given.
 
     ==========  =======  ========================================================================

@@ -44,7 +44,7 @@ Names = Annotated[
 
 
 class Code(msgspec.Struct, frozen=True):
-    """Where the agent's code is. Either may be empty."""
+    """Address and commit of the agent's code, each of which may be empty."""
 
     url: Url = ""
     commit: Text = ""

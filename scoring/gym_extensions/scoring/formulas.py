@@ -316,7 +316,9 @@ class MetricValue:
     mean: Annotated[float | None, about("mean over runs; null where the metric has no value")] = None
     low: Annotated[float | None, about("lower end of the 95 % interval; null with one run")] = None
     high: Annotated[float | None, about("upper end of the 95 % interval; null with one run")] = None
-    runs: Annotated[tuple[float, ...], about("one per run that has what it needs; none in suites")] = ()
+    runs: Annotated[
+        tuple[float, ...], about("the value of each run that has what it needs; none in suites")
+    ] = ()
     why: Annotated[str, about("why the mean or the interval is null, as a sentence; else empty")] = ""
     anchors: Annotated[tuple[float, ...], about("what each expert's error adds to the mean, by task")] = ()
 

@@ -182,7 +182,9 @@ class GroupScore:
     reference: Annotated[dict[str, ReferenceValue], about("floor and expert by task id")]
     return_matrix: Annotated[
         tuple[tuple[tuple[float, ...], ...], ...],
-        about("mean raw returns `[run][stage][task]`: stages 0 to T in `sequential`, else the last alone"),
+        about(
+            "mean raw returns `[run][stage][task]`: stages 0 to T in `sequential`, else the last stage only"
+        ),
     ]
     success_rates: Annotated[
         tuple[tuple[tuple[float | None, ...], ...], ...],
@@ -223,7 +225,9 @@ class Scorecard:
     manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]
     readme: Annotated[str, about("text of `README.md`, plain and never markup; empty without one")] = ""
     notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
-    verifications: Annotated[tuple[VerificationSummary, ...], about("what they found, oldest first")] = ()
+    verifications: Annotated[
+        tuple[VerificationSummary, ...], about("results of the verifications, oldest first")
+    ] = ()
     decisions: Annotated[tuple[Decision, ...], about("decisions of maintainers, oldest first")] = ()
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]
     suites: Annotated[dict[str, dict[str, SuiteScore]], about("of complete suites, by suite and protocol")]

@@ -68,7 +68,7 @@ def _keys(definition: dict[str, Any], definitions: dict[str, Any]) -> str:
     """The table of an object's keys. A key without a description has the first paragraph of its type's."""
 
     def description(field: dict[str, Any]) -> str:
-        if "$ref" not in field:
+        if "description" in field or "$ref" not in field:
             return str(field.get("description", ""))
         text = str(definitions[field["$ref"].rpartition("/")[2]]["description"])
         text = " ".join(text.partition("\n\n")[0].split())

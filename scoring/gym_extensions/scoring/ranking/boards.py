@@ -77,7 +77,7 @@ class BoardEntry:
     runs: Annotated[int, about("number of runs; on a suite the fewest of its groups")]
     ranked: Annotated[bool, about("whether the board ranks it")]
     why: Annotated[
-        str, about("why not: reported, a copy, not verified, too few runs, no score; else empty")
+        str, about("why it has no rank: reported, a copy, not verified, too few runs, no score; else empty")
     ] = ""
     steps: Annotated[Steps | None, about("as in the scorecard's manifest: `recorded` or `claimed`")]
     evaluation: Annotated[Evaluation | None, about("as in the scorecard's manifest")]
@@ -203,7 +203,9 @@ class CorePair:
     high: Annotated[float, about("upper end of the interval, adjusted for all pairs and looks")]
     p_value: Annotated[float, about("adjusted for all pairs (Holm) and looks; at most .05 if separated")]
     verdict: Annotated[Verdict, about("`separated`, `equivalent` (interval inside the margin), or `open`")]
-    exploratory: Annotated[bool, about("whether the look (up to 20) is before the method was chosen")]
+    exploratory: Annotated[
+        bool, about("whether runs had been seen before the test was chosen: looks up to 20")
+    ]
     next_look: Annotated[int | None, about("the look that may decide it; null if decided or after the last")]
 
 
