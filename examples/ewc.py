@@ -41,7 +41,7 @@ class Ewc:
 
     @torch.no_grad()
     def act(self, observations: Array) -> Array:
-        return self.actor(as_tensor(observations)).numpy()  # type: ignore[no-any-return]
+        return self.actor(as_tensor(observations)).numpy()
 
     def learn(self, env: Any, steps: int) -> None:
         observations, _ = env.reset()

@@ -138,7 +138,7 @@ class PolicyAgent:
             if hasattr(policy, "act"):
                 return action_function(policy)(observations, context)
             if not hasattr(policy, "predict"):
-                return policy(observations)  # type: ignore[no-any-return]
+                return policy(observations)
             best, starts = self._card.evaluation == "deterministic", context.episode_starts
             actions, self._state = policy.predict(
                 observations, state=self._state, episode_start=starts, deterministic=best

@@ -18,8 +18,7 @@ FORMAT = 1
 @functools.cache
 def table() -> dict[str, Any]:
     """The committed file of fingerprints, with format, versions of the engine and one row per task id."""
-    content: dict[str, Any] = json.loads(PATH.read_text(encoding="utf-8"))
-    return content
+    return json.loads(PATH.read_text(encoding="utf-8"))
 
 
 def published(task_id: str) -> str:
@@ -31,8 +30,7 @@ def published(task_id: str) -> str:
     if task_id not in rows:
         hint = f"{did_you_mean(task_id, rows)} To publish new tasks: gym-extensions envs fingerprint"
         raise BenchError("no-fingerprint", f"No fingerprint is published for {task_id!r}.", hint=hint)
-    digest: str = rows[task_id]["fingerprint"]
-    return digest
+    return rows[task_id]["fingerprint"]
 
 
 def digest(row: Mapping[str, Any]) -> str:

@@ -217,8 +217,7 @@ def make_variation(table: Any, where: str) -> Variation:
     required = [field.name for field in fields(kind) if field.default is MISSING]
     names = [field.name for field in fields(kind)]
     check_keys(parameters, names, required, f"{where}, {table['kind']}")
-    variation: Variation = kind(**parameters)
-    return variation
+    return kind(**parameters)
 
 
 def check_keys(table: Mapping[str, Any], names: Collection[str], required: Iterable[str], where: str) -> None:

@@ -72,16 +72,14 @@ def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | N
             def close(positions: Array) -> Flags:
                 gap = positions[..., first, :2] - positions[..., second, :2]
                 x, y = gap[..., 0], gap[..., 1]
-                near: Flags = x * x + y * y <= limit
-                return near
+                return x * x + y * y <= limit
 
             return SuccessTest("xpos", close)
         case Height(low, high):
 
             def upright(qpos: Array) -> Flags:
                 height = qpos[..., 2]  # of the free root
-                inside: Flags = (height > low) & (height < high)
-                return inside
+                return (height > low) & (height < high)
 
             return SuccessTest("qpos", upright)
         case _:  # the arrival at a goal is navigation's

@@ -110,8 +110,7 @@ class PaperColumns:
 
     def cell(self, column: str) -> PaperCell | None:
         """The cell of a column of ``PAPER_COLUMNS``."""
-        cell: PaperCell | None = getattr(self, column)
-        return cell
+        return getattr(self, column)
 
     def cells(self) -> list[PaperCell | None]:
         """The four cells in the order of ``PAPER_COLUMNS``."""

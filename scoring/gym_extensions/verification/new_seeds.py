@@ -139,5 +139,4 @@ def _differences(task: TaskReturns, weights: Array) -> Array:
     deviation = returns.std(axis=1, keepdims=True)
     is_constant = deviation <= ROUNDING * np.maximum(1.0, np.abs(returns).max(axis=1, keepdims=True))
     standardized = np.where(is_constant, 0.0, returns / np.where(is_constant, 1.0, deviation))
-    result: Array = standardized @ weights.T
-    return result
+    return standardized @ weights.T

@@ -189,8 +189,7 @@ def to_manifest_value(value: Any) -> Setting:
     text contains no module name and no memory address: it is the same in every process.
     """
     if not hyperparameter_error(value):
-        plain: Setting = list(value) if isinstance(value, tuple) else value
-        return plain
+        return list(value) if isinstance(value, tuple) else value
     return _text(value)[:LONG]
 
 

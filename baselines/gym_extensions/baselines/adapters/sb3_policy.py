@@ -89,8 +89,7 @@ def _arguments(leaf: torch.nn.Module) -> tuple[object, object]:
 
 
 def _array(values: torch.Tensor) -> Array:
-    array: Array = values.detach().cpu().numpy()
-    return array
+    return values.detach().cpu().numpy()
 
 
 LOG_SIGMA_CLIP = np.array([-20.0, 2.0], np.float32)

@@ -46,8 +46,7 @@ class Divergence:
             upstream = upstream * (1 - mean * mean)
         sigma_part = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
         whole = np.concatenate([gradient(views, values, hidden_slopes, upstream), sigma_part])
-        slope: Array = theta.dtype.type(self.coefficient) * whole
-        return slope
+        return theta.dtype.type(self.coefficient) * whole
 
     def curvature(self, theta: Array) -> Curvature:
         """c times the Fisher matrix over the stored states, the second derivative where new = old."""

@@ -66,8 +66,7 @@ class Quadratic:
 
     def gradient(self, theta: Array) -> Array:
         """c ω (θ − θ*), of shape (p,)."""
-        slope: Array = self._diagonal() * (theta - self.anchor)
-        return slope
+        return self._diagonal() * (theta - self.anchor)
 
     def curvature(self, theta: Array) -> Curvature:
         """c diag(ω), exact."""
@@ -75,8 +74,7 @@ class Quadratic:
         return Curvature(lambda vector: diagonal * vector, diagonal)
 
     def _diagonal(self) -> Array:
-        diagonal: Array = self.anchor.dtype.type(self.coefficient) * self.importance
-        return diagonal
+        return self.anchor.dtype.type(self.coefficient) * self.importance
 
 
 class RegularizedTrpo(Trpo):

@@ -54,8 +54,7 @@ def trainable(owners: Array, number: int, pruned: bool) -> Array:
     it prunes.
     """
     before = (owners == FREE) | ((owners == BIAS) & (number == 1))
-    mask: Array = owners == number if pruned else before
-    return mask
+    return owners == number if pruned else before
 
 
 def visible(owners: Array, number: int) -> Array:
@@ -63,8 +62,7 @@ def visible(owners: Array, number: int) -> Array:
 
     It uses the biases, its own weights and those of earlier tasks.
     """
-    mask: Array = (owners != FREE) & (owners <= number)
-    return mask
+    return (owners != FREE) & (owners <= number)
 
 
 class PackNet(MultiHead):

@@ -221,8 +221,7 @@ class Trpo:
         return policies.mean_and_log_sigma(self._architecture, theta, inputs)
 
     def _to_env(self, actions: Array) -> Array:
-        scaled: Array = self._middle + self._half * actions
-        return scaled
+        return self._middle + self._half * actions
 
     def policy(self) -> Policy:
         network, box = (self._architecture, self._theta, self._moments), (self._middle, self._half)

@@ -186,8 +186,7 @@ class Workplace:
     def run(self, name: str) -> dict[str, Any]:
         """What is known of a training run, finished or not."""
         paths = (self.folder / "policies" / name / file for file in ("run.json", "running.json"))
-        found: dict[str, Any] = json.loads(next(path for path in paths if path.exists()).read_text())
-        return found
+        return json.loads(next(path for path in paths if path.exists()).read_text())
 
     def steps_tried(self, task: Task) -> int:
         """Environment steps of all runs whose checkpoints are candidates of a task."""

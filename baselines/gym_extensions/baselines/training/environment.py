@@ -134,8 +134,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
         if name == "task":
             self._requested(f"call({name!r})", "task_in_training", None)
         environments: Any = self.env  # VectorEnv does not declare call, but its implementations have it
-        values: tuple[Any, ...] = environments.call(name, *args, **kwargs)
-        return values
+        return environments.call(name, *args, **kwargs)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         return self.call(name)

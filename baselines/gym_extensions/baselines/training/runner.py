@@ -76,16 +76,11 @@ class PendingJob:
         actions = jobs.seeded_copy(env.single_action_space, self._seed("action space"))
         with seeded_global_generators(self._seed("creation")):
             agent = make(observations, actions, self._seed("agent"))
-        observes, hyperparameters = (
-            observes_of(agent, settings.agent),
-            card_of(agent, settings.agent).hyperparameters,
-        )
-        for name, own, others in (
-            ("attribute observes", observes, settings.observes),
-            ("hyperparameters", hyperparameters, settings.hyperparameters),
-        ):
-            if own != others:
-                message = f"The agent of {self.job.title} has the {name} {own}, another agent {others}."
+        own = observes_of(agent, settings.agent), card_of(agent, settings.agent).hyperparameters
+        stated = settings.observes, settings.hyperparameters
+        for name, one, other in zip(("attribute observes", "hyperparameters"), own, stated, strict=True):
+            if one != other:
+                message = f"The agent of {self.job.title} has the {name} {one}, another agent {other}."
                 hint = f"Give all agents of a factory the same {name}, whatever the seed and the spaces."
                 raise BenchError("bad-agent", message, settings.agent, hint)
         return agent

@@ -49,8 +49,7 @@ def merge(moments: Moments, observations: Array) -> Moments:
 def scale(moments: Moments, least: float = LEAST_DEVIATION) -> Array:
     """What observations are divided by (o,): the standard deviation, at least ``least``."""
     deviation = np.sqrt(moments.squares / max(moments.count, 1.0))
-    positive: Array = np.maximum(deviation, least) + EPSILON
-    return positive
+    return np.maximum(deviation, least) + EPSILON
 
 
 def standardize(moments: Moments, observations: Array, least: float = LEAST_DEVIATION) -> Array:
@@ -199,8 +198,7 @@ def mean_and_log_sigma(architecture: Architecture, theta: Array, observations: A
 
 def sampled(mean: Array, log_sigma: Array, generator: np.random.Generator) -> Array:
     """Actions (n, a) of a Gaussian with means (n, a) and log σ (a,)."""
-    actions: Array = mean + np.exp(log_sigma) * generator.standard_normal(mean.shape, np.float32)
-    return actions
+    return mean + np.exp(log_sigma) * generator.standard_normal(mean.shape, np.float32)
 
 
 def blocks(rows: int) -> list[slice]:
@@ -211,8 +209,7 @@ def blocks(rows: int) -> list[slice]:
 def log_density(mean: Array, log_sigma: Array, actions: Array) -> Array:
     """Log density of the actions (n,), without the constant −a/2 · log 2π."""
     scaled = (actions - mean) * np.exp(-log_sigma)
-    density: Array = -0.5 * np.einsum("na,na->n", scaled, scaled) - log_sigma.sum()
-    return density
+    return -0.5 * np.einsum("na,na->n", scaled, scaled) - log_sigma.sum()
 
 
 def gain(mean: Array, log_sigma: Array, batch: Batch, old_log_density: Array) -> float:

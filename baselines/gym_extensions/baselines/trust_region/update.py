@@ -113,8 +113,7 @@ def step_within(
 
         def combined(vector: Array) -> Array:
             scaled = scale * vector
-            image: Array = scale * (product(scaled) + inverse * bent(scaled))
-            return image
+            return scale * (product(scaled) + inverse * bent(scaled))
 
         direction = scale * conjugate_gradient(combined, scale * slope, region.iterations)
         uphill, bend = dot(slope, direction), dot(direction, bent(direction))
@@ -124,8 +123,7 @@ def step_within(
         size = np.sqrt(2 * region.max_kl / length)
         if bend > 0:
             size = min(size, uphill / bend)
-    step: Array = slope.dtype.type(size) * direction
-    return step
+    return slope.dtype.type(size) * direction
 
 
 def updated(

@@ -124,8 +124,7 @@ class ValueFunction:
         mean, deviation = self.state["level"]
         views = policies.layers(self._architecture.sizes, self.state["theta"])
         output = policies.forward(views, inputs, ACTIVATIONS[self._fit.activation])[-1][:, 0]
-        values: Array = output.astype(np.float64) * deviation + mean
-        return values
+        return output.astype(np.float64) * deviation + mean
 
     def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
         """Moves the predictions towards the targets (n,) by a few epochs of Adam on the squared error."""

@@ -70,8 +70,7 @@ def _render(model: Any, data: Any, view: Camera, lines: Sequence[Line]) -> NDArr
                 mujoco.mjv_initGeom(geom, capsule, *shape, np.array(color, np.float32))
                 mujoco.mjv_connector(geom, capsule, LINE_RADIUS, start, end)
                 scene.ngeom += 1
-            frame: NDArray[np.uint8] = renderer.render()
-            return frame
+            return renderer.render()
     except (AttributeError, ImportError, RuntimeError, mujoco.FatalError) as failure:
         message = f"MuJoCo cannot render on this machine: {failure}."
         hint = "Set MUJOCO_GL=egl or MUJOCO_GL=osmesa and install that library."

@@ -41,8 +41,7 @@ class MotorNoiseEffect(SeededNoise):
         """Commands plus noise of ``scale`` × the motors' range, clipped to that range."""
         noise = self._noise[np.arange(len(ctrl)), steps % self._max_steps]
         low, high = self._ranges[:, 0], self._ranges[:, 1]
-        noisy: Array = np.clip(ctrl + self._scale * (high - low) * noise, low, high)
-        return noisy
+        return np.clip(ctrl + self._scale * (high - low) * noise, low, high)
 
 
 def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> tuple[Array, Array]:

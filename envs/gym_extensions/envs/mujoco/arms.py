@@ -51,8 +51,7 @@ def distance(difference: Array) -> Array:
 
     It is rounded as ``numpy.linalg.norm`` of one vector, which is also a dot product.
     """
-    lengths: Array = np.sqrt(np.vecdot(difference, difference))
-    return lengths
+    return np.sqrt(np.vecdot(difference, difference))
 
 
 class ArmRules(Rules):
@@ -78,8 +77,7 @@ class ArmRules(Rules):
 
     def _reward(self, far: Array, cost: NDArray[Any], near: Array) -> Array:
         self._terms = {"reward_dist": far, "reward_ctrl": cost, "reward_near": near}
-        reward: Array = far + cost + near
-        return reward
+        return far + cost + near
 
     def step_infos(self) -> dict[str, NDArray[Any]]:
         return self._terms

@@ -119,8 +119,7 @@ class TaskEnv(IndependentCopies, MujocoEnv):
 
     def field(self, name: str) -> Array:
         """A live field of ``mjData`` with a leading axis, as rules and effects use it."""
-        field: Array = getattr(self.data, name)[None]
-        return field
+        return getattr(self.data, name)[None]
 
     def reset_model(self) -> Array:
         """Returns the first observation, after the draws of the body and of the effects."""

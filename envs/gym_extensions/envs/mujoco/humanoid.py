@@ -68,8 +68,7 @@ class HumanoidStandupRules(Rules):
         """The cost of the contact forces, in [0, 10] (Gymnasium's humanoid_v5)."""
         forces = self._field["cfrc_ext"][:, : self._bodies]
         squares = np.square(forces.reshape(len(forces), -1)).sum(axis=-1)
-        cost: Array = np.minimum(CONTACT_WEIGHT * squares, MAX_CONTACT_COST)
-        return cost
+        return np.minimum(CONTACT_WEIGHT * squares, MAX_CONTACT_COST)
 
     def observe(self) -> Array:
         """Positions without x and y, velocities, then inertias, velocities and forces of bodies."""
@@ -102,13 +101,11 @@ class HumanoidRules(HumanoidStandupRules):
         """x and y of the center of mass in every environment, m, (2, num_envs)."""
         positions = self._field["xipos"]
         weighted = [np.einsum("lb,lb->l", self._masses, positions[:, :, axis]) for axis in (0, 1)]
-        center: Array = np.array(weighted) / self._total_mass
-        return center
+        return np.array(weighted) / self._total_mass
 
     def _healthy(self) -> Flags:
         height = self._field["qpos"][:, 2]
-        healthy: Flags = (height > HEALTHY_HEIGHT[0]) & (height < HEALTHY_HEIGHT[1])
-        return healthy
+        return (height > HEALTHY_HEIGHT[0]) & (height < HEALTHY_HEIGHT[1])
 
     def _start_terms(self, survive: Array, ctrl: NDArray[Any]) -> dict[str, Array]:
         """Stores and returns the terms of the reward that all humanoids on their feet have."""

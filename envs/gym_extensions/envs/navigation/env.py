@@ -225,8 +225,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     def position(self) -> Array:
         """A copy of the agent's position, (2,), in units. Raises ``ResetNeededError`` before a reset."""
         require_reset(self._is_set, self.task.id)
-        position: Array = self._world.positions[0].copy()
-        return position
+        return self._world.positions[0].copy()
 
     def render(self) -> NDArray[np.uint8] | None:
         """Returns a frame (480, 640, 3) with one pixel per unit, or None without a render mode."""

@@ -96,8 +96,7 @@ def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
                 if "log_sigma_clip" in parts:
                     log_sigma = log_sigma.clamp(*own.log_sigma_clip)
                 mean = mean + log_sigma.exp() * noise
-            action: torch.Tensor = own.action_offset + own.action_scale * activations[parts["squash"]](mean)
-            return action
+            return own.action_offset + own.action_scale * activations[parts["squash"]](mean)
 
     return PolicyModule()
 

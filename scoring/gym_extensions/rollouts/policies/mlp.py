@@ -157,8 +157,7 @@ class Policy:
             BenchError: a policy that samples has no ``rng``, or the observations have another size.
         """
         if np.ndim(observations) == 1:
-            one: Array = self.act(np.asarray(observations)[None], rng, task)[0]
-            return one
+            return self.act(np.asarray(observations)[None], rng, task)[0]
         mean, log_sigma = mean_and_log_sigma(self, observations, task)
         if self.head == "deterministic":
             return to_action(self, mean)
@@ -220,8 +219,7 @@ def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tu
 
 def to_action(policy: Policy, values: Array) -> Array:
     """Actions (n, a) from the values of the head, not clipped to the action space."""
-    actions: Array = policy.action_offset + policy.action_scale * ACTIVATIONS[policy.squash](values)
-    return actions
+    return policy.action_offset + policy.action_scale * ACTIVATIONS[policy.squash](values)
 
 
 def _normalized(policy: Policy, observations: Array, task: int) -> Array:

@@ -22,8 +22,7 @@ LEAK = 0.01
 def _silu(values: Array) -> Array:
     # The logistic function as a tanh, which does not overflow.
     half = values.dtype.type(0.5)
-    result: Array = values * (half * np.tanh(half * values) + half)
-    return result
+    return values * (half * np.tanh(half * values) + half)
 
 
 ACTIVATIONS: dict[str, Callable[[Array], Array]] = {

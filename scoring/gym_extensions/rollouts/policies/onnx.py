@@ -276,8 +276,7 @@ class OnnxPolicy:
         """
         values = np.asarray(observations)
         if values.ndim == len(self.network.inputs["observation"].shape):
-            one: Array = self.act(values[None], rng, task)[0]
-            return one
+            return self.act(values[None], rng, task)[0]
         size, feeds = len(values), dict[str, Array]()
         if math.prod(values.shape[1:]) != self.num_inputs:
             message = f"The observations have {math.prod(values.shape[1:])} values; the policy has "

@@ -116,8 +116,7 @@ def _ghosts(episode: Episode) -> Array:
     rows, skeleton = episode.coordinates, episode.description.skeleton
     limbs = sum(len(link.shapes) for link in skeleton.links) if skeleton else 0
     ghosts = GHOSTS - 2 * (limbs > MANY_LIMBS)
-    shown: Array = rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
-    return shown
+    return rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
 
 
 def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, floor: tuple[bool, bool]) -> Markup:
