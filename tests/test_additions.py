@@ -33,6 +33,7 @@ ROW = """
         rewards=RewardBounds(-20.0, 20.0),
         beams="pitch",
         velocity_limit=10.0,
+        wall_width=0.8,
     ),
 )
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -25,6 +26,13 @@ def anchors(text: str) -> set[str]:
     """Ids of the headings of a Markdown page, as code hosts make them."""
     headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+
+
+def test_no_link_is_committed() -> None:
+    if not (ROOT / ".git").exists():
+        pytest.skip("not a clone")
+    files = subprocess.run(["git", "ls-files", "-s"], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert [line for line in files.stdout.splitlines() if line.startswith("120000")] == []
 
 
 @pytest.mark.parametrize("page", GUIDES, ids=relative)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions import envs
 from gym_extensions.catalog.tasks import Task, customize, task
 from gym_extensions.catalog.variations import (
     Gravity,
@@ -83,6 +84,14 @@ def test_a_value_that_no_simulation_can_have_is_refused(make: Callable[[], objec
     with pytest.raises(BenchError) as caught:
         make()
     assert fact in str(caught.value)
+
+
+def test_a_limb_is_named_and_has_a_mass_that_mujoco_simulates() -> None:
+    parts: Any = ["Foot", "Leg"]
+    for variation, code in ((LimbScale(parts, 1.2), "bad-value"), (LimbScale("Foot", 1e-9), "bad-model")):
+        with pytest.raises(BenchError) as caught:
+            envs.make("Hopper", variations=[variation])
+        assert caught.value.code == code
 
 
 def test_another_time_limit_is_another_task() -> None:

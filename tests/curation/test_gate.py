@@ -134,6 +134,24 @@ def test_a_pull_request_without_a_change_or_a_common_ancestor_is_refused(project
     assert rules(checked(project)) == [("unrelated-history", "")]
 
 
+def test_a_clone_that_lacks_the_common_ancestor_is_named(project: Path, tmp_path: Path) -> None:
+    commit(project, {"submissions/old/README.md": "One text.\n"})
+    git(project, "switch", "--quiet", "main")
+    commit(project, {"scoring/rank.py": "rank = 3\n"})
+    part = tmp_path / "part"
+    options = ("--quiet", "--depth=1", "--no-single-branch")
+    git(tmp_path, "clone", *options, f"file://{project}", str(part))
+    with pytest.raises(BenchError) as error:
+        checked(part, base="origin/main", head="origin/request")
+    assert error.value.code == "shallow-clone"
+
+
+def test_a_stray_file_alone_is_no_record(project: Path) -> None:
+    commit(project, {"submissions/README.md": "x"})
+    report = checked(project)
+    assert (report.kind, report.labels) == ("none", ("refused",))
+
+
 def test_a_history_with_several_common_ancestors_is_refused(project: Path) -> None:
     """The merge would revert what the base changed on its side."""
     make_crossed(project)

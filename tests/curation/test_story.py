@@ -25,7 +25,7 @@ from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.ranking.group_board import boards
 
 from ..verification import entries
-from ..verification.entries import GROUP, change_document, change_log, copy, honest
+from ..verification.entries import GROUP, change_document, change_documents, change_log, copy, honest
 from .repositories import commit, git, make_repository
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
@@ -203,6 +203,15 @@ def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) 
         assert [(each.rule, each.where) for each in report.problems] == [(rule, f"{GROUP}/sequential/run5")]
 
 
+def test_a_donation_from_before_an_edit_is_judged_with_the_edited_entry(with_entry: Project) -> None:
+    start = git(with_entry.main, "rev-parse", "HEAD")
+    newer = {"memory": Memory(stored_steps=0, parameters_first=36, parameters_last=37)}
+    change_documents(with_entry.main / "submissions/new", lambda _: newer)
+    commit(with_entry.main)
+    report = with_entry.donate(start, 5, 5)
+    assert (report.kind, [each.rule for each in report.problems]) == ("donation", ["other-agent-version"])
+
+
 def test_a_run_of_an_agent_of_a_stranger_is_an_edit(project: Project) -> None:
     project.submit(honest())
     project.merge()
@@ -217,12 +226,25 @@ def test_the_job_trains_a_run_of_an_agent_of_this_project_again(project: Project
     assert project.review(entry, "--retrain-own") == "reproduced"
 
 
+def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
+    project: Project, tmp_path: Path
+) -> None:
+    train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained", progress=False)
+    shutil.rmtree(tmp_path / "trained" / ".progress")
+    manifest = tmp_path / "trained/submission.toml"
+    manifest.write_text(manifest.read_text().replace("[hyperparameters]", "[hyperparameters]\nrate = 1"))
+    project.submit(tmp_path / "trained")
+    assert project.review(project.merge(), "--retrain-own") == "verified"
+
+
 def test_a_maintainer_decides_by_name_and_reason(tmp_path: Path) -> None:
     entry = copy(honest(), tmp_path / "new")
     for action in ("accepted", "challenged"):
         options = ["--decision", action, "--by", "A. Maintainer", "--reason", "A reason."]
         assert maintain(["review", str(entry), *options]) == 0
     assert maintain(["review", str(entry), "--decision", "withdrawn"]) == 2
+    with pytest.raises(SystemExit):
+        maintain(["review", str(entry), "--by", "A. Maintainer", "--reason", "A reason."])
     assert [each.action for each in read_review(entry).decisions] == ["accepted", "challenged"]
 
 
@@ -273,6 +295,12 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(project: Project) -> None
         record.write_text(content)
         assert maintain(["review", str(entry), "--take", str(record)]) == 2
     assert not (entry / "review.toml").exists()
+
+
+@pytest.mark.parametrize("command", [["landscapes"], ["wanted"], ["review"]])
+def test_a_folder_that_does_not_exist_is_named(command: list[str], tmp_path: Path) -> None:
+    assert maintain([*command, str(tmp_path / "typo")]) == 2
+    assert maintain(["review", str(tmp_path / "records/Hopper/none.json")]) == 2
 
 
 def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:

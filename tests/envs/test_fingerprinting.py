@@ -67,6 +67,13 @@ def test_a_task_without_a_row_and_a_row_without_a_task_are_reported(monkeypatch:
     assert "gym_extensions/Gone-v0" in [difference.task for difference in fingerprinting.check(None, table)]
 
 
+def test_a_published_task_that_is_gone_is_not_deleted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fingerprinting, "TASKS", {HALF: task(HALF)})
+    with pytest.raises(BenchError) as error:
+        fingerprinting.updated()
+    assert error.value.code == "lost-task"
+
+
 def test_publishing_again_changes_nothing() -> None:
     table, changed = fingerprinting.updated()
     assert changed == []

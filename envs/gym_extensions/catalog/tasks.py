@@ -118,7 +118,7 @@ def mujoco_tasks() -> list[Task]:
     tasks += [_task("NoisyWall", body, RangeSensor(), walls[body], noisy) for body in RUNNING_BODIES]
     tasks.append(_task("TrackingGoal", "Pusher", MovingGoal(), TrackingGoal()))
     tasks.append(_task("TrackingGoal", "Striker", TrackingGoal()))
-    bases = {task.base for task in tasks}
+    bases = {task.base for task in tasks if not task.variations}
     return tasks + [_task("", name) for name, body in BODIES.items() if body.asset and name not in bases]
 
 

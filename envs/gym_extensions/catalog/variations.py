@@ -105,7 +105,9 @@ class LimbScale(BaseVariation):
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
         body = body_of_model(spec.modelname)
-        require_known("part", self.part, body.parts, body.name)
+        if not isinstance(self.part, str):
+            raise BenchError("bad-value", f"LimbScale's part is {self.part!r}.", hint="Name one part.")
+        require_known("part", self.part, body.parts)
         geoms = [spec.geom(name) for name in body.parts[self.part]]
         before = {geom.name: mass(geom) for geom in geoms}
         _raise_total(spec, (self.factor - 1) * sum(before.values()))

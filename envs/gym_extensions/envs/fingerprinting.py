@@ -216,13 +216,19 @@ def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
     Published rows stay byte for byte; with ``replace``, rows that differ from their task are computed again.
 
     Raises:
-        BenchError: the installed physics engine is not that of the published rows, and ``replace`` is false.
+        BenchError: the installed physics engine is not that of the published rows, or a published task is not
+            in the catalog, and ``replace`` is false.
     """
     empty: dict[str, Any] = {"engine": engine(), "tasks": {}}
     old = fingerprints.table() if fingerprints.PATH.exists() else empty
     if old["engine"] != engine() and not replace:
         message = f"The published fingerprints are of {old['engine']}; installed is {engine()}."
         raise BenchError("other-engine", message, hint="Install that engine, or replace all fingerprints.")
+    if (lost := sorted(old["tasks"].keys() - TASKS.keys())) and not replace:
+        message = "The task is published and not in the catalog any more."
+        raise BenchError(
+            "lost-task", message, lost[0], "Restore it; a changed task is added as a new version."
+        )
     rows, changed = dict[str, Any](), []
     for task in TASKS.values():
         entry = old["tasks"].get(task.id)

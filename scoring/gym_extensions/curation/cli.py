@@ -16,7 +16,7 @@ from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request_rules import RULES
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.layout import DOCUMENT, submission_folders
+from gym_extensions.rollouts.layout import DOCUMENT, MANIFEST, submission_folders
 from gym_extensions.rollouts.review import Action, Review, review_text
 from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.cli import print_text
@@ -142,14 +142,23 @@ def maintain(argv: Sequence[str] | None = None) -> int:
             print(path, flush=True)
     elif options.command == "landscapes":
         fetcher = Fetcher(options.cache / "policies", options.public_only)
-        entries = submission_folders(options.entries)
+        entries = _existing(options.entries)
         for line in measure_all(entries, options.groups, fetcher, options.jobs, options.again):
             print(line, flush=True)
     else:
         from gym_extensions.curation import wanted  # loads the agents
 
-        print("\n".join(wanted.wanted(submission_folders(options.entries))))
+        print("\n".join(wanted.wanted(_existing(options.entries))))
     return 0
+
+
+def _existing(paths: list[Path]) -> list[Path]:
+    """The folders of submissions. Raises ``BenchError`` if one has no manifest."""
+    folders = submission_folders(paths)
+    for folder in folders:
+        if not (folder / MANIFEST).is_file():
+            raise BenchError("no-such-folder", f"It has no {MANIFEST}.", str(folder), "Name a submission.")
+    return folders
 
 
 def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> int:
@@ -160,6 +169,8 @@ def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> in
         return 0
     if (options.decision or options.take) and (records or len(entries) != 1):
         command.error("--decision is about one entry, --take about one entry or record")
+    if (options.by or options.reason) and not options.decision:
+        command.error("--by and --reason belong to --decision")
     if options.decision:
         after_merge.decide(entries[0], options.decision, options.by, options.reason)
         return 0
@@ -173,6 +184,9 @@ def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> in
         except (BenchError, OSError) as error:
             print(f"error: {error}", file=sys.stderr)
             found = 2
+        except KeyboardInterrupt:
+            print("Interrupted. What is finished is kept: repeat the command.", file=sys.stderr)
+            return 130
         status = max(status, found)
     return status
 
@@ -183,6 +197,10 @@ def review_record(record: Record, options: argparse.Namespace) -> int:
     Raises:
         BenchError: its files have a problem, or it cannot be verified at the moment. Nothing is written then.
     """
+    if not record.path.is_file():
+        raise BenchError(
+            "no-such-record", "There is no such file.", str(record.path), "Name a record's card."
+        )
     if options.fetch or record.review is not None:
         return 0
     value = require_value(options.seeds) if options.seeds else after_merge.record_commit(record)

@@ -92,6 +92,7 @@ def opened(repository: Repository, base: str, head: str) -> PullRequest:
     """The pull request from one commit to another. Raises BenchError if it is none."""
     starts = repository.run("merge-base", "--all", base, head, statuses=(0, 1)).decode().split()
     if not starts:
+        repository.require_history()
         message = "The two commits have no common ancestor."
         raise BenchError("unrelated-history", message, hint="Start from the base's branch.")
     if len(starts) > 1:

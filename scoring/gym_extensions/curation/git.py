@@ -39,7 +39,8 @@ PARTIAL = r"^remote\..*\.promisor$|^extensions\.partialclone$"
 LACKING = ("lazy fetching disabled", "could not fetch", "missing", "unable to read", "bad object")
 """Parts of git's errors about a content that is not in the clone."""
 MACHINE_ERRORS = (
-    *("no-git", "no-repository", "distrusted-clone", "partial-clone", "git-failed", "missing-extra"),
+    *("no-git", "no-repository", "distrusted-clone", "partial-clone", "shallow-clone", "git-failed"),
+    "missing-extra",
 )
 """Codes of errors that are about this clone and not about the commits in it."""
 NOT_FOUND = 127
@@ -144,7 +145,7 @@ class Repository:
                 requests.write(f"{object_id}\n".encode())
                 requests.flush()
                 header = answers.readline().split()
-                if header[1:] == [b"missing"]:
+                if not header or header[1:] == [b"missing"]:  # git ends if it may not fetch
                     self._explain("missing")
                 if len(header) != 3 or header[1] != b"blob":
                     message = f"The object {object_id} is not a file."
@@ -157,15 +158,19 @@ class Repository:
         entries = (each for each in self._entries(commit, path) if each.path == path)
         return next(self.blobs(each.object_id for each in entries if each.mode.startswith("100")), None)
 
+    def require_history(self) -> None:
+        """Raises ``BenchError`` if the clone lacks older commits."""
+        if self.run("rev-parse", "--is-shallow-repository") == b"true\n":
+            message = "The clone lacks older commits."
+            raise BenchError("shallow-clone", message, str(self.folder), "Run: git fetch --unshallow")
+
     def last_change(self, commit: str, paths: Sequence[str]) -> str:
         """The last commit of the first-parent history that changed one of these paths; empty if none did.
 
         For a merged pull request it is the merge commit, which its author did not know. Raises ``BenchError``
         if the clone lacks older commits.
         """
-        if self.run("rev-parse", "--is-shallow-repository") == b"true\n":
-            message = "The clone lacks older commits, which fix the seeds."
-            raise BenchError("shallow-clone", message, str(self.folder), "Run: git fetch --unshallow")
+        self.require_history()
         specs = [f":(literal){path}" for path in paths]
         return self.run("rev-list", "--first-parent", "--max-count=1", commit, "--", *specs).decode().strip()
 

@@ -119,7 +119,7 @@ class PullRequest:
     def kind(self) -> Kind:
         """What it changes; it changes data."""
         if not self.entries:
-            return "record"
+            return "record" if self.records else "none"
         if self.donated_runs:
             return "donation"
         known = _entries(file.path for file in self.base_files)
@@ -131,8 +131,13 @@ class PullRequest:
         return tuple(sorted({path for item in self.changes for path in (item.path, item.source) if path}))
 
     def files_of(self, entry: str) -> tuple[TreeEntry, ...]:
-        """The files of an entry in its last commit, with their sizes."""
-        return self.repository.tree(self.head, f"{SUBMISSIONS}/{entry}", sizes=True)
+        """The files of an entry with their sizes: in its last commit; of a donation, after its merge."""
+        folder = f"{SUBMISSIONS}/{entry}"
+        files = self.repository.tree(self.head, folder, sizes=True)
+        if not self.donated_runs:
+            return files
+        donated = [file for file in files if file.path in self.paths]
+        return (*self.repository.tree(self.base, folder, sizes=True), *donated)
 
     def files_of_record(self, record: str) -> tuple[TreeEntry, ...]:
         """The two files of a record in its last commit, with their sizes, as far as they exist."""

@@ -115,7 +115,7 @@ class Card(PolicyCard, frozen=True):
     Attributes:
         from_entry: whether the policy or an ancestor of it is a policy of an entry.
         candidates: policies that were compared on the selection seeds, this one included.
-        steps_tried: environment steps of all training runs whose last task this is.
+        steps_tried: environment steps of all training runs with candidates for this task.
         selection: of this policy on the selection seeds.
         first_hundred: mean return of the first 100 measurement seeds, for a quick check.
         provisional: why the expert does not do what the task is for; empty if it does.

@@ -6,6 +6,7 @@ import argparse
 import secrets
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -97,8 +98,13 @@ def verified(path: Path, value: str, options: argparse.Namespace, **which: Any) 
         )
     if not options.retrain:
         return report
-    with working(f"training a run of {path.name} again"):
-        return retrain.retrained(path, report, groups)
+    try:
+        with working(f"training a run of {path.name} again"):
+            return retrain.retrained(path, report, groups)
+    except BenchError as error:
+        if not getattr(options, "retrain_own", False):
+            raise
+        return replace(report, retraining=f"not possible: {error}")  # what was verified counts
 
 
 def write_poses(path: Path, report: Report) -> None:

@@ -4,8 +4,10 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from gym_extensions.baselines.experts import candidates
+from gym_extensions.baselines.experts.__main__ import main
 from gym_extensions.baselines.experts.candidates import fitted
 from gym_extensions.baselines.experts.recipes import meant
 from gym_extensions.catalog.tasks import task
@@ -45,6 +47,19 @@ def test_an_expert_is_provisional_if_too_few_episodes_show_what_the_task_is_for(
     assert not meant(task("HumanoidStandup"), np.full(10, 350_000.0))
     assert not meant(task("HopperWall"), np.array([3500.0, 100.0, 100.0]))
     assert not meant(task("Hopper"), np.zeros(10))
+
+
+@pytest.mark.parametrize(
+    ("protocol", "tasks"), [("sequential", 1), ("single", 1), ("joint", 5), ("cumulative", 5)]
+)
+def test_a_stored_policy_has_the_steps_of_its_run(protocol: str, tasks: int, tmp_path: Path) -> None:
+    name = f"stored:trpo/hopper-gravity/{protocol}-run0-stage1"
+    (step,) = candidates.history(candidates.Workplace(tmp_path, tmp_path), name)
+    assert step.steps == tasks * 300_000
+
+
+def test_a_name_of_no_task_is_refused(tmp_path: Path) -> None:
+    assert main(["--work", str(tmp_path), "check", "HoperGravityHalf"]) == 2
 
 
 def test_the_best_stored_policies_of_the_logs_have_files(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from gym_extensions.baselines.experts import training
 from gym_extensions.baselines.experts.candidates import Workplace
 from gym_extensions.baselines.experts.recipes import Recipe, recipe, training_task
-from gym_extensions.catalog.tasks import task
+from gym_extensions.catalog.tasks import customize, task
 from gym_extensions.catalog.variations import Wall
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
@@ -74,6 +74,13 @@ def test_a_bonus_adds_terms_of_the_reward() -> None:
         env.reset()
         rewards.append(env.step(np.zeros((2, 17)))[1])
     np.testing.assert_allclose(rewards[0] - rewards[1], 2.5)
+
+
+def test_a_bonus_is_not_added_while_every_environment_is_reset() -> None:
+    env = training.SeededEnv(make_vec(customize("Humanoid", max_steps=1), 2), [1, 2], {"reward_survive": 1.0})
+    env.reset()
+    env.step(np.zeros((2, 17)))
+    assert env.step(np.zeros((2, 17)))[1].tolist() == [0.0, 0.0]
 
 
 def test_a_lower_wall_has_the_named_top() -> None:

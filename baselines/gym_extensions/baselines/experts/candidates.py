@@ -267,7 +267,7 @@ def history(work: Workplace, candidate: str) -> tuple[Step, ...]:
     """The training runs behind a candidate, the first one first."""
     if match := experts.STORED.fullmatch(candidate):
         entry, group, protocol, _, stage, _ = match.groups()
-        tasks = {"sequential": int(stage), "joint": len(GROUPS[group].tasks)}.get(protocol, 1)
+        tasks = {"sequential": int(stage), "single": 1}.get(protocol, len(GROUPS[group].tasks))
         return (Step(candidate, entry, tasks * STAGE_STEPS),)
     name, steps_text = candidate.rsplit("@", 1)
     run = work.run(name)

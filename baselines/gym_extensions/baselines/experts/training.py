@@ -44,6 +44,8 @@ class SeededEnv(gym.vector.VectorWrapper[Any, Any, Any]):
         clipped = np.clip(actions, space.low, space.high).astype(space.dtype)
         observations, rewards, terminated, truncated, infos = self.env.step(clipped)
         for name, weight in self._bonus.items():
+            if name not in infos:  # every environment is being reset
+                continue
             rewards = rewards + weight * np.where(infos[f"_{name}"], infos[name], 0.0)
         return observations, rewards, terminated, truncated, infos
 

@@ -14,6 +14,7 @@ import mujoco
 from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Wall
+from gym_extensions.errors import BenchError
 
 ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
 
@@ -37,13 +38,20 @@ def compile_model(task: Task) -> mujoco.MjModel:
 
     Writing XML would round numbers. Without it, the model of a task without variations equals Gymnasium's in
     every array. Variations are applied in a fixed order, so their order in the task does not matter.
+
+    Raises ``BenchError`` if MuJoCo refuses the model, for example because a mass is too small.
     """
     spec = base_spec(task.body)
     with _quiet():
         # The wall is last, because it keeps the extent of the model to which it is added.
         for variation in sorted(task.variations, key=lambda each: (isinstance(each, Wall), repr(each))):
             variation.apply(spec)
-        return spec.compile()
+        try:
+            return spec.compile()
+        except ValueError as error:
+            message = f"MuJoCo does not compile the model: {str(error).splitlines()[0]}."
+            hint = "Give other values to its variations."
+            raise BenchError("bad-model", message, task.id, hint) from error
 
 
 @contextlib.contextmanager
