@@ -78,6 +78,11 @@ def test_replay_needs_five_runs_of_both_kinds() -> None:
     assert tables.replay(runs | {"sac": {"hopper-gravity-v0": kept[:4]}}) == []
 
 
+def test_an_end_of_exactly_0_is_shown() -> None:
+    assert str(tables.Value.of(tables.Interval(0.1, 0.0, 0.2))) == "0.10 (0.00 to 0.20)"
+    assert str(tables.Value.of(tables.Interval(0.1))) == "0.10 (one run)"
+
+
 def test_the_numbers_of_the_readme_are_in_the_findings() -> None:
     section = (
         (ROOT / "README.md").read_text("utf-8").partition("Results so far")[2].partition("\n\nAn agent")[0]

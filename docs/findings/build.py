@@ -6,8 +6,8 @@ Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import tables
@@ -57,8 +57,7 @@ def by_ruler_alone(folder: Path) -> dict[str, list[tables.Value]]:
     for group, protocols in card.groups.items():
         log = protocols.get("sequential")
         if log and all(log.metrics[name].mean is not None for name in COLUMNS):
-            shown = [log.metrics[name] for name in COLUMNS]
-            found[group] = [tables.Value(each.mean, each.low, each.high) for each in shown]  # type: ignore[arg-type]
+            found[group] = [tables.Value.of(log.metrics[name]) for name in COLUMNS]
     return found
 
 
@@ -69,10 +68,9 @@ def landscape(submissions: Path, entry: str = "cloning", group: str = "hopper-gr
     return View(GROUPS[group], found[entry][GROUPS[group].id], top)
 
 
-def main(submissions: Path = ROOT / "submissions") -> None:
+def main() -> None:
     """Writes the page and its figures."""
-    if not submissions.is_dir():
-        raise SystemExit(f"{submissions}: no such folder. Give the folder with the submissions.")
+    submissions = ROOT / "submissions"
     board = core_board(list(valid_scorecards(submissions, make_scorer(only=("core",))).values()))
     core, metrics = core_frame(board), results.metrics(submissions)
     methods = tables.methods(core, core_pairs_frame(board))
@@ -91,11 +89,9 @@ def main(submissions: Path = ROOT / "submissions") -> None:
     write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
     trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
     scored = {row.group.name for row in groups}
-    templates = Environment(
-        loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
-    )
+    templates = Environment(loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True)
     templates.filters.update(hours=hours)
-    templates.globals.update(fmt=lambda number: fixed(abs(number), 2))
+    templates.globals.update(fmt=partial(fixed, digits=2))
     text = templates.get_template("page.md.jinja").render(
         budget=STANDARD_BUDGET,
         fine_tuning=FINE_TUNING,
@@ -134,4 +130,4 @@ def main(submissions: Path = ROOT / "submissions") -> None:
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:]))
+    main()

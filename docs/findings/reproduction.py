@@ -80,25 +80,23 @@ class Table:
 
 @dataclass(frozen=True)
 class Group:
-    """A group with what the paper claims, what it prints, and what the entry shows, if it was trained."""
+    """A group with what the paper claims, what it prints, and what the entry shows."""
 
     name: str
     is_forgotten: bool
     entry: str
     printed: Table
-    reproduced: Table | None
+    reproduced: Table
 
     @property
     def pairs(self) -> list[tuple[PaperRow, PaperRow]]:
         """The rows of both tables."""
-        return list(zip(self.printed.rows, self.reproduced.rows, strict=True)) if self.reproduced else []
+        return list(zip(self.printed.rows, self.reproduced.rows, strict=True))
 
     @property
     def change_pairs(self) -> list[tuple[Change, Change]]:
         """The changes of both tables."""
-        return (
-            list(zip(self.printed.changes, self.reproduced.changes, strict=True)) if self.reproduced else []
-        )
+        return list(zip(self.printed.changes, self.reproduced.changes, strict=True))
 
 
 def cell(row: PaperRow, column: str) -> PaperCell:
@@ -108,21 +106,21 @@ def cell(row: PaperRow, column: str) -> PaperCell:
     return found
 
 
-def cell_summary(each: PaperCell, count: int) -> Summary:
-    """The mean of ``count`` episodes with its sampling error; ``std`` divides by the number of episodes."""
+def cell_summary(each: PaperCell) -> Summary:
+    """The mean of a cell's episodes with its sampling error; ``std`` divides by the number of episodes."""
+    count = EVALUATION_EPISODES
     variance = each.std**2 * count / (count - 1)
     return Summary(each.mean, variance / count, count - 1.0, count)
 
 
-def table(rows: Sequence[PaperRow], episodes: int = EVALUATION_EPISODES) -> Table:
+def table(rows: Sequence[PaperRow]) -> Table:
     """The changes of the earlier tasks: Welch's test over episodes, with Holm's correction over the tasks.
 
     Args:
         rows: the tasks in training order.
-        episodes: number of episodes of each cell.
     """
     columns = ("fully_trained", "after_env_training")
-    pairs = [[cell_summary(cell(row, column), episodes) for column in columns] for row in rows[:-1]]
+    pairs = [[cell_summary(cell(row, column)) for column in columns] for row in rows[:-1]]
     gaps = [subtract(*pair) for pair in pairs]
     separated = holm(np.array(list(map(zero_mean_p, gaps)), dtype=np.float64))
     changes = [
@@ -160,9 +158,7 @@ def verdict(group: Group, shown: Table) -> str:
 
 def page(groups: Sequence[Group]) -> str:
     """The text of the page."""
-    templates = Environment(
-        loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True, autoescape=False
-    )
+    templates = Environment(loader=FileSystemLoader(FOLDER), undefined=StrictUndefined, trim_blocks=True)
     templates.filters.update(
         deviation=deviation,
         change=gap_in_words,
@@ -170,26 +166,20 @@ def page(groups: Sequence[Group]) -> str:
         whole=partial(fixed, digits=0),
         task_name=task_name,
     )
-    return (
-        templates.get_template("reproduction.md.jinja").render(
-            groups=groups,
-            verdict=verdict,
-            episodes=EVALUATION_EPISODES,
-        )
-        + "\n"
-    )
+    template = templates.get_template("reproduction.md.jinja")
+    return template.render(groups=groups, verdict=verdict, episodes=EVALUATION_EPISODES) + "\n"
 
 
-def main(submissions: Path = ROOT / "submissions") -> None:
+def main() -> None:
     """Writes the page and its figure."""
+    submissions = ROOT / "submissions"
     scorer = make_scorer()
     printed = scorer(submissions / PRINTED).groups
     groups = []
     for name, is_forgotten, entry in CLAIMS:
         group_id = GROUPS[name].id
-        reproduced = scorer(submissions / entry).groups if (submissions / entry).is_dir() else {}
-        ours = reproduced.get(group_id, {}).get("sequential")
-        if ours and len(ours.return_matrix) > 1:
+        ours = scorer(submissions / entry).groups[group_id]["sequential"]
+        if len(ours.return_matrix) > 1:
             # Its episodes would count as independent, although the run is the statistical unit.
             raise SystemExit(f"{entry}: the page compares one run per group.")
         groups.append(
@@ -198,16 +188,11 @@ def main(submissions: Path = ROOT / "submissions") -> None:
                 is_forgotten,
                 entry,
                 table(printed[group_id]["sequential"].paper_table),
-                table(ours.paper_table, EVALUATION_EPISODES) if ours else None,
+                table(ours.paper_table),
             )
         )
-    shown = [
-        (group.name, group.printed.rows, group.reproduced.rows)
-        for group in groups
-        if group.reproduced is not None
-    ]
-    if shown:
-        draw_reproduction(shown, FOLDER / "reproduction.svg")
+    shown = [(group.name, group.printed.rows, group.reproduced.rows) for group in groups]
+    draw_reproduction(shown, FOLDER / "reproduction.svg")
     write_text(PAGE, page(groups))
 
 

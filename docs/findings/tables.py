@@ -13,10 +13,10 @@ import pandas as pd
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
 from gym_extensions.references import load_references, trained_alone
-from gym_extensions.scoring.formulas import BY_NAME
+from gym_extensions.scoring.formulas import BY_NAME, MetricValue
 from gym_extensions.scoring.landscapes import SHARES
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, last_look
-from gym_extensions.scoring.statistics import difference, holm, subtract, summary, zero_mean_p
+from gym_extensions.scoring.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.site.text import fixed, interval
 
 FINE_TUNING = "trpo"
@@ -42,6 +42,11 @@ class Value(NamedTuple):
     mean: float
     low: float
     high: float
+
+    @classmethod
+    def of(cls, each: Interval | MetricValue) -> Value:
+        """The value of an interval or a metric."""
+        return cls(*(math.nan if end is None else end for end in (each.mean, each.low, each.high)))
 
     def __str__(self) -> str:
         if math.isnan(self.mean):
@@ -180,7 +185,7 @@ def practice_by_other_runs(evaluations: pd.DataFrame) -> list[tuple[str, Value]]
             normalize = load_references().tasks[task].normalize
             alone = [normalize(run.mean) for run in trained_alone()[task].runs]
             gap = difference([normalize(each) for each in last], alone)
-            rows.append((group.name, Value(gap.mean, gap.low or math.nan, gap.high or math.nan)))
+            rows.append((group.name, Value.of(gap)))
     return rows
 
 
@@ -201,7 +206,7 @@ def replay(runs: dict[str, dict[str, Sequence[float]]]) -> list[tuple[str, Value
         if min(len(kept), len(emptied)) >= FULL_ENTRY_RUNS:
             gap = difference(kept, emptied)
             p_value = zero_mean_p(subtract(summary(kept), summary(emptied)))
-            rows.append((group.name, Value(gap.mean, gap.low or math.nan, gap.high or math.nan), p_value))
+            rows.append((group.name, Value.of(gap), p_value))
     return rows
 
 
