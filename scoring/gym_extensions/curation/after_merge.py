@@ -8,11 +8,11 @@ from pathlib import Path
 
 import msgspec
 
-from gym_extensions.baselines import algorithms
 from gym_extensions.curation.git import Repository
+from gym_extensions.curation.pull_request_rules import is_of_this_project
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES
-from gym_extensions.rollouts.manifest import LONG, RECORDED
+from gym_extensions.rollouts.manifest import LONG
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Action, Decision, read_review, review_of, write_review
 from gym_extensions.scoring import records
@@ -76,8 +76,6 @@ def decide(entry: Path, action: Action, by: str, reason: str) -> None:
         if not text.strip() or len(text) > LONG:
             message = f"It is empty or has more than {LONG} characters."
             raise BenchError("no-reason", message, option, "Say who decides, and why.")
-    if not (entry / "submission.toml").is_file():
-        raise BenchError("no-such-folder", "It is not a submission.", str(entry), "Name its folder.")
     review = read_review(entry)
     decision = Decision(action=action, by=by, date=datetime.now(UTC).date().isoformat(), reason=reason)
     write_review(entry, msgspec.structs.replace(review, decisions=[*review.decisions, decision]))
@@ -86,11 +84,8 @@ def decide(entry: Path, action: Action, by: str, reason: str) -> None:
 def is_trained_again(entry: Path) -> bool:
     """Whether a job trains a run of an entry again: an agent of this project, with a budget up to 300k."""
     manifest = read(entry, merge_runs=False).manifest
-    if manifest is None:
-        return False
-    stated = manifest.protocol
-    is_own = stated.steps == RECORDED and stated.algorithm in algorithms.names()
-    return is_own and stated.budget in TRAINED_AGAIN
+    protocol = manifest.protocol if manifest else None
+    return protocol is not None and is_of_this_project(protocol) and protocol.budget in TRAINED_AGAIN
 
 
 def take(entry: Path, file: Path) -> None:

@@ -172,7 +172,7 @@ def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> in
     if (options.by or options.reason) and not options.decision:
         command.error("--by and --reason belong to --decision")
     if options.decision:
-        after_merge.decide(entries[0], options.decision, options.by, options.reason)
+        after_merge.decide(_existing(entries)[0], options.decision, options.by, options.reason)
         return 0
     if options.take:
         after_merge.take(entries[0], options.take)

@@ -19,7 +19,7 @@ from gym_extensions.curation.gate_report import Kind
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
 from gym_extensions.experts import MAX_CARD, MAX_POLICY
 from gym_extensions.rollouts import layout
-from gym_extensions.rollouts.manifest import RECORDED, manifest_of, parse
+from gym_extensions.rollouts.manifest import RECORDED, Protocol, manifest_of, parse
 from gym_extensions.rollouts.problem import Finding, Rule
 from gym_extensions.rollouts.problem import rule as registered
 from gym_extensions.scoring import records
@@ -40,6 +40,11 @@ SEQUENTIAL = re.compile(
 COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_PATH = 200
 """Characters of a path."""
+
+
+def is_of_this_project(protocol: Protocol) -> bool:
+    """Whether an entry's runs are an agent of this project's, trained by its recorder: anybody can repeat them."""
+    return protocol.steps == RECORDED and protocol.algorithm in algorithms.names()
 
 
 class Change(NamedTuple):
@@ -111,7 +116,7 @@ class PullRequest:
             protocol = manifest_of(parse(data or b"")).protocol
         except ValueError:  # also that of msgspec
             return ()
-        if protocol.steps != RECORDED or protocol.algorithm not in algorithms.names():
+        if not is_of_this_project(protocol):
             return ()
         return tuple(sorted({match[1] for match in matches if match}))
 

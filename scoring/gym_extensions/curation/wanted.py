@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import NormalDist
 
-from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.submission import finished_runs
 from gym_extensions.catalog.groups import CORE, CORES, group
-from gym_extensions.rollouts.manifest import RECORDED
+from gym_extensions.curation.pull_request_rules import is_of_this_project
 from gym_extensions.scoring.pipeline import make_scorer, scorecards
 from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
 from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, core_board
@@ -50,8 +49,7 @@ def wanted(folders: Sequence[Path]) -> list[str]:
 
 def _missing(row: CoreEntry, folder: Path, card: Scorecard) -> dict[str, list[int]]:
     """The sequential runs by group that an entry lacks; none if they cannot be donated, or not compared."""
-    protocol = card.manifest.protocol if card.manifest else None
-    is_own = protocol and protocol.steps == RECORDED and protocol.algorithm in algorithms.names()
+    is_own = card.manifest is not None and is_of_this_project(card.manifest.protocol)
     could_be_ranked = row.ranked or row.look == 0
     if not is_own or not could_be_ranked or row.next_look is None:
         return {}

@@ -153,9 +153,8 @@ def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict
     networks = network_files(folder, group.name, protocol, run)
     is_plain = path.is_file() or not networks
     arrays = npz_arrays(file_bytes(path, layout.POLICIES), str(path)) if is_plain else {}
-    known = {
-        file_suffix(name): name for key in policy_keys(protocol, group) if (name := f"{prefix(key)}{ONNX}")
-    }
+    names = [f"{prefix(key)}{ONNX}" for key in policy_keys(protocol, group)]
+    known = {file_suffix(name): name for name in names}
     for file in networks:  # run3.stage5.onnx as stage5/onnx
         suffix = file.name.removeprefix(path.stem)
         name = known.get(suffix, f"{suffix[1:].removesuffix(layout.NETWORK)}/{ONNX}")
