@@ -26,7 +26,7 @@ from gym_extensions.references import CURRENT, load_references, read_references
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import read_run, write_run
 from gym_extensions.scoring import cli as score_cli
-from gym_extensions.scoring.pipeline import score_folder
+from gym_extensions.scoring.pipeline import make_scorer, score_folder
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
 
@@ -125,6 +125,13 @@ def test_the_scorecard_marks_the_group_as_custom(
     score = document["submissions"][0]["groups"]["hopper-light-v0"]["sequential"]
     assert (score["published"], score["runs"]) == (False, [0, 1])
     assert document["references"]["version"] == f"{CURRENT} + light-references"
+
+
+def test_a_group_can_be_scored_by_its_name_or_its_id(tmp_path: Path) -> None:
+    file = tmp_path / "light.toml"
+    file.write_text(f"version = 1\n{LIGHT}", encoding="utf-8")
+    for name in ("hopper-light", "hopper-light-v1"):
+        assert make_scorer([file], only=[name]).only == ("hopper-light",)
 
 
 def test_pages_show_the_group(folder: Path, options: list[str], tmp_path: Path) -> None:

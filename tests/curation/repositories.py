@@ -90,14 +90,13 @@ def make_crossed(folder: Path) -> None:
 
 
 def make_project(folder: Path) -> Path:
-    """A repository with code, an owner and an entry.
+    """A repository with code and an entry.
 
     The branch ``request``, which is checked out, equals ``main``; the branch ``entry`` adds a new entry.
     """
     make_repository(folder)
     write_entry(folder / "submissions", "old")
-    owners = "* @project/maintainers\n/submissions/old/ @alice @project/maintainers\n"
-    commit(folder, {"scoring/rank.py": "rank = 1\n", ".github/CODEOWNERS": owners})
+    commit(folder, {"scoring/rank.py": "rank = 1\n"})
     git(folder, "switch", "--quiet", "-c", "entry")
     write_entry(folder / "submissions", "new", bonus=7.0)
     commit(folder)

@@ -35,7 +35,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_this_process: No
 def test_a_record_is_shown_after_one_pull_request(project: Path, tmp_path: Path) -> None:
     report = checked(project)
     assert (report.kind, report.verdict, report.entry) == ("record", "passed", "Hopper/mine")
-    assert (report.labels, report.episodes) == (("record",), 20)
+    assert (report.labels, report.episodes) == (["record"], 20)
     assert "Record `Hopper/mine`." in comment(report)
     git(project, "switch", "--quiet", "main")
     git(project, "merge", "--quiet", "--no-ff", "--no-edit", "request")

@@ -142,7 +142,7 @@ def with_entry(project: Project, tmp_path: Path) -> Project:
 
 def test_a_stranger_donates_a_run_which_alone_is_verified(with_entry: Project) -> None:
     report = with_entry.donate("origin/main", 5, 5)
-    assert (report.kind, report.verdict, report.labels) == ("donation", "passed", ("claimed", "donation"))
+    assert (report.kind, report.verdict, report.labels) == ("donation", "passed", ["claimed", "donation"])
     assert report.repeated == report.episodes == 120, "the six cells of the donated run"
     entry = with_entry.merge()
     assert with_entry.review(entry) == "verified"

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import fingerprinting
+from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies.files import policy_keys, read_policies
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import level, read_review
 from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.poses import load_entry
+from gym_extensions.verification import cli as verification_cli
 from gym_extensions.verification import episodes
 from gym_extensions.verification.cli import main
+from gym_extensions.verification.verify import Report
+from gym_extensions.verification.verify import verify as verify_entry
 
 from . import entries
 from .entries import GROUP, Row, change_document, change_log, copy, honest
@@ -131,6 +136,32 @@ def test_policies_that_sample_are_not_repeated_and_are_verified(tmp_path: Path) 
     assert verify(entry, "--write") == 0
     (record,) = read_review(entry).verifications
     assert (record.passed, record.repeated) == (True, 0)
+
+
+def test_policies_that_were_mended_are_run_again(entry: Path) -> None:
+    path = entry / GROUP / "sequential" / "run0.npz"
+    whole = path.read_bytes()
+    path.write_bytes(whole[:1000])
+    assert verify(entry) == 1
+    path.write_bytes(whole)
+    assert verify(entry) == 0
+
+
+def test_an_entry_that_cannot_be_verified_now_does_not_stop_the_next(
+    entry: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = copy(entry, entry.parent / "first")
+
+    def away(path: Path, *arguments: Any, **keywords: Any) -> Report:
+        if path == first:
+            raise BenchError("not-fetched", "The server does not answer.", "first")
+        return verify_entry(path, *arguments, **keywords)
+
+    monkeypatch.setattr(verification_cli, "verify", away)
+    assert main([str(first), str(entry), "--seeds", VALUE, "--cache", str(entry.parent / "cache")]) == 2
+    output = capsys.readouterr()
+    assert "The server does not answer." in output.err
+    assert "mine: verified" in output.out
 
 
 def test_an_interrupted_verification_goes_on_where_it_was(

@@ -51,6 +51,8 @@ def test_the_command_writes_the_review_once_and_in_the_process_with_limits(
     assert "Hopper/mine: a record, " in capsys.readouterr().out
     assert main(arguments) == 0
     assert "it has a review, which stands" in capsys.readouterr().out
+    assert main([str(record.path.with_name("typo"))]) == 2
+    assert "There is no such file" in capsys.readouterr().err
 
 
 def test_a_record_that_is_worse_than_claimed_is_refused_with_both_numbers(folder: Path) -> None:

@@ -11,8 +11,8 @@ import msgspec
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request_rules import is_of_this_project
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES
-from gym_extensions.rollouts.manifest import LONG
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, NETWORK, POLICIES
+from gym_extensions.rollouts.manifest import LONG, manifest_of, parse
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Action, Decision, read_review, review_of, write_review
 from gym_extensions.scoring import records
@@ -22,6 +22,7 @@ from gym_extensions.verification.verify import record, runs_of, verified_before
 TRAINED_AGAIN = ("smoke", "100k", "300k")
 """Budgets of which a job trains a run again: a run of the others takes hours."""
 MAX_RECORD_BYTES = 2**20
+SEEDS_HINT = "Commit it, or run gym-extensions verify --seeds HEX --write."
 
 
 def undecided_runs(entry: Path) -> dict[str, str]:
@@ -63,10 +64,10 @@ def merge_commit(parent: Path, files: Iterable[str]) -> str:
     names = [part[3:] for part in changed.decode("utf-8", "surrogateescape").split("\0") if part]
     if uncommitted := sorted(set(names) & set(paths)):
         message = "It is not committed as it is, so that no commit fixes the seeds."
-        raise BenchError("not-committed", message, uncommitted[0], "Commit it, or pass --seeds.")
+        raise BenchError("not-committed", message, uncommitted[0], SEEDS_HINT)
     commit = repository.last_change(repository.commit("HEAD"), paths)
     if not commit:
-        raise BenchError("not-committed", "No commit has its files.", folder, "Commit it, or pass --seeds.")
+        raise BenchError("not-committed", "No commit has its files.", folder, SEEDS_HINT)
     return commit
 
 
@@ -83,9 +84,8 @@ def decide(entry: Path, action: Action, by: str, reason: str) -> None:
 
 def is_trained_again(entry: Path) -> bool:
     """Whether a job trains a run of an entry again: an agent of this project, with a budget up to 300k."""
-    manifest = read(entry, merge_runs=False).manifest
-    protocol = manifest.protocol if manifest else None
-    return protocol is not None and is_of_this_project(protocol) and protocol.budget in TRAINED_AGAIN
+    protocol = manifest_of(parse((entry / MANIFEST).read_bytes())).protocol
+    return is_of_this_project(protocol) and protocol.budget in TRAINED_AGAIN
 
 
 def take(entry: Path, file: Path) -> None:

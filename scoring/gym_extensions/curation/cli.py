@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
 from gym_extensions import experts
+from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation import after_merge
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import comment, read_report
@@ -24,7 +26,6 @@ from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
 from gym_extensions.verification import cli as verification
 from gym_extensions.verification.fetch import Fetcher, cache_folder
 from gym_extensions.verification.landscape_recorder import measure_all
-from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.verify import record
 from gym_extensions.verification.verify_record import line_of, verify_record, write_expert_poses
 
@@ -88,10 +89,11 @@ def maintain_parser() -> argparse.ArgumentParser:
     add = review.add_argument
     add("entries", nargs="+", type=Path, metavar="ENTRY", help=verification.ENTRY_HELP)
     verification.add_options(review)
-    add("--record", type=Path, metavar="DIR", help="write a file in DIR instead of the review")
-    add("--take", type=Path, metavar="FILE", help="check such a file, and add it to the review")
-    add("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
-    add("--decision", choices=get_args(Action), help="the decision")
+    only = review.add_mutually_exclusive_group().add_argument
+    only("--record", type=Path, metavar="DIR", help="write a file in DIR instead of the review")
+    only("--take", type=Path, metavar="FILE", help="check such a file, and add it to the review")
+    only("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
+    only("--decision", choices=get_args(Action), help="the decision")
     add("--by", default="", metavar="NAME", help="who decides")
     add("--reason", default="", metavar="TEXT", help="why")
     help_ = "also train one drawn run again where the agent is one of this project"
@@ -197,14 +199,9 @@ def review_record(record: Record, options: argparse.Namespace) -> int:
     Raises:
         BenchError: its files have a problem, or it cannot be verified at the moment. Nothing is written then.
     """
-    if not record.path.is_file():
-        raise BenchError(
-            "no-such-record", "There is no such file.", str(record.path), "Name a record's card."
-        )
     if options.fetch or record.review is not None:
         return 0
-    value = require_value(options.seeds) if options.seeds else after_merge.record_commit(record)
-    review = verify_record(record, value)
+    review = verify_record(record, after_merge.record_commit(record))
     print(line_of(record, review))
     record.write(review, options.record and options.record / RECORDS / f"{record.name}{REVIEW}")
     return int(bool(review.problem))
@@ -227,15 +224,14 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
             if policies is not None and policies.url:
                 fetcher.fetch(policies, name)
         return 0
-    if options.retrain_own:
-        options = argparse.Namespace(**(vars(options) | {"retrain": after_merge.is_trained_again(entry)}))
-    if options.seeds:
-        commits = {require_value(options.seeds): list(runs)}
-    else:
-        commits = after_merge.runs_by_commit(entry, runs)
     status, found = 0, []
-    for value, names in commits.items():
+    for value, names in after_merge.runs_by_commit(entry, runs).items():
         report = verification.verified(entry, value, options, only=names)
+        if options.retrain_own and after_merge.is_trained_again(entry):
+            try:
+                report = verification.trained_again(entry, report, GROUPS)
+            except BenchError as error:  # what was verified counts
+                report = replace(report, retraining=f"not possible: {error}")
         print("\n".join(verification.lines_of(report)))
         status |= not verification.is_verified(report)
         found += [report.verification] if report.verification else []

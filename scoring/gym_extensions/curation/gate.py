@@ -16,11 +16,10 @@ import msgspec
 
 from gym_extensions.curation import gate_report as reports
 from gym_extensions.curation.git import MACHINE_ERRORS, Repository
-from gym_extensions.curation.pull_request_rules import RULES, SUBMISSIONS, PullRequest, is_data
+from gym_extensions.curation.pull_request_rules import RULES, PullRequest, is_data
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.references import load_references
-from gym_extensions.rollouts.layout import NAME
 from gym_extensions.rollouts.problem import Problem, cut, escape
 from gym_extensions.rollouts.problem import problems as problems_of
 from gym_extensions.rollouts.reader import read
@@ -36,15 +35,6 @@ from gym_extensions.verification.new_seeds import files_digest
 from gym_extensions.verification.verify import SAMPLED, Run, repetition, runs_of
 from gym_extensions.verification.verify_record import sample
 
-CODEOWNERS = ".github/CODEOWNERS"
-RECORD = re.compile(r"[A-Za-z0-9]{1,64}/[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
-"""A record in a report: ``Hopper/name``."""
-KIND_LABELS: dict[reports.Kind, reports.Label] = {
-    "submission": "submission",
-    "edit": "edits-entry",
-    "donation": "donation",
-    "record": "record",
-}
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
 """Of the process that reads the files of an entry."""
 JOB = "gym_extensions.curation.gate:judge"
@@ -77,8 +67,7 @@ def check_pull_request(
         report = replace(
             report,
             kind=pull_request.kind,
-            entry=name if (RECORD if pull_request.kind == "record" else NAME).fullmatch(name) else "",
-            owners=_owners(pull_request, name),
+            entry=name if re.fullmatch(reports.ENTRY_NAME, name) else "",
         )
         problems = problems_of("pull request", pull_request, rules=RULES)
         return _closed(report, problems) if problems else _judged(report, pull_request, limits)
@@ -105,27 +94,14 @@ def opened(repository: Repository, base: str, head: str) -> PullRequest:
     return pull_request
 
 
-def _owners(pull_request: PullRequest, entry: str) -> tuple[str, ...]:
-    data = pull_request.repository.file(pull_request.base, CODEOWNERS) or b""
-    lines = [line.split() for line in data.decode(errors="replace").splitlines()]
-    owners = next((line[1:] for line in reversed(lines) if line[:1] == [f"/{SUBMISSIONS}/{entry}/"]), [])
-    return tuple(name for name in owners if re.fullmatch(reports.OWNER, name))
-
-
 def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.GateReport:
-    """The report with its problems, verdict and labels."""
-    labels: list[reports.Label] = [KIND_LABELS[report.kind]] if report.kind in KIND_LABELS else []
-    if problems:
-        labels.append("refused")
-    elif report.level == CLAIMED:
-        labels.append("claimed")
+    """The report with its problems and verdict."""
     return replace(
         report,
         verdict="refused" if problems else "review" if report.kind == "edit" else "passed",
         level=None if problems else report.level,
         problems=tuple(problems[: reports.MAX_PROBLEMS]),
         more_problems=max(0, len(problems) - reports.MAX_PROBLEMS),
-        labels=tuple(sorted(labels)),
     )
 
 

@@ -12,19 +12,24 @@ from msgspec import Meta
 from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import MAX_TEXT, Problem
+from gym_extensions.rollouts.review import CLAIMED
 from gym_extensions.scoring.documents import JsonDocument
 from gym_extensions.scoring.output.screen import count, number
 
 Kind = Literal["submission", "edit", "donation", "record", "code", "none"]
 Verdict = Literal["passed", "review", "refused", "not-judged"]
-Label = Literal["submission", "edits-entry", "donation", "record", "refused", "claimed"]
 Level = Literal["reported", "claimed"]
 MAX_BYTES = 2**20
 MAX_PROBLEMS = 50
 """Most problems and most notes of a report."""
-
-OWNER = "@[A-Za-z0-9][A-Za-z0-9-]*(/[A-Za-z0-9._-]+)?"
-"""A user or team of the code host."""
+ENTRY_NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}(/[A-Za-z0-9_-]{1,64})?"
+"""An entry, or task and name of a record."""
+KIND_LABELS: dict[Kind, str] = {
+    "submission": "submission",
+    "edit": "edits-entry",
+    "donation": "donation",
+    "record": "record",
+}
 CommitId: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{40,64}$")]
 Note = Annotated[str, Meta(max_length=MAX_TEXT)]
 
@@ -55,7 +60,6 @@ class GateReport(JsonDocument):
         verdict: ``review``: passed, and its owner or a maintainer must agree; ``not-judged``: it changes code
             alone, which the ordinary tests check.
         entry: name of the entry, or task and name of the record.
-        owners: of the entry, from CODEOWNERS of the base.
         level: of the entry; None unless judged without a problem.
         repeated: number of sampled episodes that were repeated bit for bit, of ``episodes``.
         problems: the first broken rules; ``more_problems`` counts the others.
@@ -68,10 +72,7 @@ class GateReport(JsonDocument):
     head: CommitId
     kind: Kind
     verdict: Verdict
-    entry: Annotated[str, Meta(pattern=r"^([A-Za-z0-9][A-Za-z0-9._-]{0,63}(/[A-Za-z0-9_-]{1,64})?)?$")] = ""
-    owners: Annotated[
-        tuple[Annotated[str, Meta(pattern=f"^{OWNER}$")], ...], Meta(max_length=MAX_PROBLEMS)
-    ] = ()
+    entry: Annotated[str, Meta(pattern=f"^({ENTRY_NAME})?$")] = ""
     level: Level | None = None
     repeated: int = 0
     episodes: int = 0
@@ -79,7 +80,12 @@ class GateReport(JsonDocument):
     more_problems: int = 0
     scores: Annotated[tuple[GateScore, ...], Meta(max_length=400)] = ()
     notes: Annotated[tuple[Note, ...], Meta(max_length=MAX_PROBLEMS)] = ()
-    labels: tuple[Label, ...] = ()
+
+    @property
+    def labels(self) -> list[str]:
+        """What the code host shows beside the title."""
+        verdict = "refused" if self.verdict == "refused" else self.level if self.level == CLAIMED else None
+        return sorted(label for label in (KIND_LABELS.get(self.kind), verdict) if label)
 
 
 def read_report(data: bytes) -> GateReport:
@@ -134,9 +140,7 @@ def comment(report: GateReport) -> str:
     """The comment as Markdown."""
     parts = [f"### {HEADINGS[report.verdict]}"]
     if report.entry:
-        owners = ", ".join(f"`{name}`" for name in report.owners) if report.kind == "edit" else ""
-        kind = "Record" if report.kind == "record" else "Entry"
-        parts.append(f"{kind} `{report.entry}`{f' (owners: {owners})' if owners else ''}.")
+        parts.append(f"{'Record' if report.kind == 'record' else 'Entry'} `{report.entry}`.")
     if report.verdict == "not-judged":
         parts.append(CODE)
     if report.problems:

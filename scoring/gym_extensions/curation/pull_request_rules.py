@@ -43,7 +43,7 @@ MAX_PATH = 200
 
 
 def is_of_this_project(protocol: Protocol) -> bool:
-    """Whether an entry's runs are an agent of this project's, trained by its recorder: anybody can repeat them."""
+    """Whether the recorder trained an agent of this project, so that anybody can train its runs."""
     return protocol.steps == RECORDED and protocol.algorithm in algorithms.names()
 
 

@@ -35,7 +35,7 @@ def read_groups(submissions: Paths, groups: CustomGroups) -> Iterator[tuple[Subm
 
 KEY_DTYPES = {"submission": "str", "group": "str", "protocol": "str", "run": "int64"}
 CURVE_DTYPES = KEY_DTYPES | {"task": "str", "step": "int64", "return": "float64"}
-"""The columns of training curves, of finished and of unfinished runs."""
+"""The columns of training curves."""
 
 
 def concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.DataFrame:

@@ -39,8 +39,8 @@ FOREIGN = re.compile(rb"[^A-Za-z0-9,./_\n+-]")
 class Episode:
     """One evaluation episode, one row of a run's log.
 
-    ``stage`` is the number of tasks trained so far (0 untrained; 1 in single and joint logs), ``return_`` the
-    ``math.fsum`` of all rewards, ``terminated`` whether the task ended it (else the time limit did),
+    ``stage`` is the number of tasks trained so far (0 untrained; 1 in all but sequential logs), ``return_``
+    the ``math.fsum`` of all rewards, ``terminated`` whether the task ended it (else the time limit did),
     ``success`` the ``is_success`` of its last step, or None where the task defines none.
     """
 

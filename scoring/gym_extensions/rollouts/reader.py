@@ -72,7 +72,6 @@ class _Reader:
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
         groups = {group.id: self._group(group, review, policies) for group in present}
-        self._check("review", self.folder, review)
         if merge_runs and not self.problems:
             for group_id, group in groups.items():
                 groups[group_id] = scored_runs(group, merge=not _is_trainable(group.runs))

@@ -86,7 +86,8 @@ def make_scorer(
                 hint = "Measure it with: gym-extensions maintain references."
                 raise BenchError("missing-reference", message, str(references), hint)
     wanted = (CORES.get(CORE if name == "core" else name, (name,)) for name in only)
-    names = [name.removesuffix("-v0") for part in wanted for name in part]
+    by_id = {group.id: name for name, group in scored.items()}
+    names = [by_id.get(name, name) for part in wanted for name in part]
     for name in names:
         require_known("group", name, scored, "--group")
     return Scorer(known, scored, tuple(names))

@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 import secrets
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rich import progress as bars
 from rich.console import Console
 
-from gym_extensions.catalog.groups import with_custom
+from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
@@ -44,6 +43,8 @@ def parser() -> argparse.ArgumentParser:
     add = command.add_argument
     add("entries", nargs="+", type=Path, metavar="ENTRY", help=ENTRY_HELP)
     add("--groups", action="append", default=[], metavar="FILE", help="the TOML file of a custom group")
+    add("--seeds", metavar="HEX", help="what the new seeds follow from, such as the id of the merge commit")
+    add("--retrain", action="store_true", help="also train one drawn run again; agents of this project only")
     add_options(command)
     add("--write", action="store_true", help="record the result in the entry's review; needs --seeds")
     return command
@@ -52,8 +53,6 @@ def parser() -> argparse.ArgumentParser:
 def add_options(command: argparse.ArgumentParser) -> None:
     """The arguments that `verify` and `maintain review` share."""
     add = command.add_argument
-    add("--seeds", metavar="HEX", help="what the new seeds follow from, such as the id of the merge commit")
-    add("--retrain", action="store_true", help="also train one drawn run again; agents of this project only")
     add("--jobs", type=positive, default=1, metavar="N", help="processes that work at once (default: 1)")
     add("--public-only", action="store_true", help="fetch policies from nothing but public https addresses")
     add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for what can be made again")
@@ -66,14 +65,11 @@ def positive(text: str) -> int:
     return int(text)
 
 
-def verified(path: Path, value: str, options: argparse.Namespace, **which: Any) -> Report:
-    """The report on one entry, with a progress bar; see :func:`verify`. Options are those of the command."""
-    files = [str(Path(file).resolve()) for file in getattr(options, "groups", [])]
-    groups, console = with_custom(files), Console(stderr=True)
-    if options.retrain:
-        from gym_extensions.verification import retrain  # loads the agents
-
-        retrain.require_reference_agent(path, groups)
+def verified(
+    path: Path, value: str, options: argparse.Namespace, files: Sequence[str] = (), **which: Any
+) -> Report:
+    """The report on one entry, with a progress bar; see :func:`verify`. ``options`` are the shared ones."""
+    console = Console(stderr=True)
     columns = (
         *(bars.TextColumn("{task.description}"), bars.BarColumn(), bars.MofNCompleteColumn()),
         *(bars.TextColumn("cells"), bars.TimeElapsedColumn(), bars.TextColumn("left:")),
@@ -87,7 +83,7 @@ def verified(path: Path, value: str, options: argparse.Namespace, **which: Any) 
         def started(cells: int) -> None:
             progress.update(task, total=(progress.tasks[task].total or 0) + cells)
 
-        report = verify(
+        return verify(
             *(path, value, Store(options.cache / "verify")),
             Fetcher(options.cache / "policies", options.public_only),
             **which,
@@ -96,15 +92,27 @@ def verified(path: Path, value: str, options: argparse.Namespace, **which: Any) 
             started=started,
             done=lambda cells: progress.advance(task, cells),
         )
+
+
+def _verified_and_trained(
+    path: Path, value: str, options: argparse.Namespace, files: Sequence[str]
+) -> Report:
+    """The report on one entry, after one drawn run was trained again if the options ask for it."""
     if not options.retrain:
-        return report
-    try:
-        with working(f"training a run of {path.name} again"):
-            return retrain.retrained(path, report, groups)
-    except BenchError as error:
-        if not getattr(options, "retrain_own", False):
-            raise
-        return replace(report, retraining=f"not possible: {error}")  # what was verified counts
+        return verified(path, value, options, files, only_new=options.write)
+    from gym_extensions.verification import retrain  # loads the agents
+
+    groups = with_custom(files)
+    retrain.require_reference_agent(path, groups)
+    return trained_again(path, verified(path, value, options, files, only_new=options.write), groups)
+
+
+def trained_again(path: Path, report: Report, groups: Mapping[str, TaskGroup]) -> Report:
+    """The report after one drawn run was trained again; see :func:`retrain.retrained`."""
+    from gym_extensions.verification import retrain
+
+    with working(f"training a run of {path.name} again"):
+        return retrain.retrained(path, report, groups)
 
 
 def write_poses(path: Path, report: Report) -> None:
@@ -181,14 +189,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         status |= bool(review.problem)
         if options.write:
             each.write(review)
+    files = [str(Path(file).resolve()) for file in options.groups]
     for path in submission_folders(entries):
         try:
-            report = verified(path, value, options, only_new=options.write)
+            report = _verified_and_trained(path, value, options, files)
+        except BenchError as error:
+            print(f"error: {error}", file=sys.stderr)
+            status = 2
+            continue
         except KeyboardInterrupt:
             print(f"Interrupted. What is finished is kept: add --seeds {value}", file=sys.stderr)
             return 130
         print("\n".join(lines_of(report)))
-        status |= not is_verified(report)
+        status = max(status, int(not is_verified(report)))
         if options.write and report.verification is not None:
             record(path, report.verification)
             write_poses(path, report)

@@ -56,7 +56,7 @@ class RunRequest:
     """The cells of a run that are wanted, and where its policies are.
 
     ``folder`` is the submission, ``file`` the policies' file if it lies elsewhere, and ``policies`` the
-    digest of its content that the run states. ``files`` is the digest of log and policies together.
+    digest of its content that the run states.
     """
 
     folder: str
@@ -64,7 +64,6 @@ class RunRequest:
     protocol: str
     run: int
     policies: str
-    files: str
     observes_task: bool
     cells: tuple[Cell, ...]
     file: str = ""
@@ -97,7 +96,6 @@ def request_of(
         protocol=document.protocol,
         run=document.run,
         policies=policies.sha256,
-        files=document.digest,
         observes_task=manifest.observes.task_in_evaluation,
         cells=cells,
     )
@@ -264,7 +262,8 @@ def run_all(
         call = {"runs": msgspec.to_builtins(batch), "groups": list(groups)}
         for request, answer in zip(batch, answers(JOB, call, limits_of(batch)), strict=True):
             results[request.name] = msgspec.convert(answer, Played)
-            store.save(request, results[request.name])
+            if not results[request.name].problem:  # a problem may be mended
+                store.save(request, results[request.name])
             done(request)
 
     missing = []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -128,17 +127,8 @@ def measure_all(
             if not again and isinstance(landscapes.load(entry, group), Landscape):
                 yield f"{where}: up to date."
                 continue
-            start = cpu_seconds()
             found = landscape_of(entry, group, fetcher, jobs)
             if isinstance(found, str):
                 yield f"{where}: {found}"
                 continue
-            seconds = (cpu_seconds() - start) / len(found.runs)
-            path = landscapes.write(entry, found)
-            yield f"{path}: {len(found.runs)} runs, {seconds:.0f} s of processor time per run."
-
-
-def cpu_seconds() -> float:
-    """Processor time of the finished child processes."""
-    times = os.times()
-    return times.children_user + times.children_system
+            yield f"{landscapes.write(entry, found)}: {len(found.runs)} runs."

@@ -79,11 +79,11 @@ class Draw:
         return [self.seed(group_id, task_id, episode) for episode in range(EVALUATION_EPISODES)]
 
 
-def require_value(value: str, where: str = "--seeds") -> str:
+def require_value(value: str) -> str:
     """The value in lower case. Raises ``BenchError`` unless it has 40 to 128 hexadecimal digits."""
     if not VALUE.fullmatch(value.lower()):
         hint = "Pass the id of the merge commit, or the randomness of a public beacon: 40 to 128 digits."
-        raise BenchError("bad-seeds", f"{value[:80]!r} is not such a number.", where, hint)
+        raise BenchError("bad-seeds", f"{value[:80]!r} is not such a number.", "--seeds", hint)
     return value.lower()
 
 
@@ -95,7 +95,7 @@ def files_digest(runs: Mapping[str, str]) -> str:
 def tested_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, int]]:
     """Stage and index of the task of the cells of final performance and forgetting.
 
-    Sequential: R[T][j] and R[j][j]. Single and joint: every task at stage 1.
+    Sequential: R[T][j] and R[j][j]. Single, joint and cumulative: every task at stage 1.
     """
     if protocol != "sequential":
         return [(1, index) for index in range(len(tasks))]

@@ -22,7 +22,7 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.submission import run_versions
 from gym_extensions.baselines.train_agent import reference_agent, retrain
 from gym_extensions.baselines.training.usage import commit_of, processor
-from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.log import log_of, read_log
 from gym_extensions.rollouts.reader import read
@@ -73,7 +73,7 @@ def _p_value(first: list[Outcome], second: list[Outcome]) -> float:
     return zero_mean_p(subtract(old, new))
 
 
-def require_reference_agent(entry: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> None:
+def require_reference_agent(entry: Path, groups: Mapping[str, TaskGroup]) -> None:
     """Refuses an entry that cannot be trained again, before hours are spent on its verification.
 
     Raises ``BenchError`` if the training was not recorded, the agent is none of this project, or its extra is
@@ -125,7 +125,7 @@ def made_elsewhere(document: RunDocument) -> str:
     return differing(pairs)
 
 
-def retrained(entry: Path, report: Report, groups: Mapping[str, TaskGroup] = GROUPS) -> Report:
+def retrained(entry: Path, report: Report, groups: Mapping[str, TaskGroup]) -> Report:
     """The report after one drawn run was trained again.
 
     A run is reproduced if its episodes are the same; if it was made elsewhere, with other versions or on

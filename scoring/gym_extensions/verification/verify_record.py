@@ -96,7 +96,7 @@ def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Ite
         path, digest = folder / POSES / f"{name}.json", experts.digest(policy)
         known = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
         if known is None or known.policy != digest:
-            seeds = measurement_seeds(row, 0, SAMPLE)
+            seeds = measurement_seeds(row, SAMPLE)
             poses = PolicyPoses(policy=digest, poses=played(policy, row, seeds)[1])
             write_text(path, poses.to_json())
             yield path
@@ -109,6 +109,9 @@ def verify_record(record: records.Record, value: str) -> records.RecordReview:
         BenchError: card or policy cannot be read or do not fit the task, a limit was reached, or the floor
             of the task was not measured.
     """
+    if not record.path.is_file():
+        message = "There is no such file."
+        raise BenchError("no-such-record", message, str(record.path), "Name a record's card.")
     needed, draw = records.bar(record.task), Draw(record.digest, value)
     seeds = [draw.seed(records.RECORDS, record.task.id, index) for index in range(records.EPISODES)]
     (answer,) = answers(JOB, {"card": str(record.path.resolve()), "seeds": seeds}, LIMITS)
@@ -145,7 +148,7 @@ def sample(record: records.Record) -> tuple[int, list[BenchError]]:
     card = found(lambda: record.card)
     policy = found(lambda: described_policy(path, card) if card else experts.read_policy(path))
     needed = found(lambda: records.bar(row))
-    seeds = measurement_seeds(row, 0, SAMPLE)
+    seeds = measurement_seeds(row, SAMPLE)
     seen = found(lambda: measurement(outcomes(policy, row, seeds)[0])) if policy else None
     if card and needed and seen:
         claim = card.measurement
@@ -156,9 +159,9 @@ def sample(record: records.Record) -> tuple[int, list[BenchError]]:
     return (seen.episodes if seen else 0), errors
 
 
-def measurement_seeds(row: Task, first: int, count: int) -> list[int]:
-    """The seeds of measurement episodes of a task."""
-    return [experts.seed(row, "measure", index) for index in range(first, first + count)]
+def measurement_seeds(row: Task, count: int) -> list[int]:
+    """The seeds of the first measurement episodes of a task."""
+    return [experts.seed(row, "measure", index) for index in range(count)]
 
 
 def line_of(record: records.Record, review: records.RecordReview) -> str:
@@ -177,7 +180,6 @@ def write_record(
     authors: Sequence[str],
     history: Sequence[Step],
     folder: Path | str = records.RECORDS,
-    episodes: int = records.EPISODES,
 ) -> Path:
     """Measures a policy on the measurement seeds of its task and writes both files of a record.
 
@@ -188,7 +190,6 @@ def write_record(
         authors: names of the authors.
         history: the training runs, the first one first.
         folder: of all records.
-        episodes: that the claim rests on, at least 100.
 
     Returns:
         The path of the card.
@@ -205,17 +206,14 @@ def write_record(
     if path.exists():
         raise BenchError("name-taken", "There is such a record.", str(path), "Take another name.")
     policy = replace(policy, head="deterministic")
-    results: list[Outcome] = []
-    while len(results) < max(episodes, records.EPISODES):
-        seeds = measurement_seeds(row, len(results), records.EPISODES)
-        results += outcomes(policy, row, seeds)[0]
+    results, _ = outcomes(policy, row, measurement_seeds(row, records.EPISODES))
     card = RecordCard(
         task=row.id,
         fingerprint=fingerprints.published(row.id),
         policy=experts.digest(policy),
         history=tuple(history),
         measurement=measurement(results),
-        authors=tuple(authors),
+        authors=(authors,) if isinstance(authors, str) else tuple(authors),
     )
     try:
         msgspec.convert(msgspec.to_builtins(card), RecordCard)

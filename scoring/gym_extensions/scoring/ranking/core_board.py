@@ -352,7 +352,6 @@ def _with_ranks(entry: CoreEntry, found: Mapping[str, Mapping[str, tuple[int, in
     """The entry with its rank on each metric that has a family."""
     metrics = dict(entry.metrics)
     for metric, ranks in found.items():
-        is_unlearned = metric == FORGETTING and entry.ranked and _learned_nothing(entry)
-        note = formulas.NOTHING_LEARNED if is_unlearned else ""
+        note = formulas.NOTHING_LEARNED if entry.ranked and entry.name not in ranks else ""
         metrics[metric] = replace(metrics[metric], rank=ranks.get(entry.name), rank_note=note)
     return replace(entry, metrics=metrics)

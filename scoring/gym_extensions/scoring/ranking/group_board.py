@@ -1,6 +1,6 @@
 """Builds boards, which rank the entries of one group or suite, protocol and budget.
 
-A board is made from scorecards and the references alone. What it adds (ranks, differences, runs to separate)
+A board is made from scorecards and the references alone. What it adds (ranks and differences)
 belongs to the board and may change when an entry joins; the scores are copied and never move.
 """
 
