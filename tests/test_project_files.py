@@ -23,7 +23,7 @@ def relative(path: Path) -> str:
 
 
 def anchors(text: str) -> set[str]:
-    """Ids of the headings of a Markdown page, as code hosts make them."""
+    """Ids of the headings of a Markdown page, as code hosts and mkdocs make them."""
     headings = re.findall(r"^#+ (.*)$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 import copy
 import statistics
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.scoring.formulas import METRICS
+from gym_extensions.site.build import Built, build_site
 
+from .browser import typed
 from .made_boards import around
 
 QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
@@ -219,6 +222,17 @@ def everything() -> Document:
             },
         ],
     }
+
+
+def build(document: Document, out: Path) -> Built:
+    """Builds the site that shows these JSON values."""
+    whole = typed(document)
+    return build_site(whole.submissions, whole.references, out)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file below the folder by its path."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture

@@ -19,19 +19,9 @@ def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
     return [mean + wide * spread for spread in FIVE[:runs]]
 
 
-def boards_of(*cards: Card) -> tuple[BoardView, ...]:
-    """The boards of these cards."""
-    references = {"version": "made-up", "sha256": ""}
-    return leaderboard({"format": 1, "references": references, "submissions": list(cards)}).boards
-
-
-def leaderboard(document: Card) -> Leaderboard:
-    """The leaderboard of these JSON values."""
-    whole = typed(document)
-    return Leaderboard(whole.references, tuple(map(shortened, whole.submissions)))
-
-
 def only(*cards: Card) -> BoardView:
     """The only board of these cards."""
-    (board,) = boards_of(*cards)
+    references = {"version": "made-up", "sha256": ""}
+    whole = typed({"format": 1, "references": references, "submissions": list(cards)})
+    (board,) = Leaderboard(whole.references, tuple(map(shortened, whole.submissions))).boards
     return board

@@ -15,22 +15,12 @@ from typing import Any
 import pytest
 
 from gym_extensions.errors import BenchError
-from gym_extensions.site import build as module
+from gym_extensions.site.build import Site
 
-from .browser import files, typed
+from .browser import files
+from .conftest import build, contents
 
 OTHER_TIME_ZONE = "Asia/Tokyo" if time.timezone != -9 * 3600 else "UTC"
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below the folder by its path."""
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
-def build(document: dict[str, Any], out: Path) -> Path:
-    """Builds the site that shows these JSON values."""
-    whole = typed(document)
-    return module.build_site(whole.submissions, whole.references, out).index
 
 
 def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(
@@ -60,11 +50,11 @@ def test_a_failed_build_leaves_the_previous_one(
     build(document, tmp_path / "site")
     before = contents(tmp_path / "site")
 
-    def broken(site: module.Site, cards: Any) -> Any:
+    def broken(site: Site, cards: Any) -> Any:
         yield "index.html", "half"
         raise RuntimeError("the disk is full")
 
-    monkeypatch.setattr(module.Site, "files", broken)
+    monkeypatch.setattr(Site, "files", broken)
     with pytest.raises(RuntimeError, match="the disk is full"):
         build(document, tmp_path / "site")
     assert contents(tmp_path / "site") == before

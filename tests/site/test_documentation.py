@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 from gym_extensions.site.pages import PAGES, docs_masthead
 from gym_extensions.site.pages.page import TASK_LIST
 
+from ..test_project_files import anchors
 from .browser import Reader, site_files
 
 ROOT = Path(__file__).parents[2]
@@ -25,12 +26,6 @@ def pages(document: dict[str, Any], docs: bool) -> dict[str, Reader]:
     return {path: Reader(text) for path, text in files if shown.fullmatch(path)}
 
 
-def anchors(file: Path) -> set[str]:
-    """The anchors of a Markdown file, as mkdocs makes them of its headings."""
-    headings = re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
-
-
 def test_links_lead_to_files_and_headings_of_the_documentation(document: dict[str, Any]) -> None:
     found = set()
     for path, page in pages(document, docs=True).items():
@@ -41,7 +36,8 @@ def test_links_lead_to_files_and_headings_of_the_documentation(document: dict[st
                 found.add(target)
                 file = ROOT / ROOT_PAGES.get(target, target.replace(".html", ".md"))
                 assert file.is_file(), f"{path} links to {target}"
-                assert address.fragment in {"", *anchors(file)}, f"{path}: {attributes['href']}"
+                known = {"", *anchors(file.read_text("utf-8"))}
+                assert address.fragment in known, f"{path}: {attributes['href']}"
     assert {f"docs/{name}.html" for name in ("index", "submit", "metrics", "experts", "speed")} <= found
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -14,18 +13,10 @@ from gym_extensions.__main__ import main
 from gym_extensions.rollouts.review import Decision, Review, write_review
 from gym_extensions.scoring.pipeline import Scorer
 from gym_extensions.site import build as module
-from gym_extensions.site.build import Built, build_site
 from gym_extensions.site.output import MARK, SCRATCH, Output, kept_path
 
-from .browser import typed
-from .conftest import everything
+from .conftest import build, contents, everything
 from .made_entries import REFERENCES, submission
-
-
-def build(document: dict[str, Any], out: Path) -> Built:
-    """Builds the site that shows these JSON values."""
-    whole = typed(document)
-    return build_site(whole.submissions, whole.references, out)
 
 
 def inodes(folder: Path) -> dict[str, int]:
@@ -53,7 +44,7 @@ def test_the_pages_of_a_changed_entry_and_of_its_boards_are_written_and_others_k
     assert [path for path in KEPT if after[path] != before[path]] == []
     assert [path for path in WRITTEN if after[path] == before[path]] == []
     build(document, tmp_path / "new")
-    assert pages(out) == pages(tmp_path / "new")
+    assert contents(out) == contents(tmp_path / "new")
 
 
 def test_what_an_interrupted_first_build_left_is_removed(tmp_path: Path) -> None:
@@ -134,11 +125,6 @@ def built(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     return tmp_path
 
 
-def pages(site: Path) -> dict[str, bytes]:
-    """Every file of a site by path."""
-    return {str(path.relative_to(site)): path.read_bytes() for path in site.rglob("*") if path.is_file()}
-
-
 def test_without_a_change_nothing_is_scored_and_the_bytes_are_those_of_a_new_build(
     built: Path, scored: Scored
 ) -> None:
@@ -146,7 +132,7 @@ def test_without_a_change_nothing_is_scored_and_the_bytes_are_those_of_a_new_bui
     assert scored == []
     assert main(["site", "--out", "new"]) == 0
     assert scored == ["alpha", "beta"]
-    assert pages(built / "_site") == pages(built / "new")
+    assert contents(built / "_site") == contents(built / "new")
 
 
 def test_a_changed_and_a_new_submission_are_scored_and_a_removed_one_disappears(
@@ -158,7 +144,7 @@ def test_a_changed_and_a_new_submission_are_scored_and_a_removed_one_disappears(
     assert main(["site"]) == 0
     assert scored == ["alpha", "gamma"]
     assert main(["site", "--out", "new"]) == 0
-    assert pages(built / "_site") == pages(built / "new")
+    assert contents(built / "_site") == contents(built / "new")
 
 
 def test_a_review_that_is_written_later_is_shown(built: Path, scored: Scored) -> None:

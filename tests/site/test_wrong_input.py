@@ -87,14 +87,3 @@ def test_any_title_stays_in_its_place_and_is_shortened_in_tables(title: str) -> 
         assert "agile" in pages[path].text, f"{path} has no folder name"
         assert not [a for tag, a in pages[path].elements if tag == "script" and "src" not in a]
     assert title[:100] not in pages["index.html"].text
-
-
-def test_entries_with_look_alike_titles_differ_by_their_folder_names() -> None:
-    document = everything()
-    first, second = document["submissions"][:2]
-    first["title"], second["title"] = "TRPO", "TRP\N{CYRILLIC CAPITAL LETTER O}"
-    pages = read(document)
-    for path in ("entries.html", BOARD):
-        assert "TRPO agile" in pages[path].text
-        assert "TRP\N{CYRILLIC CAPITAL LETTER O} keeper" in pages[path].text
-    assert "TRPO agile" in pages["submissions/agile.html"].text.split("Provenance")[0]

@@ -5,6 +5,7 @@ Without Chromium or playwright the tests are skipped with the reason; CI runs th
 
 from __future__ import annotations
 
+import shutil
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -14,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from .chromium import start
 from .made_site import write_site
 
 if TYPE_CHECKING:
@@ -24,10 +24,22 @@ PATIENCE = 120_000
 """Milliseconds until an action fails: a busy machine is slow, and a test that waits costs nothing."""
 
 
+ARGUMENTS = ("--disable-gpu", "--in-process-gpu", "--renderer-process-limit=1")
+"""Few processes: starting one costs more than most tests."""
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """One Chromium for all tests of this process."""
-    yield from start()
+    """One Chromium of the system for all tests of this process."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra `dev`)")
+    path = next(filter(None, map(shutil.which, NAMES)), None)
+    if path is None:
+        pytest.skip("Chromium is not installed (on Debian: apt-get install chromium)")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, timeout=PATIENCE, args=list(ARGUMENTS))
+        yield browser
+        browser.close()
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,7 @@ from typing import Any
 from gym_extensions.references import load_references
 
 from ..browser import read
+from .test_core import method
 
 
 def test_an_open_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> None:
@@ -91,7 +92,9 @@ def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> Non
 def test_a_group_page_names_provisional_experts_and_open_tasks(document: dict[str, Any]) -> None:
     current = load_references()
     document["references"] = {"version": current.version, "sha256": current.digest}
+    document["submissions"].append(method("part", 0.9, 0.9, ["hopper-wall"]))
     pages = read(document)
+    assert pages["core.html"].text.count("Provisional:") == 1
     assert "(provisional: it rarely passes the wall)" in pages["groups/hopper-wall-v0.html"].text
     assert "Open: no expert is known that is clearly better than 0" in pages["groups/striker-v0.html"].text
 

@@ -14,6 +14,7 @@ from gym_extensions.scoring import landscapes as scored
 from gym_extensions.scoring.landscapes import Landscape, MeasuredAxis
 
 from ..browser import Reader, files
+from ..conftest import MADE
 
 GROUP = group("hopper-gravity")
 (AXIS,) = axes(GROUP)
@@ -79,14 +80,8 @@ def test_a_landscape_of_other_policies_is_not_drawn(document: dict[str, Any], tm
 def test_an_entry_without_a_landscape_says_why(
     document: dict[str, Any], tmp_path: Path, policies: bool
 ) -> None:
-    texts: dict[str, Any] = dict.fromkeys(("command", "commit", "by", "processor"), "") | {
-        "date": None,
-        "versions": {},
-    }
-    memory = {"stored_steps": 0, "parameters_first": 1, "parameters_last": 1}
-    costs = {"run": 0, "steps": 1, "cpu_seconds": None, "peak_memory_mb": None, "memory": memory}
     scores = document["submissions"][0]["groups"][GROUP.id]["sequential"]
-    scores["provenance"] = [{**texts, **costs, "policies": policies}]
+    scores["provenance"] = [{**MADE, "policies": policies}]
     text = Reader(dict(files(document, agile=tmp_path))[PAGE]).text
     assert ("Not measured yet." in text) == policies
     assert ("they are not published" in text) != policies

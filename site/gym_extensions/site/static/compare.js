@@ -38,11 +38,6 @@ const make = (tag, properties = {}, ...children) => {
   element.append(...children);
   return element;
 };
-const cell = (tag, text, className = "") => {
-  const element = make(tag, { className }, text);
-  if (tag === "th") element.scope = "row";
-  return element;
-};
 
 const VERDICTS = { separated: "significant difference", open: "no significant difference" };
 const link = (text, href) => make("a", { href }, text);
@@ -107,10 +102,10 @@ function table(boards, first, second) {
   const lines = rows.map(({ page, group, label, runs, kept, lost }) => make("tr", {},
     make("th", { scope: "row" }, link(group, page), " ", make("span", { className: "tags" }, label)),
     make("td", { className: "drawn" }, ...(kept ? [bar(kept, reach)] : [])), number("Score", kept), number("Forgetting", lost),
-    named("Runs", cell("td", runs, "num"))));
+    named("Runs", make("td", { className: "num" }, runs))));
   const heads = [["Group"], ["\u2190 second \u00b7 first better \u2192", "", "drawn"], ["Score", "metrics", "num"],
     ["Forgetting", "forgetting", "num"], ["Runs", "intervals", "num"]].map(([name, anchor, side = ""]) =>
-    Object.assign(cell("th", anchor ? link(name, `metrics.html#${anchor}`) : name, side), { scope: "col" }));
+    make("th", { className: side, scope: "col" }, anchor ? link(name, `metrics.html#${anchor}`) : name));
   return make("table", { className: "entries narrow" },
     make("caption", {}, "First minus second, with 95\u202f% intervals. The score is the metric that sorts the board. \u2013: no value, or not among its first 60 entries"),
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));

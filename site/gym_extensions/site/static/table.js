@@ -158,7 +158,7 @@ function start(table) {
   const more = make("button", { type: "button", className: "more", onclick: () => { state.all = true; update(); } });
   const tools = make("div", { className: "tools" }, labelled("Search", search), labelled("Runs", runs),
     ...Object.entries(selects).map(([key, select]) => labelled(FILTERS[key], select)), chooser, compare,
-    make("span", { className: "export" }, "These rows as ", downloads[0], " ", downloads[1]), reset);
+    make("span", {}, "These rows as ", downloads[0], " ", downloads[1]), reset);
   const anchor = table.closest(".scroll") || table;
   anchor.before(tools, status);
   anchor.after(more);
