@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
-import mujoco
 import numpy as np
 import pytest
 from mujoco.batch import Batch
@@ -66,21 +65,6 @@ def stepping(env: gym.vector.VectorEnv[Any, Any, Any], actions: Any) -> Callable
     return turn
 
 
-def alone(env: gym.Env[Any, Any], actions: Any) -> Callable[[], tuple[int, float]]:
-    """A turn of one environment's steps, resets included."""
-    env.reset(seed=0)
-
-    def turn() -> tuple[int, float]:
-        start = time.perf_counter()
-        for row in actions:
-            _, _, terminated, truncated, _ = env.step(row)
-            if terminated or truncated:
-                env.reset()
-        return len(actions), time.perf_counter() - start
-
-    return turn
-
-
 @pytest.mark.parametrize("body", BODIES)
 def test_make_vec_against_raw_physics(side_by_side: Any, body: str) -> None:
     env: Any = envs.make_vec(body, NUM_ENVS, num_threads=THREADS)
@@ -108,10 +92,8 @@ def test_make_vec_against_raw_physics(side_by_side: Any, body: str) -> None:
 
     contestants = {"make_vec": batch, "Batch.step": lambda: (len(actions) * NUM_ENVS, spent["raw"])}
     bars = {"Batch.step": RAW_BAR.get(body, 0.95)}
-    ratios = side_by_side(
-        "stepping, raw", contestants, bars=bars, task=body, environments=NUM_ENVS, threads=THREADS
-    )
-    assert ratios["Batch.step"] > 0.5
+    about = {"task": body, "environments": NUM_ENVS, "threads": THREADS}
+    side_by_side("stepping, raw", contestants, bars=bars, **about)
 
 
 @pytest.mark.parametrize("body", BODIES)
@@ -122,13 +104,9 @@ def test_make_vec_against_other_vector_environments(side_by_side: Any, body: str
     short = max(steps // 4, 4)
     gym_id = f"{body}-v5"
     sync = gym.make_vec(gym_id, NUM_ENVS, vectorization_mode="sync")
-    processes = gym.make_vec(gym_id, 4, vectorization_mode="async")
     contestants = {
         "make_vec": stepping(ours, drawn(space, steps, NUM_ENVS)),
         "SyncVectorEnv(64)": stepping(sync, drawn(space, short, NUM_ENVS)),
-        "AsyncVectorEnv(4)": stepping(processes, drawn(space, 4 * steps, 4)),
-        "Gymnasium single": alone(gym.make(gym_id), drawn(space, short * NUM_ENVS)),
-        "mj_step alone": bare(body, short * NUM_ENVS),
     }
     bars = {"SyncVectorEnv(64)": SYNC_BAR.get(body, 3.0)}
     if importlib.util.find_spec("envpool"):
@@ -137,11 +115,8 @@ def test_make_vec_against_other_vector_environments(side_by_side: Any, body: str
         pool = envpool.make(gym_id, env_type="gymnasium", num_envs=NUM_ENVS, num_threads=THREADS)
         contestants["EnvPool"] = pooled(pool, drawn(space, steps, NUM_ENVS))
         bars["EnvPool"] = ENVPOOL_BAR.get(body, 1.0)
-    ratios = side_by_side(
-        "stepping, peers", contestants, bars=bars, task=body, environments=NUM_ENVS, threads=THREADS
-    )
-    processes.close()
-    assert ratios["SyncVectorEnv(64)"] > 1.0
+    about = {"task": body, "environments": NUM_ENVS, "threads": THREADS}
+    side_by_side("stepping, peers", contestants, bars=bars, **about)
 
 
 def pooled(pool: Any, actions: Any) -> Callable[[], tuple[int, float]]:
@@ -154,25 +129,6 @@ def pooled(pool: Any, actions: Any) -> Callable[[], tuple[int, float]]:
         for row in rows:
             pool.step(row)
         return len(rows) * NUM_ENVS, time.perf_counter() - start
-
-    return turn
-
-
-def bare(body: str, steps: int) -> Callable[[], tuple[int, float]]:
-    """A turn of mj_step in one simulation on one thread, reset every 20 steps."""
-    single: Any = envs.make(body).unwrapped
-    single.reset(seed=0)
-    model, data, skip = single.model, single.data, single.frame_skip
-    actions = drawn(single.action_space, steps)
-
-    def turn() -> tuple[int, float]:
-        start = time.perf_counter()
-        for index, row in enumerate(actions):
-            data.ctrl[:] = row
-            mujoco.mj_step(model, data, skip)
-            if index % 20 == 0:
-                mujoco.mj_resetData(model, data)
-        return len(actions), time.perf_counter() - start
 
     return turn
 
@@ -200,8 +156,7 @@ def test_a_wall_and_sensor_cost_little(side_by_side: Any, body: str) -> None:
         env = envs.make_vec(name, NUM_ENVS, num_threads=THREADS)
         contestants[name] = stepping(env, drawn(env.single_action_space, STEPS[body], NUM_ENVS))
     about = {"task": f"{body}Wall", "environments": NUM_ENVS, "threads": THREADS}
-    ratios = side_by_side("wall and sensor", contestants, bars={body: 0.85}, **about)
-    assert ratios[body] > 0.5
+    side_by_side("wall and sensor", contestants, bars={body: 0.85}, **about)
 
 
 @pytest.mark.parametrize("family", NAVIGATION)
@@ -215,8 +170,7 @@ def test_navigation_is_faster_than_gymnasiums_sync_vector_env(side_by_side: Any,
         peer: stepping(sync, drawn(space, peer_steps, NUM_ENVS)),
     }
     about = {"task": family, "environments": NUM_ENVS, "threads": 1}
-    ratios = side_by_side("navigation", contestants, bars={peer: bar}, **about)
-    assert ratios[peer] > 1.0
+    side_by_side("navigation", contestants, bars={peer: bar}, **about)
 
 
 def test_512_humanoid_environments_need_at_most_1_5_gb(side_by_side: Any) -> None:
