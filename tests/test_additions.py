@@ -132,13 +132,14 @@ PAGE = """
     ),
 )
 """
-TEMPLATE = '{% extends "base.html" %}{% block content %}<p>{{ page.title }}</p>{% endblock %}'
+TEMPLATE = '{% extends "base.html" %}{% block main %}<p>Hello page</p>{% endblock %}'
 USE_PAGE = """
 import sys
 from pathlib import Path
 from gym_extensions.site.cli import main
 main([sys.argv[1], "--out", sys.argv[2]])
-assert "Hello" in (Path(sys.argv[2]) / "hello.html").read_text()
+page = (Path(sys.argv[2]) / "hello.html").read_text()
+assert "<p>Hello page</p>" in page.partition("<main")[2]
 """
 
 

@@ -14,10 +14,9 @@ from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import Factory, train, workers
+from gym_extensions.baselines import Factory, train
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.references import cli as references_cli
-from gym_extensions.baselines.references import measuring
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
@@ -29,6 +28,8 @@ from gym_extensions.scoring import cli as score_cli
 from gym_extensions.scoring.pipeline import make_scorer, score_folder
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
+
+from .baselines.references.conftest import make_quick
 
 LIGHT = """
 name = "hopper-light"
@@ -53,14 +54,6 @@ class OtherRandom(Random):
         super().__init__(observation_space, action_space, seed + 1)
 
 
-def make_quick(patch: pytest.MonkeyPatch) -> None:
-    """Measures floors with 20 episodes, in this process."""
-    measurements = measuring.floor_measurements
-    patch.setattr(measuring, "floor_measurements", lambda task, episodes=20: measurements(task, 20))
-    run = workers.run
-    patch.setattr(workers, "run", lambda pending, listen, jobs: run(pending, listen, 0))
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the group's TOML file, its references, and two submissions."""
@@ -72,7 +65,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         protocols = ["sequential", "single"] if name == "random" else ["sequential"]
         train(agent, group, protocols, "smoke", [0, 1], out=root / name)
     with pytest.MonkeyPatch.context() as patch:
-        make_quick(patch)
+        make_quick(patch, 20)
         options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
         assert references_cli.main([*options, "--out", str(root / "light-references.json")]) == 0
     return root
@@ -217,7 +210,7 @@ def test_a_group_of_any_gymnasium_environment_is_trained_and_scored_with_its_own
     file, out, known = tmp_path / "own.toml", tmp_path / "mine", tmp_path / "references.json"
     file.write_text('name = "pendulum"\n[[tasks]]\ntask = "Pendulum-v1"\nmax_steps = 20\n')
     train("random", file, ["sequential", "single"], "smoke", [0, 1], out=out)
-    make_quick(monkeypatch)
+    make_quick(monkeypatch, 20)
     options = ["--groups", str(file), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
     assert references_cli.main([*options, "--out", str(known)]) == 0
     frame = results.metrics(out, groups=[file], references=known)

@@ -19,13 +19,21 @@ from gym_extensions.curation.git import Repository
 from gym_extensions.references import Reference, References
 from gym_extensions.rollouts.policies.files import policy_keys
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import level, read_review
+from gym_extensions.rollouts.review import read_review
 from gym_extensions.rollouts.run import Memory, read_run
 from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.ranking.group_board import boards
 
 from ..verification import entries
-from ..verification.entries import GROUP, change_document, change_documents, change_log, copy, honest
+from ..verification.entries import (
+    GROUP,
+    change_document,
+    change_documents,
+    change_log,
+    copy,
+    honest,
+    level_of,
+)
 from .repositories import commit, git, make_repository
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
@@ -94,13 +102,6 @@ class Project:
             assert git(self.main, "status", "--porcelain").split()[1] == "submissions/new/review.toml"
         commit(self.main, message="review")
         return level_of(entry)
-
-
-def level_of(entry: Path) -> str:
-    submission = read(entry, policies=True)
-    assert submission.problems == ()
-    (submitted,) = submission.groups.values()
-    return level(submission.review, submitted.digests("sequential"))
 
 
 def test_an_honest_entry_gets_a_rank_with_one_pull_request(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 
 from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.groups import group as group_of
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
@@ -26,6 +27,8 @@ from gym_extensions.rollouts.policies.files import (
     write_policies,
 )
 from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.rollouts.reader import read
+from gym_extensions.rollouts.review import level
 from gym_extensions.rollouts.run import (
     Memory,
     PolicyFile,
@@ -35,6 +38,7 @@ from gym_extensions.rollouts.run import (
     read_run,
     write_run,
 )
+from gym_extensions.verification.cli import main
 from gym_extensions.verification.episodes import Cell, run_cell
 from gym_extensions.verification.verify import this_machine
 from gym_extensions.versions import version
@@ -43,6 +47,8 @@ from ..conftest import MANIFEST
 
 GROUP = "hopper-wall"
 RUNS = (0, 1, 2, 3, 4)
+VALUE = "3f" * 20
+"""From it, the seeds of ``verify`` are drawn."""
 SCRATCH = tempfile.TemporaryDirectory(prefix="entries-")
 Row = dict[str, Any]
 
@@ -132,6 +138,19 @@ def honest(head: str = "deterministic") -> Path:
 def copy(entry: Path, target: Path) -> Path:
     """A copy of an entry that may be changed."""
     return Path(shutil.copytree(entry, target))
+
+
+def verify(entry: Path, *options: str) -> int:
+    """The exit status of the command on an entry, with its cache beside it."""
+    return main([str(entry), "--seeds", VALUE, "--cache", str(entry.parent / "cache"), *options])
+
+
+def level_of(entry: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> str:
+    """The level of the only sequential log of an entry without problems."""
+    submission = read(entry, groups, policies=True)
+    assert submission.problems == ()
+    (submitted,) = submission.groups.values()
+    return level(submission.review, submitted.digests("sequential"))
 
 
 def change_log(entry: Path, edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Path:

@@ -22,15 +22,13 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import read_review
 from gym_extensions.rollouts.run import PolicyFile, read_run
 from gym_extensions.verification import episodes
-from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify import repetition, runs_of
 from gym_extensions.versions import version
 
 from ..rollouts.policies.networks import endless
-from .entries import change_document
+from .entries import change_document, verify
 
 PAGE = Path(__file__).parents[2] / "docs" / "policies.md"
-VALUE = "3f" * 20
 
 
 @pytest.fixture(scope="session")
@@ -48,10 +46,6 @@ def documented(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def entry(documented: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(documented, tmp_path / "mine", ignore=shutil.ignore_patterns(".progress")))
-
-
-def verify(entry: Path, *options: str) -> int:
-    return main([str(entry), "--seeds", VALUE, "--cache", str(entry.parent / "cache"), *options])
 
 
 def test_the_documented_module_of_pytorch_becomes_a_verified_entry(entry: Path) -> None:

@@ -13,17 +13,16 @@ from gym_extensions.baselines import train
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import level, read_review
+from gym_extensions.rollouts.review import read_review
 from gym_extensions.rollouts.run import file_sha256, read_run
 from gym_extensions.verification import retrain
-from gym_extensions.verification.cli import main
 from gym_extensions.verification.retrain import Cells, compare_cells, drawn_run, train_again
 from gym_extensions.verification.verify import runs_of
 
 from ..baselines.conftest import QUICK_TOML
-from .entries import change_document
+from . import entries
+from .entries import VALUE, change_document
 
-VALUE = "3f" * 20
 RUN = "quick-pusher/sequential/run0"
 
 
@@ -46,15 +45,11 @@ def workshop(made: Path, tmp_path: Path, in_this_process: None) -> Path:
 
 
 def verify(entry: Path, *options: str) -> int:
-    folder = entry.parent
-    common = ["--groups", str(folder / "quick.toml"), "--cache", str(folder.parent / "cache")]
-    return main([str(entry), "--seeds", VALUE, "--retrain", *common, *options])
+    return entries.verify(entry, "--retrain", "--groups", str(entry.parent / "quick.toml"), *options)
 
 
 def level_of(entry: Path) -> str:
-    submission = read(entry, with_custom([entry.parent / "quick.toml"]))
-    (submitted,) = submission.groups.values()
-    return level(submission.review, submitted.digests("sequential"))
+    return entries.level_of(entry, with_custom([entry.parent / "quick.toml"]))
 
 
 def multiply(entry: Path, stage: int, factor: float) -> Path:
@@ -142,7 +137,7 @@ def test_the_agent_of_a_stranger_is_refused_before_anything_is_run(
     assert captured.err.startswith(f"error: {path}: ")
     assert message in captured.err
     assert captured.out == ""
-    assert not (workshop.parent / "cache").exists()
+    assert not (workshop / "cache").exists()
     assert not (workshop / "random/review.toml").exists()
 
 

@@ -13,7 +13,7 @@ from gym_extensions.envs import fingerprinting
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies.files import policy_keys, read_policies
 from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import level, read_review
+from gym_extensions.rollouts.review import read_review
 from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.poses import load_entry
 from gym_extensions.verification import cli as verification_cli
@@ -23,9 +23,7 @@ from gym_extensions.verification.verify import Report
 from gym_extensions.verification.verify import verify as verify_entry
 
 from . import entries
-from .entries import GROUP, Row, change_document, change_log, copy, honest
-
-VALUE = "3f" * 20
+from .entries import GROUP, VALUE, Row, change_document, change_log, copy, honest, level_of, verify
 
 
 @pytest.fixture
@@ -40,19 +38,9 @@ def entry(limited: Path, in_this_process: None) -> Path:
     return limited
 
 
-def verify(entry: Path, *options: str) -> int:
-    return main([str(entry), "--seeds", VALUE, "--cache", str(entry.parent / "cache"), *options])
-
-
-def sequential_level(entry: Path) -> str:
-    submission = read(entry)
-    (submitted,) = submission.groups.values()
-    return level(submission.review, submitted.digests("sequential"))
-
-
 def test_an_honest_entry_is_verified_and_the_record_says_what_was_done(limited: Path) -> None:
     entry = limited
-    assert sequential_level(entry) == "claimed"
+    assert level_of(entry) == "claimed"
     assert verify(entry, "--write") == 0
     (record,) = read_review(entry).verifications
     tasks = len(group(GROUP).tasks)
@@ -62,7 +50,7 @@ def test_an_honest_entry_is_verified_and_the_record_says_what_was_done(limited: 
     assert record.cells == 5 * (2 * tasks - 1)
     assert record.difference == ""
     assert sorted(record.runs) == [f"{GROUP}/sequential/run{run}" for run in range(5)]
-    assert sequential_level(entry) == "verified"
+    assert level_of(entry) == "verified"
     (poses,) = load_entry(entry).values()
     assert poses.shows((0,), (_means(entry),))
 
@@ -92,7 +80,7 @@ def test_the_first_draw_stands_and_new_files_are_drawn_for_anew(
     assert verify(entry, "--write", "--seeds", "4f" * 20) == 0
     assert "no run with policies is left" in capsys.readouterr().out
     assert (entry / "review.toml").read_bytes() == refused
-    assert sequential_level(entry) == "claimed"
+    assert level_of(entry) == "claimed"
     change_log(entry, lambda row: {"return": row["return"] / 1.4}, run=3)
     assert verify(entry, "--write") == 1
     first, second = read_review(entry).verifications
@@ -190,7 +178,7 @@ def test_a_log_without_policies_is_claimed_and_says_why(
     (entry / GROUP / "sequential" / "run4.npz").unlink()
     assert verify(entry, "--write") == 1
     assert f"{GROUP}/sequential/run4" in capsys.readouterr().out
-    assert sequential_level(entry) == "claimed"
+    assert level_of(entry) == "claimed"
 
 
 def test_another_engine_repeats_nothing(

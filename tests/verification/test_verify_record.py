@@ -15,9 +15,8 @@ from gym_extensions.scoring.records import Record
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify_record import sample, verify_record, write_expert_poses, write_record
 
+from .entries import VALUE
 from .made_records import HISTORY, change_card, claim_more, lower_the_bar, make_policy, make_record
-
-VALUE = "3f" * 20
 
 
 @pytest.fixture

@@ -8,14 +8,13 @@ from gym_extensions.baselines import workers
 from gym_extensions.baselines.references import measuring
 
 
-@pytest.fixture(autouse=True)
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    run = workers.run
-    monkeypatch.setattr(workers, "run", lambda pending, listen, jobs: run(pending, listen, 0))
+def make_quick(patch: pytest.MonkeyPatch, episodes: int) -> None:
+    """Measures floors with this many episodes, in this process."""
+    measurements, run = measuring.floor_measurements, workers.run
+    patch.setattr(measuring, "floor_measurements", lambda task, _=None: measurements(task, episodes))
+    patch.setattr(workers, "run", lambda pending, listen, jobs: run(pending, listen, 0))
 
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few episodes."""
-    measurements = measuring.floor_measurements
-    monkeypatch.setattr(measuring, "floor_measurements", lambda task, episodes=4: measurements(task, 4))
+    make_quick(monkeypatch, 4)

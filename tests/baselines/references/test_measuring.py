@@ -34,7 +34,7 @@ NAVIGATION = task("State-Based-Navigation-2d-Map0-Goal0")
 
 
 def test_the_published_floors_and_experts_of_three_tasks_follow_from_seeds_and_files() -> None:
-    assert differences([PUSHER, task("HopperGravityHalf"), NAVIGATION], path_of(), 1, QUICK) == []
+    assert differences([PUSHER, task("HopperGravityHalf"), NAVIGATION], path_of(), 0, QUICK) == []
 
 
 def test_each_agent_and_task_has_its_own_seed() -> None:
@@ -99,7 +99,7 @@ def test_the_error_of_a_single_run_is_that_of_its_episodes() -> None:
 
 
 def test_the_published_file_is_made_from_floors_cards_and_the_planner(tmp_path: Path) -> None:
-    made = published(tmp_path / "2.json", 1, tasks=[PUSHER, NAVIGATION])
+    made = published(tmp_path / "2.json", 0, tasks=[PUSHER, NAVIGATION])
     current = parse_file(path_of().read_bytes())
     assert made.tasks == {task.id: current.tasks[task.id] for task in (PUSHER, NAVIGATION)}
 
@@ -131,7 +131,7 @@ def test_an_expert_of_another_task_is_refused_and_nothing_is_written(
     (tmp_path / "Pusher.json").write_bytes(msgspec.json.encode(card))
     out = tmp_path / "out/2.json"
     with pytest.raises(BenchError, match="Pusher") as raised:
-        published(out, 1, tmp_path, [PUSHER])
+        published(out, 0, tmp_path, [PUSHER])
     assert raised.value.code == code
     assert not out.exists()
 
