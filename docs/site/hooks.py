@@ -27,8 +27,6 @@ ROOT_PAGES = {
 """Pages of the site by their path in the repository; the others are in docs/."""
 LINK = re.compile(r"(?P<mark>!?)\[(?P<text>[^\]]*)\]\((?P<target>[^)\s]+)\)")
 INDEXED_TWICE = re.compile(r"```.*?```|`[^`\n]*`|\]\[", re.DOTALL)
-LOADED = {"audio": "src", "embed": "src", "iframe": "src", "img": "src", "script": "src", "source": "src"}
-"""Attributes with the address of what a browser loads, by element; of ``link`` see LOADED_LINKS."""
 LOADED_LINKS = {
     "apple-touch-icon",
     "icon",
@@ -91,7 +89,7 @@ def other_hosts(html: str) -> Iterator[str]:
             values = {name: value or "" for name, value in attrs}
             if tag == "link" and LOADED_LINKS & set(values.get("rel", "").split()):
                 addresses.append(values.get("href", ""))
-            addresses.append(values.get(LOADED.get(tag, ""), ""))
+            addresses.append(values.get("src", ""))
             addresses.extend(values.get("srcset", "").split(","))
             addresses.extend(STYLE_ADDRESS.findall(values.get("style", "")))
 
