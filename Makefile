@@ -7,7 +7,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help leaderboard site-assets test browser extras check docs docsite findings bench slow coverage clean
+.PHONY: help leaderboard site-assets test browser extras check docs docsite findings bench slow clean
 
 help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z-]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -40,9 +40,6 @@ check: .venv/everything.installed  ## check style, types, import layers and work
 	.venv/bin/zizmor --offline --quiet .github
 	.venv/bin/check-jsonschema --quiet --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	.venv/bin/check-jsonschema --quiet --builtin-schema vendor.dependabot .github/dependabot.yml
-
-coverage: .venv/everything.installed  ## run the tests and measure which lines and branches they reach
-	.venv/bin/pytest -n 2 --dist loadfile --cov --cov-report=term
 
 docs: .venv/everything.installed  ## write the generated tables and outputs of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.schema docs
