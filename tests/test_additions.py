@@ -67,7 +67,6 @@ class WeakMotorsEffect(Effect):
 
 
 KINDS = (
-    EffectKind(WeakMotors, WeakMotorsEffect, draw_order=6),
 """
 USE_VARIATION = """
 import numpy as np
@@ -206,6 +205,7 @@ def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
     )
     effects = envs / "effects" / "motors_and_goals.py"
     edit(effects, "KINDS = (\n", EFFECT)
+    edit(effects, "\n)\n", "\n    EffectKind(WeakMotors, WeakMotorsEffect),\n)\n")
     edit(effects, "import MotorNoise,", "import MotorNoise, WeakMotors,")
     run(copy, USE_VARIATION)
     assert changed(copy) == listed("Run-time variation")

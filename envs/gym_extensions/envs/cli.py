@@ -28,7 +28,6 @@ def _parser() -> argparse.ArgumentParser:
     writing.add_argument("--replace", action="store_true", help="also replace fingerprints that have changed")
     add = commands.add_parser("docs", help="write the documentation pages of the environments").add_argument
     add("--out", type=Path, default=Path("docs/environments"), help="output folder (default: %(default)s)")
-    add("--descriptions", type=Path, default=descriptions.PATH, help="data file (default: in the package)")
     add("--pictures", action="store_true", help="also render the pictures (needs OpenGL)")
     return parser
 
@@ -85,7 +84,7 @@ def _docs(args: argparse.Namespace) -> int:
     from gym_extensions.envs.docs.pictures import map_pictures, task_pictures
 
     described = descriptions_text()
-    write_text(args.descriptions, described)
+    write_text(descriptions.PATH, described)
     texts = pages(descriptions.read_descriptions(described))
     images = task_pictures() | map_pictures() if args.pictures else {}
     for name, text in texts.items():

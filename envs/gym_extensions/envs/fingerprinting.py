@@ -219,8 +219,7 @@ def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
         BenchError: the installed physics engine is not that of the published rows, or a published task is not
             in the catalog, and ``replace`` is false.
     """
-    empty: dict[str, Any] = {"engine": engine(), "tasks": {}}
-    old = fingerprints.table() if fingerprints.PATH.exists() else empty
+    old = fingerprints.table()
     if old["engine"] != engine() and not replace:
         message = f"The published fingerprints are of {old['engine']}; installed is {engine()}."
         raise BenchError("other-engine", message, hint="Install that engine, or replace all fingerprints.")

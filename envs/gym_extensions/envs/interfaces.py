@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, Protocol, Self
 
 import mujoco
 import numpy as np
@@ -55,33 +55,22 @@ class Fields(Protocol):
         """A live field of ``mjData`` of every environment, ``(num_envs, …)``."""
 
 
-class SuccessTest(NamedTuple):
-    """A test of success, which gives (…,) booleans, and the field of ``mjData`` that it is called with."""
-
-    field: str
-    test: Callable[[Array], Flags]
-
-
-def success_test(rule: Success | None, model: mujoco.MjModel) -> SuccessTest | None:
-    """Returns the test of a MuJoCo body's success, or None if the body defines none."""
+def success_test(rule: Success | None, model: mujoco.MjModel, fields: Fields) -> Callable[[], Flags] | None:
+    """Returns the test of a MuJoCo body's success, (num_envs,), or None if the body defines none."""
     match rule:
         case Distance(bodies, distance):
             first, second = (model.body(name).id for name in bodies)
-            limit = distance * distance
+            limit, positions = distance * distance, fields.field("xpos")
 
-            def close(positions: Array) -> Flags:
-                gap = positions[..., first, :2] - positions[..., second, :2]
-                x, y = gap[..., 0], gap[..., 1]
+            def close() -> Flags:
+                gap = positions[:, first, :2] - positions[:, second, :2]
+                x, y = gap[:, 0], gap[:, 1]
                 return x * x + y * y <= limit
 
-            return SuccessTest("xpos", close)
+            return close
         case Height(low, high):
-
-            def upright(qpos: Array) -> Flags:
-                height = qpos[..., 2]  # of the free root
-                return (height > low) & (height < high)
-
-            return SuccessTest("qpos", upright)
+            height = fields.field("qpos")[:, 2]  # of the free root
+            return lambda: (height > low) & (height < high)
         case _:  # the arrival at a goal is navigation's
             return None
 

@@ -121,7 +121,6 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         self._elapsed = np.zeros(self.num_envs, np.int64)
         self._ended = np.zeros(self.num_envs, np.bool_)
         self._generators: list[np.random.Generator | None] = [None] * self.num_envs
-        self._seeds: list[int | None] = [None] * self.num_envs
 
     def __getstate__(self) -> dict[str, Any]:
         interfaces.require_open(self.closed, WHERE)
@@ -149,7 +148,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         self._check_options(options or {}, indices)
         for index in indices.tolist():
             if seeds[index] is not None:
-                self._generators[index], self._seeds[index] = seeding.np_random(seeds[index])
+                self._generators[index], _ = seeding.np_random(seeds[index])
         if (given := next((value for value in seeds if value is not None), None)) is not None:
             self._np_random, self._np_random_seed = seeding.np_random(given)
         self._start(indices, options or {})
@@ -239,7 +238,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
     def _generator(self, index: int) -> np.random.Generator:
         generator = self._generators[index]
         if generator is None:
-            generator, self._seeds[index] = seeding.np_random()
+            generator, _ = seeding.np_random()
             self._generators[index] = generator
         return generator
 
@@ -256,19 +255,17 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         return self._states()
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Returns one value of ``task``, ``np_random`` or ``np_random_seed`` per environment.
+        """Returns the ``task`` of each environment.
 
         Raises:
             BenchError: another name, or arguments.
             ClosedError: the environments are closed.
         """
-        if name not in ("task", "np_random", "np_random_seed") or args or kwargs:
-            hint = "Call one of task, np_random, np_random_seed, without arguments."
-            raise BenchError("unknown-call", f"The environments have no {name!r}.", WHERE, hint)
+        if name != "task" or args or kwargs:
+            message, hint = f"The environments have no {name!r}.", "Call task, without arguments."
+            raise BenchError("unknown-call", message, WHERE, hint)
         interfaces.require_open(self.closed, WHERE)
-        if name == "np_random":
-            return tuple(map(self._generator, range(self.num_envs)))
-        return self.tasks if name == "task" else tuple(self._seeds)
+        return self.tasks
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
         return self.call(name)

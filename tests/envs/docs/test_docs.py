@@ -25,9 +25,9 @@ ONE_PER_BASE = list({each.base: each.id for each in TASKS.values()}.values())
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder with what ``envs docs`` writes."""
     out = tmp_path_factory.mktemp("docs")
-    assert (
-        cli.main(["docs", "--out", str(out / "pages"), "--descriptions", str(out / "descriptions.json")]) == 0
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(descriptions, "PATH", out / "descriptions.json")
+        assert cli.main(["docs", "--out", str(out / "pages")]) == 0
     return out
 
 

@@ -13,8 +13,6 @@ from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, S
 
 NOISE_SEEDS = 2**32
 """Seeds of the noise of an episode are below this."""
-CACHED_EPISODES = 256
-"""Number of episodes whose noise is cached, enough for this number of environments."""
 
 
 class Effect:
@@ -62,15 +60,10 @@ class SeededNoise(Effect):
 
 @dataclass(frozen=True)
 class EffectKind:
-    """An entry of the registry of effects.
-
-    Effects draw from an environment's generator in the order of ``draw_order``. The numbers of published
-    kinds never change; a new kind has a larger number.
-    """
+    """An entry of the registry of effects."""
 
     variation: type  # its class
     effect: Callable[[Fields, Sequence[Template]], Effect]  # makes the effect on environments
-    draw_order: int
     shard_key: Callable[[Any], object] = repr  # environments share a shard only if this of theirs is equal
     replaces: type | None = None  # the variation whose effect this one replaces; a task must have it too
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,16 +10,13 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import Rectangle
 from gym_extensions.catalog.variations import MotorNoise, TrackingGoal
-from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, variation_of
+from gym_extensions.envs.effects.base import Effect, EffectKind, SeededNoise, variation_of
 from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
 
 
-@functools.lru_cache(maxsize=CACHED_EPISODES)
 def motor_noise(seed: int, steps: int, motors: int) -> Array:
-    """The standard normal noise of an episode, (steps, motors), read-only. It follows from the seed."""
-    noise = np.random.Generator(np.random.PCG64(seed)).standard_normal((steps, motors))
-    noise.flags.writeable = False
-    return noise
+    """The standard normal noise of an episode, (steps, motors). It follows from the seed."""
+    return np.random.Generator(np.random.PCG64(seed)).standard_normal((steps, motors))
 
 
 class MotorNoiseEffect(SeededNoise):
@@ -77,7 +73,7 @@ class TrackingGoalEffect(Effect):
 
 
 KINDS = (
-    EffectKind(MotorNoise, MotorNoiseEffect, draw_order=4),
-    EffectKind(TrackingGoal, TrackingGoalEffect, draw_order=5),
+    EffectKind(MotorNoise, MotorNoiseEffect),
+    EffectKind(TrackingGoal, TrackingGoalEffect),
 )
-"""The effects of this module."""
+"""The effects of this module. A new one is the last, because effects draw in this order."""

@@ -12,10 +12,8 @@ from gym_extensions.envs.effects.base import Effect, EffectKind, variation_of
 from gym_extensions.envs.interfaces import Fields, Template
 from gym_extensions.errors import BenchError
 
-KINDS: tuple[EffectKind, ...] = tuple(
-    sorted((*wall_and_sensor.KINDS, *motors_and_goals.KINDS), key=lambda kind: kind.draw_order)
-)
-"""Every kind of effect, in the order in which effects draw at reset."""
+KINDS: tuple[EffectKind, ...] = (*wall_and_sensor.KINDS, *motors_and_goals.KINDS)
+"""Every kind of effect, in the order in which effects draw at reset; a new kind is the last."""
 
 
 def effects_of(fields: Fields, templates: Sequence[Template]) -> list[Effect]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Sequence
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from gym_extensions.catalog.bodies import Frame
 from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Wall
-from gym_extensions.envs.effects.base import CACHED_EPISODES, Effect, EffectKind, SeededNoise, variation_of
+from gym_extensions.envs.effects.base import Effect, EffectKind, SeededNoise, variation_of
 from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Steps, Template
 
 
@@ -138,17 +137,14 @@ class RangeSensorEffect(Effect):
         return readings(origins, directions, self._center, self._half_sizes)
 
 
-@functools.lru_cache(maxsize=CACHED_EPISODES)
 def beam_noise(seed: int, steps: int, dropout: float, noise: float) -> tuple[Flags, Array]:
     """The noise of an episode, with one row per step from 0 for the working beams and the noise on hits.
 
-    Both arrays are (steps + 1, 10), follow from the seed, and are read-only.
+    Both arrays are (steps + 1, 10) and follow from the seed.
     """
     generator = np.random.Generator(np.random.PCG64(seed))
     shape = (steps + 1, BEAMS)
-    working, shift = generator.random(shape) >= dropout, noise * generator.standard_normal(shape)
-    working.flags.writeable = shift.flags.writeable = False
-    return working, shift
+    return generator.random(shape) >= dropout, noise * generator.standard_normal(shape)
 
 
 def disturb(readings: Array, working: Flags, shift: Array) -> Array:
@@ -188,8 +184,8 @@ class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
 
 
 KINDS = (
-    EffectKind(Wall, WallEffect, draw_order=1, shard_key=lambda wall: wall.half_sizes),
-    EffectKind(RangeSensor, RangeSensorEffect, draw_order=2),
-    EffectKind(SensorNoise, SensorNoiseEffect, draw_order=3, replaces=RangeSensor),
+    EffectKind(Wall, WallEffect, shard_key=lambda wall: wall.half_sizes),
+    EffectKind(RangeSensor, RangeSensorEffect),
+    EffectKind(SensorNoise, SensorNoiseEffect, replaces=RangeSensor),
 )
 """The effects of this module."""

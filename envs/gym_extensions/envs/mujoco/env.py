@@ -77,7 +77,7 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         camera = {"default_camera_config": body.camera}
         super().__init__(str(asset(task.body)), body.frame_skip, None, **(camera | rendering))
         self.metadata = self.metadata | {"render_fps": round(1 / self.dt)}
-        self._success = interfaces.success_test(task.body.success, self.model)
+        self._success = interfaces.success_test(task.body.success, self.model, self)
         self.observation_space = Box(-np.inf, np.inf, (0,))  # until the size is known
         self._rules = body.rules(self, [self.template()])
         self._effects = effects_of(self, [self.template()])
@@ -164,7 +164,7 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         rewards, ended = self._rules.reward_and_termination(actions, ctrl)
         infos = {name: rows[0] for name, rows in self._rules.step_infos().items()}
         if self._success is not None:
-            infos[IS_SUCCESS] = bool(self._success.test(getattr(self.data, self._success.field)))
+            infos[IS_SUCCESS] = bool(self._success()[0])
         if self.render_mode == "human":
             self.render()  # type: ignore[no-untyped-call]
         return self._get_obs(), rewards[0], bool(ended[0]), False, infos

@@ -47,8 +47,7 @@ class Shard:
         )
         self._rules = rules(self.physics, templates)
         self._effects = effects_of(self.physics, templates)
-        self._success = success_test(templates[0].task.body.success, templates[0].model)
-        self._success_field = None if self._success is None else self.physics.field(self._success.field)
+        self._success = success_test(templates[0].task.body.success, models[0], self.physics)
 
     def __getstate__(self) -> dict[str, Any]:
         parts, physics = kept((self._rules, *self._effects)), self.physics.dump()
@@ -96,8 +95,8 @@ class Shard:
     def step_infos(self) -> Part:
         """Returns the infos of the last step, with ``is_success`` if the tasks define success."""
         infos = self._rules.step_infos()
-        if self._success is not None and self._success_field is not None:
-            infos = infos | {IS_SUCCESS: self._success.test(self._success_field)}
+        if self._success is not None:
+            infos = infos | {IS_SUCCESS: self._success()}
         return self.members, infos
 
     def reset_infos(self) -> Part:

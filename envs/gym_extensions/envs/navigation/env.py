@@ -22,7 +22,7 @@ from gym_extensions.envs.interfaces import (
     require_reset,
 )
 from gym_extensions.envs.navigation.geometry import Arena, advance, arena, map_bytes, touches
-from gym_extensions.envs.navigation.rendering import background, move_agents, with_agent
+from gym_extensions.envs.navigation.rendering import background, draw_agents
 from gym_extensions.envs.navigation.sensors import (
     BEAMS,
     FIELDS,
@@ -72,13 +72,11 @@ class World:
         self._map_of = np.array([grids.index(arena.grid) for arena in arenas])
         self._goals = np.array([arena.goal for arena in arenas], dtype=np.float64)
         self.positions = np.full((count, 2), np.nan)
-        self._rewards, self._reached = np.zeros(count), np.zeros(count, dtype=np.bool_)
         if family == "image":
             keys = [(number, arena.goal) for number, arena in zip(self._map_of.tolist(), arenas, strict=True)]
             distinct = dict(zip(keys, arenas, strict=True))
             self._backgrounds = np.stack([background(arena, PIXEL) for arena in distinct.values()])
             self._background_of = np.array([list(distinct).index(key) for key in keys])
-            self._pictures, self._shown = self._backgrounds[self._background_of], np.full((count, 2), np.nan)
         else:
             width = sum(field.count for field in FIELDS[family])
             self._numbers = np.zeros((count, width), dtype=np.float32)
@@ -86,23 +84,24 @@ class World:
                 self._numbers[:, -2:] = self._goals  # they never change
 
     def advance(
-        self, actions: NDArray[Any], waiting: NDArray[np.bool_]
+        self, actions: NDArray[Any], waiting: Flags | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Moves every agent that is not ``waiting`` (agents,); returns rewards and arrivals, (agents,) each.
 
         ``actions`` (agents, 2) are displacements in units, clipped here. Waiting agents get reward 0.
         """
-        moves = np.ascontiguousarray(actions, dtype=np.float64)
-        rewards, reached = self._rewards, self._reached
-        advance(self._solids, self._map_of, self._goals, self.positions, moves, waiting, rewards, reached)
-        return rewards.copy(), reached.copy()
+        moves, count = np.ascontiguousarray(actions, dtype=np.float64), len(actions)
+        rewards, reached = np.empty(count), np.empty(count, np.bool_)
+        resting = np.zeros(count, np.bool_) if waiting is None else waiting
+        advance(self._solids, self._map_of, self._goals, self.positions, moves, resting, rewards, reached)
+        return rewards, reached
 
     def observe(self) -> NDArray[Any]:
         """Returns every agent's observation, (agents, …). Every agent has been placed."""
         if self.family == "image":
-            backgrounds = self._backgrounds, self._background_of
-            move_agents(self._pictures, *backgrounds, self._shown, self.positions, PIXEL)
-            return np.copy(self._pictures)
+            pictures = self._backgrounds[self._background_of]
+            draw_agents(pictures, self.positions, PIXEL)
+            return pictures
         numbers = self._numbers
         if self.family.startswith("range"):
             cast_ranges(self._solids, self._map_of, self.positions, numbers)
@@ -185,7 +184,6 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         self.action_space: gym.spaces.Space[Any] = action_space()
         self._world = World([self.arena], found.family)
         self._is_set = False
-        self._moving = np.zeros(1, dtype=np.bool_)
         self._background: NDArray[np.uint8] | None = None
 
     def reset(
@@ -217,7 +215,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         """
         require_reset(self._is_set, self.task.id)
         checked = check_actions(action, (2,), self.task.id)
-        rewards, reached = self._world.advance(checked[None], self._moving)
+        rewards, reached = self._world.advance(checked[None])
         arrived = bool(reached[0])
         return self._world.observe()[0], float(rewards[0]), arrived, False, {IS_SUCCESS: arrived}
 
@@ -235,7 +233,9 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         require_reset(self._is_set, self.task.id)
         if self._background is None:
             self._background = background(self.arena, RENDER_PIXEL)
-        return with_agent(self._background, self._world.positions[0], RENDER_PIXEL)
+        frame = self._background[None].copy()
+        draw_agents(frame, self._world.positions, RENDER_PIXEL)
+        return frame[0]
 
 
 class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
@@ -254,7 +254,6 @@ class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], N
             raise BenchError("different-spaces", message, WHERE, "Give tasks of one navigation family.")
         super().__init__(tasks, (observation_space(families[0]), action_space()), autoreset_mode)
         self._world = World([arena(each.map, each.goal) for each in courses], families[0])
-        self._nobody = np.zeros(len(tasks), np.bool_)
         self._arrivals = np.zeros(len(tasks), np.bool_)
 
     def _check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
@@ -270,7 +269,7 @@ class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], N
             self._world.draw_start(index, self._generator(index))
 
     def _advance(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
-        rewards, self._arrivals = self._world.advance(actions, self._nobody if resting is None else resting)
+        rewards, self._arrivals = self._world.advance(actions, resting)
         return rewards, self._arrivals
 
     def _observe(self) -> NDArray[Any]:

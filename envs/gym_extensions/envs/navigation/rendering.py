@@ -42,8 +42,8 @@ def background(arena: Arena, pixel: float) -> NDArray[np.uint8]:
 
 
 @compiled
-def _disc(picture: Any, paint: Any, x: float, y: float, pixel: float, from_background: bool) -> None:  # noqa: PLR0917
-    """Colors the pixels whose centers are in the agent's disc black, or as in the background ``paint``."""
+def _disc(picture: Any, x: float, y: float, pixel: float) -> None:
+    """Colors the pixels whose centers are in the agent's disc black."""
     rows, columns, _ = picture.shape
     left, right = x - AGENT_RADIUS, x + AGENT_RADIUS
     top, bottom = rows * pixel - y - AGENT_RADIUS, rows * pixel - y + AGENT_RADIUS
@@ -51,32 +51,11 @@ def _disc(picture: Any, paint: Any, x: float, y: float, pixel: float, from_backg
         for column in range(max(math.floor(left / pixel), 0), min(math.ceil(right / pixel), columns)):
             gap_x, gap_y = (column + 0.5) * pixel - x, (rows - row - 0.5) * pixel - y
             if gap_x * gap_x + gap_y * gap_y <= AGENT_RADIUS * AGENT_RADIUS:
-                for channel in range(3):
-                    picture[row, column, channel] = paint[row, column, channel] if from_background else 0
+                picture[row, column] = 0
 
 
 @compiled
-def move_agents(  # noqa: PLR0917
-    pictures: Any, backgrounds: Any, background_of: Any, drawn: Any, positions: Any, pixel: float
-) -> None:
-    """Moves each agent's disc from its position in the picture (``drawn``) to its position, in place.
-
-    Args:
-        pictures: (agents, rows, columns, 3), each with its disc at ``drawn``.
-        backgrounds: (arenas, rows, columns, 3); ``background_of`` (agents,) indexes it.
-        drawn: (agents, 2), in units, NaN if the picture has no disc; becomes ``positions``.
-        pixel: side of a pixel in units.
-    """
+def draw_agents(pictures: Any, positions: Any, pixel: float) -> None:
+    """Draws each agent's disc at its position in units into its background (agents, rows, columns, 3)."""
     for agent in range(len(positions)):
-        picture, paint = pictures[agent], backgrounds[background_of[agent]]
-        if not math.isnan(drawn[agent, 0]):
-            _disc(picture, paint, drawn[agent, 0], drawn[agent, 1], pixel, True)
-        _disc(picture, paint, positions[agent, 0], positions[agent, 1], pixel, False)
-        drawn[agent, 0], drawn[agent, 1] = positions[agent, 0], positions[agent, 1]
-
-
-def with_agent(paint: NDArray[np.uint8], position: NDArray[np.float64], pixel: float) -> NDArray[np.uint8]:
-    """Returns a copy of a background with the agent's disc at a position in units."""
-    picture = paint.copy()
-    _disc(picture, paint, position[0], position[1], pixel, False)
-    return picture
+        _disc(pictures[agent], positions[agent, 0], positions[agent, 1], pixel)
