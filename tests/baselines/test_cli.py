@@ -85,15 +85,6 @@ def test_an_agent_of_the_user_is_named_by_module_and_factory(tmp_path: Path) -> 
     assert (tmp_path / "out/hopper-gravity/single/run0.csv").exists()
 
 
-def test_after_training_the_runs_that_scoring_misses_are_named(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    train = command("zero", groups="pusher", protocol="joint", runs="1,3", num_envs="4")
-    assert main([*train, "--quiet"]) == 0
-    assert "needs the runs 0,2" in capsys.readouterr().out
-
-
 class StopsInSecondTask:
     """Trains on one task, then behaves as if the user pressed Ctrl-C. It can be saved."""
 

@@ -144,6 +144,8 @@ BAD_ARGUMENTS: list[tuple[dict[str, Any], str, str]] = [
     ({"protocol": "joint", "curves": {FIRST: [(10, 0.0), (10, 0.0)]}}, "bad-curve", "do not increase"),
     ({"protocol": "joint", "curves": {FIRST: [(9000, 0.0)]}}, "bad-curve", "9000"),
     ({"protocol": "joint", "curves": {FIRST: [(10, float("nan"))]}}, "bad-curve", "not finite"),
+    ({"protocol": "joint", "curves": {FIRST: [(float("nan"), 0.0)]}}, "bad-curve", "not pairs"),
+    ({"protocol": "joint", "curves": {FIRST: [18.3, 20.0]}}, "bad-curve", "not pairs"),
 ]
 
 

@@ -21,7 +21,6 @@ from .conftest import QUICK_GROUP, SHORT_GROUP, digests
 BAD: list[tuple[dict[str, Any], str]] = [
     ({"log": "tensorbord"}, "unknown-log"),
     ({"log": ["csv", 3]}, "bad-log"),
-    ({"callback": "print"}, "bad-callback"),
     ({"evaluate_every": 2.5}, "bad-evaluate-every"),
     ({"evaluate_every": True}, "bad-evaluate-every"),
     ({"num_threads": "2"}, "bad-num-threads"),

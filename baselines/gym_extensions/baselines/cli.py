@@ -10,13 +10,7 @@ import sys
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.algorithms import missing_extra
-from gym_extensions.baselines.submission import missing_runs
-from gym_extensions.baselines.training.arguments import (
-    parse_groups,
-    parse_names,
-    parse_runs,
-)
+from gym_extensions.baselines.training.arguments import parse_names, parse_runs
 from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.progress import LOGS
 from gym_extensions.baselines.workers import DISK_FULL, JOBS_FAILED
@@ -94,25 +88,11 @@ def main(argv: list[str] | None = None) -> int:
             raise
         print(f"error: {error}", file=sys.stderr)
         return 1
-    except ModuleNotFoundError as missing:
-        extra = missing_extra(missing)
-        if extra is None:
-            raise
-        raise BenchError("missing-extra", f"The agent needs {extra[0]}.", hint=extra[1]) from missing
     print(f"The submission is in {options.out}. {_what_next(options)}")
     return 0
 
 
 def _what_next(options: argparse.Namespace) -> str:
-    names, protocols = parse_names(options.groups), parse_names(options.protocol)
-    logs = [(group, protocol) for group in parse_groups(names) for protocol in protocols]
-    missing = {run for group, protocol in logs for run in missing_runs(options.out, group, protocol)}
-    if missing:
-        runs = ",".join(map(str, sorted(missing)))
-        return (
-            f"Runs after a gap are not scored, so it also needs the runs {runs}: train them, or copy their "
-            "files into this folder."
-        )
-    files = [name for name in names if name.endswith(".toml")]
+    files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
     words = ["score", str(options.out), *(word for name in files for word in ("--groups", name))]
     return f"Score it with: {subprocess.list2cmdline(words) if os.name == 'nt' else shlex.join(words)}"

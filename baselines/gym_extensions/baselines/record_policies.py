@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
@@ -24,7 +24,7 @@ from gym_extensions.baselines.training.environment import EXCESS
 from gym_extensions.baselines.training.evaluation import Evaluator, require_submittable
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, training_seed
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import budget as budget_named
+from gym_extensions.catalog.protocol import stages
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
@@ -55,13 +55,16 @@ def claimed_curves(stage: Stage, curves: ClaimedCurves) -> list[Curve]:
     """The training curves of a stage, in training order.
 
     Raises ``BenchError`` if a task is not trained in the stage, steps do not increase or exceed the budget,
-    or a return is not finite.
+    a return is not finite, or the points are not pairs of numbers.
     """
     by_task = {task_named(name, stage.trained): points for name, points in curves.items()}
     found = []
     for task in stage.trained:
         points, message = by_task.get(task, ()), ""
-        steps, returns = [int(step) for step, _ in points], [float(value) for _, value in points]
+        try:
+            steps, returns = [int(step) for step, _ in points], [float(value) for _, value in points]
+        except (OverflowError, TypeError, ValueError):
+            steps, returns, message = [], [], "Its points are not pairs of a training step and a return."
         if any(later <= earlier for earlier, later in pairwise([0, *steps])):
             message = "The training steps do not increase from above 0."
         elif steps and steps[-1] > stage.steps * (1 + EXCESS):
@@ -90,12 +93,12 @@ def parse_stage(
     job = TrainingJob(group, protocol, run, index)
     if protocol != "sequential" and stage is None:
         return job, 1
-    stages = range(len(group.tasks) + 1) if protocol == "sequential" else range(1, 2)
-    if stage is not None and stage in stages and not isinstance(stage, bool | float):
+    numbers = stages(protocol, len(group.tasks))
+    if stage is not None and stage in numbers and not isinstance(stage, bool | float):
         return job, int(stage)  # also an integer of numpy
     missing = "The protocol sequential needs a stage."
     message = missing if stage is None else f"Stage {stage!r} is out of range."
-    hint = f"Use the number of tasks that the policy was trained on, {stages[0]} to {stages[-1]}."
+    hint = f"Use the number of tasks that the policy was trained on, {numbers[0]} to {numbers[-1]}."
     hint = hint if protocol == "sequential" else "Leave stage out."
     raise BenchError("bad-stage", message, "stage", hint)
 
@@ -251,8 +254,8 @@ def record(
         started, folder = time.process_time(), JobFolder(path, job)
         folder.begin(asdict(settings) | {key: tables[key] for key in ("protocol", "hyperparameters")})
         episodes = _evaluate(agent, job, recorded, settings, folder)
-        used, parameters = usage.since(started, recorded.steps), (card.parameters, card.parameters)
-        folder.finish(FinishedStage(number, episodes, trained, card, parameters, used), agent, last=True)
+        used = usage.since(started, recorded.steps)
+        folder.finish(FinishedStage(number, episodes, trained, card, card.parameters, used), agent, last=True)
     _write_if_complete(path, job, settings)
     return mean_returns(episodes)
 
@@ -295,11 +298,8 @@ def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
     with submission.lock_runs(out, [job.run_title], seconds=WRITE_SECONDS):
         jobs = jobs_of(job.group, job.protocol, [job.run])
         records = {item: JobFolder(out, item).finished() for item in jobs}
-        stages = job.stages(budget_named(settings.budget))
-        if all(len(finished) == len(stages) for finished in records.values()):
-            for item, finished in records.items():
-                first = finished[0].card.parameters
-                records[item] = [replace(each, parameters=(first, each.card.parameters)) for each in finished]
+        count = len(stages(job.protocol, len(job.group.tasks)))
+        if all(len(finished) == count for finished in records.values()):
             words = f"…, {job.group.name!r}, {job.protocol!r}, run={job.run}"
             command = f"gym_extensions.baselines.record({words})"
             submission.write_run_files(out, records, settings, command=command)

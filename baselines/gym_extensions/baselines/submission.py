@@ -6,8 +6,8 @@ Nothing belongs to two runs, so runs of several machines are joined by copying t
 from __future__ import annotations
 
 import datetime
+import hashlib
 import platform
-import shutil
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -25,11 +25,11 @@ from gym_extensions.baselines.training.usage import Usage, joined
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.files import write_bytes, write_text
+from gym_extensions.files import write_bytes
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts import run as documents
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
-from gym_extensions.rollouts.log import write_log
+from gym_extensions.rollouts.log import log_text
 from gym_extensions.rollouts.manifest import RECORDED
 from gym_extensions.rollouts.policies.files import content_sha256, policy_files, size_error
 from gym_extensions.rollouts.policies.onnx import RUNTIME
@@ -127,12 +127,6 @@ def finished_runs(out: Path, group: TaskGroup, protocol: str) -> set[int]:
     return {int(match[1]) for path in paths if (match := layout.RUN_FILE.fullmatch(path.name))}
 
 
-def missing_runs(out: Path, group: TaskGroup, protocol: str) -> list[int]:
-    """The numbers below the highest run that have no log; later runs are not scored until they are there."""
-    runs = finished_runs(out, group, protocol)
-    return sorted(set(range(max(runs, default=0))) - runs)
-
-
 def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> list[TrainingJob]:
     """The jobs of the runs that have no log. Folders of jobs whose run has one are deleted."""
     finished = finished_runs(out, group, protocol)
@@ -187,8 +181,8 @@ def write_run_files(
 ) -> None:
     """Writes a finished run, creates the manifest if there is none, and deletes the folders of the jobs.
 
-    All files are written to a temporary folder and then put in place, the log last, so that a full disk
-    leaves the submission as it was and an interrupted call can be repeated.
+    Each file is written whole, the log last, and what was written is removed if a later file cannot be. So a
+    full disk leaves the submission as it was, and an interrupted call can be repeated.
 
     Args:
         out: the submission's folder.
@@ -206,52 +200,50 @@ def write_run_files(
     require_same(out / MANIFEST, existing, tables)
     policies = _policies([JobFolder(out, job) for job in jobs])
     files = policy_files(policies) if policies else {}
-    suffixes = dict.fromkeys((layout.POLICIES, *files, DOCUMENT, LOG))
-    names = {suffix: layout.run_file(group.name, protocol, run, suffix) for suffix in suffixes}
-    staged = out / PROGRESS / f"staged-{group.name}-{protocol}-{run}"
-    shutil.rmtree(staged, ignore_errors=True)
+    size = sum(map(len, files.values()))
+    packages = dict.fromkeys(package for record in records for package in record.card.packages)
+    if any(suffix.endswith(layout.NETWORK) for suffix in files):
+        packages |= {RUNTIME: None}
+    log = log_text((episode for record in records for episode in record.episodes), group.task_ids).encode()
+    document = documents.RunDocument(
+        group=group.id,
+        protocol=protocol,  # type: ignore[arg-type]
+        run=run,
+        command=command,
+        commit=commit,
+        by=by,
+        date=datetime.datetime.now(datetime.UTC).date().isoformat(),
+        versions=run_versions(record.usage.kernels for record in records),
+        packages={package: version(package) for package in packages},
+        steps=sum(record.usage.steps for record in records),
+        memory=documents.Memory(
+            stored_steps=max(record.card.stored_steps for record in records),
+            parameters_first=max(stages[0].first_parameters for stages in finished.values()),
+            parameters_last=max(record.card.parameters for record in records),
+        ),
+        fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
+        curves=[curve for record in records for curve in record.curves],
+        evaluations=[each for record in records for each in record.evaluations],
+        log=hashlib.sha256(log).hexdigest(),
+        policies=documents.PolicyFile(sha256=content_sha256(policies), size=size) if policies else None,
+        **(_measured([record.usage for record in records]) if settings.steps == RECORDED else {}),
+    )
+
+    def place(suffix: str) -> Path:
+        return out / layout.run_file(group.name, protocol, run, suffix)
+
+    new = {place(suffix): data for suffix, data in files.items()}
+    new[place(DOCUMENT)] = documents.run_text(document).encode()
+    if not existing:
+        new[out / MANIFEST] = tomli_w.dumps(tables).encode()
+    new[place(LOG)] = log
     try:
-        episodes = [episode for record in records for episode in record.episodes]
-        write_log(staged / names[LOG], episodes, group.task_ids)
-        for suffix, data in files.items():
-            write_bytes(staged / names[suffix], data)
-        size = sum(map(len, files.values()))
-        packages = dict.fromkeys(package for record in records for package in record.card.packages)
-        if any(suffix.endswith(layout.NETWORK) for suffix in files):
-            packages |= {RUNTIME: None}
-        document = documents.RunDocument(
-            group=group.id,
-            protocol=protocol,  # type: ignore[arg-type]
-            run=run,
-            command=command,
-            commit=commit,
-            by=by,
-            date=datetime.datetime.now(datetime.UTC).date().isoformat(),
-            versions=run_versions(record.usage.kernels for record in records),
-            packages={package: version(package) for package in packages},
-            steps=sum(record.usage.steps for record in records),
-            memory=documents.Memory(
-                stored_steps=max(record.card.stored_steps for record in records),
-                parameters_first=max(record.parameters[0] for record in records),
-                parameters_last=max(record.parameters[1] for record in records),
-            ),
-            fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
-            curves=[curve for record in records for curve in record.curves],
-            evaluations=[each for record in records for each in record.evaluations],
-            log=documents.file_sha256(staged / names[LOG]),
-            policies=documents.PolicyFile(sha256=content_sha256(policies), size=size) if policies else None,
-            **(_measured([record.usage for record in records]) if settings.steps == RECORDED else {}),
-        )
-        documents.write_run(staged / names[DOCUMENT], document)
-        if not existing:
-            write_text(out / MANIFEST, tomli_w.dumps(tables))
-        for name in names.values():
-            if (staged / name).exists():  # .progress may be on another file system
-                write_bytes(out / name, (staged / name).read_bytes())
-            else:  # policies of an earlier attempt
-                (out / name).unlink(missing_ok=True)
-    finally:
-        shutil.rmtree(staged, ignore_errors=True)
+        for path, data in new.items():
+            write_bytes(path, data)
+    except BaseException:  # a full disk, Ctrl-C
+        for path in new:
+            path.unlink(missing_ok=True)
+        raise
     for job in jobs:
         JobFolder(out, job).remove()
 

@@ -27,7 +27,7 @@ from gym_extensions.baselines.training.evaluation import (
 )
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
-from gym_extensions.baselines.training.progress import TRAIN_LOG, check_callback, open_listeners, parse_logs
+from gym_extensions.baselines.training.progress import TRAIN_LOG, open_listeners, parse_logs
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.training.usage import commit_of
 from gym_extensions.baselines.workers import Failure, failure_of, jobs_failed, require_sendable
@@ -115,7 +115,6 @@ def train(
     request = arguments.parse_request(groups, protocols, budget, runs, num_envs)
     num_threads = whole_number("num_threads", num_threads, "bad-num-threads", "--num-threads")
     interim, logs = arguments.parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
-    check_callback(callback)
     if not isinstance(by, str) or len(by) > LONGEST:
         raise BenchError("bad-by", f"It is not text of at most {LONGEST} characters.", "--by", "Shorten it.")
     path = Path(out)

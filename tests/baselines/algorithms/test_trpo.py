@@ -36,8 +36,8 @@ class Corridor(gym.vector.VectorEnv[Any, Any, Any]):
     single_observation_space = BOX
     single_action_space = gym.spaces.Box(-1, 1, (1,), np.float32)
 
-    def __init__(self, ends: bool) -> None:
-        self._ends, self._step = ends, 0
+    def __init__(self, ends: bool, batch_steps: int = 2_000) -> None:
+        self._ends, self._step, self.batch_steps = ends, 0, batch_steps
         self._rng = np.random.default_rng(0)
 
     def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
@@ -65,17 +65,16 @@ class Corridor(gym.vector.VectorEnv[Any, Any, Any]):
     ids=["time limit", "failure"],
 )
 def test_a_time_limit_is_bootstrapped_and_a_failure_is_not(ends: bool, expected: list[float]) -> None:
-    settings = replace(REFERENCE, discount=0.9, default_batch=500)
-    agent = trpo.Trpo(BOX, Corridor.single_action_space, 0, settings)
-    agent.learn(Corridor(ends), 15_000)
+    agent = trpo.Trpo(BOX, Corridor.single_action_space, 0, replace(REFERENCE, discount=0.9))
+    agent.learn(Corridor(ends, batch_steps=500), 15_000)
     states = np.arange(5, dtype=np.float32)[:, None].repeat(3, axis=1) / (1 if ends else 4)
     np.testing.assert_allclose(agent._value.predict(states), expected, atol=0.5)
 
 
 @pytest.mark.parametrize(("steps", "taken"), [(10, 10), (12, 20)])
 def test_a_vector_step_can_be_longer_than_several_batches(steps: int, taken: int) -> None:
-    agent = trpo.Trpo(BOX, Corridor.single_action_space, 0, replace(REFERENCE, default_batch=3))
-    agent.learn(Corridor(ends=True), steps)
+    agent = trpo.make(BOX, Corridor.single_action_space, 0)
+    agent.learn(Corridor(ends=True, batch_steps=3), steps)
     assert agent._moments.count == taken
 
 

@@ -58,8 +58,23 @@ def test_a_stored_policy_has_the_steps_of_its_run(protocol: str, tasks: int, tmp
     assert step.steps == tasks * 300_000
 
 
-def test_a_name_of_no_task_is_refused(tmp_path: Path) -> None:
-    assert main(["--work", str(tmp_path), "check", "HoperGravityHalf"]) == 2
+@pytest.mark.parametrize(
+    ("command", "fact"),
+    [
+        ("check HoperGravityHalf", "HopperGravityHalf"),
+        ("check Hopper[", "'Hopper['"),
+        ("harvest hopper", "There is no family 'hopper'."),
+        ("train trpo-Hopper", "Hopper has no candidate"),
+        ("train trpo-Hopper --from nonsense", "nonsense.npz"),
+        ("train trpo-Humanoid-fast", "trpo-Humanoid-run-seed0"),
+        ("train trpo-State-Based-Navigation-2d-Map0-Goal0", "Navigation"),
+    ],
+)
+def test_a_name_of_nothing_is_refused(
+    command: str, fact: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--work", str(tmp_path), *command.split()]) == 2
+    assert fact in capsys.readouterr().err
 
 
 def test_the_best_stored_policies_of_the_logs_have_files(tmp_path: Path) -> None:

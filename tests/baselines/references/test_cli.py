@@ -50,7 +50,7 @@ def test_an_interrupted_measurement_of_custom_groups_trains_nothing_twice(
     assert len(list((tmp_path / ".progress/mine").rglob("stage1.json"))) == 2
     monkeypatch.setattr(PendingJob, "_train", None)
     assert cli.main(command) == 0
-    assert not (tmp_path / ".progress/mine").exists()
+    assert not (tmp_path / ".progress").exists()
     rows = parse_file(out.read_bytes()).tasks.values()
     found = [(best.agent, best.budget) for row in rows if (best := row.expert or row.attempts)]
     assert found == [("trpo", "smoke")] * 2
@@ -61,6 +61,11 @@ def test_a_custom_group_needs_a_file_of_its_own(capsys: pytest.CaptureFixture[st
     assert cli.main(["--groups", "pusher"]) == 2
     assert "Custom groups have a file of their own." in capsys.readouterr().err
     assert path_of().read_bytes() == before
+
+
+def test_a_file_that_does_not_exist_cannot_be_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--check", "none.json"]) == 2
+    assert "none.json: The file does not exist." in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("quick")

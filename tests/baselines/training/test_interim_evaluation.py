@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gym_extensions import results
-from gym_extensions.baselines.agent import Agent
 from gym_extensions.baselines.algorithms.trpo import Trpo2017
 from gym_extensions.baselines.training.environment import Batch, TrainingEnv
-from gym_extensions.baselines.training.evaluation import evaluate, isolated
+from gym_extensions.baselines.training.evaluation import acting_copy, evaluate
 from gym_extensions.baselines.training.events import TaskEvaluated
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.rollouts.run import read_run
 
@@ -59,19 +56,6 @@ def test_the_evaluations_are_events_and_rows_of_the_results(watched: Watched) ->
     assert job_steps == [500, 500, 1500, 1500] + [step for step in (500, 1000, 1500) for _ in IDS]
 
 
-class Sampled:
-    """Mean returns that depend on the agent's generator for acting and on global generators."""
-
-    def __init__(self) -> None:
-        self.env = make_vec("Hopper", 2)
-
-    def __call__(self, agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
-        for _ in tasks:
-            random.random()
-            np.random.random()  # noqa: NPY002
-            yield evaluate(agent, self.env, [1, 2])[0].return_
-
-
 def test_a_sampled_agent_that_can_be_saved_learns_and_acts_the_same(tmp_path: Path) -> None:
     env: Any = make_vec("Hopper", 2)
 
@@ -86,11 +70,15 @@ def test_a_sampled_agent_that_can_be_saved_learns_and_acts_the_same(tmp_path: Pa
         return agent, random.random(), np.random.random()  # noqa: NPY002
 
     agents: list[Any] = []
-    sampled, returns = Sampled(), list[float]()
+    acted, returns = make_vec("Hopper", 2), list[float]()
 
     def report(batch: Batch) -> None:
         path = tmp_path / "acting.npz"
-        returns.extend(isolated(agents[-1], create, path, sampled)(group(SHORT_GROUP).tasks, 2))
+        with acting_copy(agents[-1], create, path) as agent:
+            for _ in range(2):
+                random.random()
+                np.random.random()  # noqa: NPY002
+                returns.append(evaluate(agent, acted, [1, 2])[0].return_)
         assert not path.exists()
 
     outcomes = []

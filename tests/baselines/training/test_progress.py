@@ -6,10 +6,8 @@ import csv
 import errno
 import io
 import re
-import sys
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import pytest
 from rich.console import Console
@@ -85,19 +83,6 @@ def test_a_call_in_a_script_prints_its_progress(watched: Watched) -> None:
     lines = watched.printed.splitlines()
     assert lines[0] == "2 jobs: 4,000 training steps, 180 evaluation episodes"
     assert any("steps per second, time left" in line for line in lines)
-
-
-def test_a_notebook_has_one_display_that_is_updated_in_place(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    handle, display = mock.Mock(), mock.Mock()
-    display.return_value = handle
-    monkeypatch.setitem(sys.modules, "IPython.display", mock.Mock(display=display))
-    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
-    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine")
-    assert display.call_count == 1
-    assert "mean return" in handle.update.call_args.args[0]["text/plain"]
-    assert capsys.readouterr().out == ""
 
 
 def test_progress_can_be_switched_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -39,7 +39,6 @@ class TrpoSettings:
     discount: float  # γ
     gae_lambda: float  # λ of generalized advantage estimation
     trust_region: TrustRegion
-    default_batch: int  # transitions per batch where the environment has no ``batch_steps``
     value: ValueFit = field(default_factory=ValueFit)
 
 
@@ -59,7 +58,6 @@ REFERENCE = TrpoSettings(
         iterations=10,  # OpenAI Baselines' TRPO on MuJoCo
         least_log_sigma=-1.0,  # docs/learners.md: the exploration noise does not fall below its initial value
     ),
-    default_batch=2_000,  # the budget "100k"
 )
 """``trpo``: the reference agent."""
 
@@ -81,7 +79,6 @@ HENDERSON_2017 = TrpoSettings(
     discount=0.99,  # the same
     gae_lambda=1.0,  # the same
     trust_region=TrustRegion(max_kl=0.01, damping=1e-5, iterations=10),  # the same; rllab's default
-    default_batch=5_000,  # the budget "1M"
 )
 """``trpo-2017``: the settings of the paper; an MLP value function in place of rllab's linear baseline."""
 
@@ -156,7 +153,7 @@ class Trpo:
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """One update per batch until ``steps`` transitions are taken; episodes continue across batches."""
-        self._batch_steps = int(getattr(env, "batch_steps", self._settings.default_batch))
+        self._batch_steps = int(env.batch_steps)  # type: ignore[attr-defined]
         self._train(Collector(env), steps)
 
     def _train(self, collector: Collector, steps: int) -> int:

@@ -12,7 +12,7 @@ from gym_extensions.baselines.experts import candidates, training
 from gym_extensions.baselines.experts.candidates import QUICK, Workplace
 from gym_extensions.baselines.experts.recipes import FAMILIES, recipe
 from gym_extensions.catalog.tasks import mujoco_tasks
-from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes
+from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes, require_known
 from gym_extensions.references import measured
 
 PAGE, MARKER = Path("docs/experts.md"), "<!-- tables -->"
@@ -39,12 +39,18 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     """Runs a command; yields its output as it arises."""
     work = Workplace(args.work, args.submissions)
     patterns = getattr(args, "tasks", None) or [".*"]
-    tasks = [task for task in mujoco_tasks() if re.fullmatch("|".join(patterns), task.name)]
+    try:
+        tasks = [task for task in mujoco_tasks() if re.fullmatch("|".join(patterns), task.name)]
+    except re.error as error:
+        message = f"{error.pattern!r} is no regular expression: {error}."
+        raise BenchError("bad-pattern", message, "tasks", "Name tasks.") from error
     if not tasks:
         hint = did_you_mean(patterns[0], [task.name for task in mujoco_tasks()])
         raise BenchError("unknown-task", f"No task has the name {' or '.join(patterns)}.", hint=hint)
     if args.command == "harvest":
-        for family in args.families or sorted(set(FAMILIES.values())):
+        families = sorted(set(FAMILIES.values()))
+        for family in args.families or families:
+            require_known("family", family, families, "harvest")
             yield from candidates.harvest(work, args.submissions, family)
     elif args.command == "train":
         for name in args.recipes:

@@ -23,6 +23,7 @@ from gym_extensions.catalog.tasks import Task, mujoco_tasks
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
+from gym_extensions.errors import BenchError
 from gym_extensions.experts import Card, Measurement, Step, seed
 from gym_extensions.files import write_text
 from gym_extensions.references import MeasuredReference, measured
@@ -64,12 +65,11 @@ def episodes(policy: Policy, task: Task, seeds: Sequence[int]) -> tuple[list[flo
 
 
 @functools.cache
-def sizes(task: Task) -> tuple[int, int]:
-    """The numbers of the task's observations and actions."""
+def num_observations(task: Task) -> int:
+    """The number of the task's observations."""
     env: Any = make_vec(task, 1)
-    spaces = (env.single_observation_space, env.single_action_space)
     env.close()
-    return math.prod(spaces[0].shape), math.prod(spaces[1].shape)
+    return math.prod(env.single_observation_space.shape)
 
 
 def fitted(policy: Policy, inputs: int) -> Policy:
@@ -117,9 +117,9 @@ class Workplace:
         if candidate.startswith(STORED):
             policy = stored_policy(self._submissions, candidate)
         else:
-            run, steps = candidate.rsplit("@", 1)
+            run, _, steps = candidate.rpartition("@")
             policy = experts.read_policy(self.folder / "policies" / run / f"{steps}.npz")
-        return replace(fitted(policy, sizes(task)[0]), head="deterministic")
+        return replace(fitted(policy, num_observations(task)), head="deterministic")
 
     def returns(self, candidate: str, task: Task, purpose: str) -> dict[str, Any]:
         """What is known of a candidate: ``returns``, ``success`` and ``cpu_seconds``."""
@@ -175,18 +175,26 @@ class Workplace:
         return max(full, key=lambda name: full[name].mean, default=None)
 
     def resolved(self, parent: str | None) -> str | None:
-        """The candidate that ``best:<task>`` or ``last:<run>`` means now; any other name as it is."""
+        """The candidate that ``best:<task>`` or ``last:<run>`` means now; any other name as it is.
+
+        Raises ``BenchError`` if there is none.
+        """
         kind, _, name = (parent or "").partition(":")
         if kind == "best":
-            return self.best(published_task(name))
+            if (best := self.best(published_task(name))) is None:
+                hint = "Harvest or train candidates of the task first, or name one with --from."
+                raise BenchError("unknown-candidate", f"{name} has no candidate.", str(self.folder), hint)
+            return best
         if kind == "last":
             return f"{name}@{self.run(name)['checkpoints'][-1]['steps']}"
         return parent
 
     def run(self, name: str) -> dict[str, Any]:
-        """What is known of a training run, finished or not."""
+        """What is known of a training run, finished or not. Raises ``BenchError`` if there is none."""
         paths = (self.folder / "policies" / name / file for file in ("run.json", "running.json"))
-        return json.loads(next(path for path in paths if path.exists()).read_text())
+        if (found := next((path for path in paths if path.exists()), None)) is None:
+            raise BenchError("unknown-run", f"There is no run {name!r}.", str(self.folder), "Train it first.")
+        return json.loads(found.read_text())
 
     def steps_tried(self, task: Task) -> int:
         """Environment steps of all runs whose checkpoints are candidates of a task."""
@@ -245,7 +253,7 @@ def harvest(work: Workplace, submissions: Path, family: str) -> Iterator[str]:
     return in a log of any of the tasks.
     """
     ranked = stored_candidates(submissions)
-    tasks = [row for row in mujoco_tasks() if FAMILIES[row.base] == family]
+    tasks = [row for row in mujoco_tasks() if FAMILIES.get(row.base) == family]
     pool = sorted((cell for row in tasks for cell in ranked.get(row.name, [])[:OWN]), reverse=True)
     generalists = list(dict.fromkeys(candidate for _, candidate in pool))[:GENERAL]
     for row in tasks:
@@ -303,16 +311,6 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
     )
     experts.write_described(policy, card, folder / f"{task.name}.json")
     return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
-
-
-def shape_problem(policy: Policy, task: Task) -> str:
-    """What of a policy's shapes is not that of the task, in words; empty if all are."""
-    observations, actions = sizes(task)
-    if policy.num_inputs != observations:
-        return f"has {policy.num_inputs} inputs, and the task {observations} observations"
-    if len(policy.action_offset) != actions:
-        return f"has {len(policy.action_offset)} actions, and the task {actions}"
-    return ""
 
 
 def measured_again(task: Task, count: int) -> tuple[float, float, bool]:
@@ -385,7 +383,7 @@ def tables() -> Iterator[str]:
         yield "|---|---:|---:|---:|---:|---:|---:|---|"
         for task in mujoco_tasks():
             row = known[task.id]
-            if FAMILIES[task.base] != family:
+            if FAMILIES.get(task.base) != family:
                 continue
             if task.name not in experts.names():
                 yield f"| {task.name} | {row.floor.mean:,.0f} | | | | | | open: no expert |"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.tasks import Task, customize
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.catalog.variations import RangeSensor, Wall
+from gym_extensions.errors import BenchError
 
 FAMILIES = {
     "HumanoidStandup": "Standup",
@@ -169,5 +170,7 @@ def recipe(name: str) -> Recipe:
         if run.name == name:
             return run
     row = published_task(name.removeprefix("trpo-"))
+    if row.base not in FAMILIES:
+        raise BenchError("unknown-run", f"There is no run {name!r}: no experts are trained for {row.base}.")
     steps = FURTHER[FAMILIES[row.base]]
     return _large(name, (row.name,), f"best:{row.name}", steps, checkpoint=100_000)

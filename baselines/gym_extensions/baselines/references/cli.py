@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shutil
+from contextlib import suppress
 from pathlib import Path
 
 import msgspec
@@ -72,6 +73,8 @@ def main(argv: list[str] | None = None) -> int:
     chosen = list(dict.fromkeys(task for group in groups for task in group.tasks))
     require_published_engine()
     if options.check:
+        if not options.check.exists():
+            raise BenchError("no-file", "The file does not exist.", str(options.check), "Name another file.")
         tasks = chosen or list(TASKS.values())
         different = differences(tasks, options.check, options.jobs, QUICK if options.quick else EPISODES)
         print(f"{len(tasks)} tasks were measured again; {len(different)} numbers differ.")
@@ -91,6 +94,8 @@ def main(argv: list[str] | None = None) -> int:
         content = published(out, options.jobs)
     write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
     shutil.rmtree(out.parent / PROGRESS / out.stem, ignore_errors=True)
+    with suppress(OSError):  # there are unfinished measurements for other files
+        (out.parent / PROGRESS).rmdir()
     open_tasks = sum(each.expert is None for each in content.tasks.values())
     provisional = sum(bool(each.expert and each.expert.provisional) for each in content.tasks.values())
     counts = f"{len(content.tasks)} tasks, {open_tasks} of them open, {provisional} provisional"

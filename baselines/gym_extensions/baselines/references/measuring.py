@@ -19,7 +19,7 @@ import msgspec
 
 from gym_extensions import experts
 from gym_extensions.baselines import algorithms, workers
-from gym_extensions.baselines.experts.candidates import measured_again, shape_problem
+from gym_extensions.baselines.experts.candidates import measured_again
 from gym_extensions.baselines.train_agent import agent_settings
 from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.evaluation import evaluate
@@ -181,13 +181,12 @@ def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> Measur
     """A published MuJoCo task, from its floor and the card of its expert; open without a clear expert.
 
     Raises ``BenchError`` if the card is of another definition of the task, or the policy is not the one of
-    the card or has other shapes than the task.
+    the card.
     """
     if task.name not in experts.names(folder):
         return MeasuredReference(floor, None)
-    card, policy = experts.card(task, folder), experts.load(task, folder)
-    if problem := shape_problem(policy, task):
-        raise BenchError("other-shapes", f"The expert of {task.name} {problem}.", str(folder))
+    card = experts.card(task, folder)
+    experts.load(task, folder)  # raises if the policy is another
     mean, error, count = card.measurement.mean, card.measurement.standard_error, card.measurement.episodes
     expert = Expert(mean, error, count, "expert", card.policy, provisional=card.provisional)
     return (
@@ -229,8 +228,7 @@ def published(out: Path, jobs: int, folder: Path = experts.DATA, tasks: Iterable
     """
     chosen = list(tasks) or list(TASKS.values())
     first, found = (read_file(path, chosen) for path in (path_of(FIRST), out))
-    floors = {task.id: (found | first)[task.id].floor for task in chosen if task.id in found | first}
-    floors |= {name: each.floor for name, each in found.items()}
+    floors = {name: each.floor for name, each in (first | found).items()}
     floors |= measured_floors([task for task in chosen if task.id not in floors], jobs)
     content = {}
     for task in chosen:

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from gym_extensions.baselines.agent import Agent, Array, Card, Resumable
-from gym_extensions.baselines.training.jobs import TrainingJob, job_versions, version_difference
+from gym_extensions.baselines.training.jobs import TrainingJob, job_versions
 from gym_extensions.baselines.training.usage import Usage
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
@@ -33,7 +33,7 @@ class FinishedStage:
     episodes: list[Episode]
     curves: list[Curve]
     card: Card
-    parameters: tuple[int, int]  # the agent's numbers before the job and after the stage
+    first_parameters: int  # the agent's before the job; the card has those after the stage
     usage: Usage  # what the stage took, its evaluation included
     evaluations: list[InterimEvaluation] = field(default_factory=list)
 
@@ -50,20 +50,17 @@ class JobFolder:
 
         Raises ``BenchError`` if the folder belongs to other settings or versions.
         """
-        path, packages = self.path / SETTINGS, settings.get("packages", ())
+        path, versions = self.path / SETTINGS, job_versions(settings.get("packages", ()))
         tasks = {"group": self.job.group.id, "tasks": self.job.group.task_ids}
-        text = json.dumps({**settings, **tasks, "versions": job_versions(packages)}, indent=1, sort_keys=True)
+        text = json.dumps({**settings, **tasks, "versions": versions}, indent=1, sort_keys=True)
         if not path.exists():
             write_text(path, f"{text}\n")
         stored, new = json.loads(path.read_bytes()), json.loads(text)
-        if difference := version_difference(stored["versions"], packages):
-            message = f"The unfinished run was started with {difference}."
-            hint = "Install these versions, or delete the folder to start the run again."
-            raise BenchError("other-version", message, str(self.path), hint)
         if stored != new:
+            code = "other-run-unfinished" if stored["versions"] == versions else "other-version"
             message = f"The unfinished run has other settings: {_changes(stored, new)}."
-            hint = "Finish it with its settings, delete the folder, or choose another --out."
-            raise BenchError("other-run-unfinished", message, str(self.path), hint)
+            hint = "Finish it with its settings and versions, delete the folder, or choose another --out."
+            raise BenchError(code, message, str(self.path), hint)
 
     def finished(self) -> list[FinishedStage]:
         return [msgspec.json.decode(path.read_bytes(), type=FinishedStage) for path in self._records()]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gym_extensions.baselines.agent import Array, Observes, VectorEnv, not_requested
 from gym_extensions.baselines.training.jobs import seeded_copy, spawn_seeds
 from gym_extensions.envs.rollout import clip_actions
+from gym_extensions.envs.vector_env import reset_mask
 from gym_extensions.errors import BenchError
 
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
@@ -143,11 +144,10 @@ class TrainingEnv(gym.vector.VectorWrapper):
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Resets all environments, or those in ``options["reset_mask"]``, with the run's own seeds."""
-        mask = None if options is None else options.get("reset_mask")
-        selected = np.ones(self.num_envs, bool) if mask is None else np.array(mask, bool)
+        selected = reset_mask(options, self.num_envs)
         self._resetting[selected] = False
         self._sums[selected] = 0.0
-        if mask is not None:
+        if options and options.get("reset_mask") is not None:
             return self.env.reset(options=options)
         new_seed = int(self._seeds.spawn(1)[0].generate_state(1)[0])
         seeds: Any = spawn_seeds(new_seed, self.num_envs)  # VectorEnv does not declare lists of seeds

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import fmean
@@ -34,8 +35,6 @@ from gym_extensions.rollouts.policies.files import AnyPolicy, policy_keys, run_a
 from gym_extensions.rollouts.policies.mlp import mean_and_log_sigma, to_action
 from gym_extensions.rollouts.policies.onnx import OnnxPolicy
 
-MeanReturns = Callable[[Agent, Sequence[Task], int], Iterator[float]]
-"""The mean return of an agent on each task, over a number of episodes per task."""
 TOLERANCE = 1e-4
 """Largest difference between an agent's action and its policy's, in half widths of the action space.
 
@@ -101,12 +100,11 @@ class Evaluator:
             for episode, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))
         ]
 
-    def mean_returns(self, agent: Agent, tasks: Sequence[Task], episodes: int) -> Iterator[float]:
-        """The mean return on each task over the first episodes."""
-        for task in tasks:
-            seeds, label = self._seeds_and_label(task, episodes)
-            outcomes = evaluate(agent, self.envs(task, episodes), seeds, label)
-            yield fmean(outcome.return_ for outcome in outcomes)
+    def mean_return(self, agent: Agent, task: Task, episodes: int) -> float:
+        """The mean return on a task over its first episodes."""
+        seeds, label = self._seeds_and_label(task, episodes)
+        outcomes = evaluate(agent, self.envs(task, episodes), seeds, label)
+        return fmean(outcome.return_ for outcome in outcomes)
 
     def _seeds_and_label(self, task: Task, episodes: int) -> tuple[list[int], TaskLabel | None]:
         seeds = [evaluation_seed(self.group.id, task.id, episode) for episode in range(episodes)]
@@ -219,25 +217,19 @@ def _extremes(policy: AnyPolicy, observations: Array, task: int) -> tuple[Array,
     return to_action(policy, mean - width), to_action(policy, mean + width)
 
 
-def isolated(
-    agent: Agent, create: Callable[[], Agent], path: Path, mean_returns: MeanReturns
-) -> Callable[[Sequence[Task], int], Iterator[float]]:
-    """The function ``mean_returns`` for this agent, without an effect on its training.
+@contextmanager
+def acting_copy(agent: Agent, create: Callable[[], Agent], path: Path) -> Iterator[Agent]:
+    """A copy of the agent that acts without an effect on its training; restores global random generators.
 
-    A copy of the agent acts if the agent can be saved, and global random generators are restored afterwards.
     An agent that cannot be saved acts itself, so that its generator for acting moves on. ``create`` makes an
     agent of the same kind; the file ``path`` is written and deleted.
     """
-
-    def of_agent(tasks: Sequence[Task], episodes: int) -> Iterator[float]:
-        with preserved_global_generators():
-            acting = create() if isinstance(agent, Resumable) else agent
-            if isinstance(agent, Resumable) and isinstance(acting, Resumable):
-                try:
-                    agent.save(path)
-                    acting.load(path)
-                finally:
-                    path.unlink(missing_ok=True)
-            yield from mean_returns(acting, tasks, episodes)
-
-    return of_agent
+    with preserved_global_generators():
+        acting = create() if isinstance(agent, Resumable) else agent
+        if isinstance(agent, Resumable) and isinstance(acting, Resumable):
+            try:
+                agent.save(path)
+                acting.load(path)
+            finally:
+                path.unlink(missing_ok=True)
+        yield acting

@@ -50,13 +50,6 @@ def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:
     return {name: version(name.replace("_", "-")) for name in (*PACKAGES, *packages)}
 
 
-def version_difference(old: Mapping[str, str], packages: Iterable[str] = ()) -> str:
-    """What differs between stored and installed versions; empty if nothing does."""
-    changed = {name: new for name, new in job_versions(packages).items() if old.get(name) != new}
-    words = (f"{name} {old.get(name, 'unknown')} (installed: {new})" for name, new in changed.items())
-    return ", ".join(words)
-
-
 @dataclass(frozen=True)
 class Settings:
     """How jobs run."""

@@ -103,7 +103,6 @@ class Lines:
     write: Callable[[str], object]
     time_left: Callable[[], str]
     clock: Callable[[], float] = time.monotonic
-    longest: float = LONGEST_INTERVAL
     _interval: float = FIRST_INTERVAL
     _next: float = 0.0
 
@@ -117,16 +116,8 @@ class Lines:
             if now < self._next:
                 return
             self._next = now + self._interval
-            self._interval = min(2 * self._interval, self.longest)
+            self._interval = min(2 * self._interval, LONGEST_INTERVAL)
         self.write(line(event, self.time_left()))
-
-
-def notebook_display() -> Callable[[str], object]:
-    """A function that shows a text in one display of a notebook, in place of the one before."""
-    from IPython.display import display  # a notebook has it
-
-    handle: Any = display({"text/plain": ""}, raw=True, display_id=True)
-    return lambda text: handle.update({"text/plain": text}, raw=True)
 
 
 def line(event: events.Event, time_left: str) -> str:
@@ -253,20 +244,9 @@ def parse_logs(log: str | Iterable[str] | None) -> tuple[str, ...]:
     return chosen
 
 
-def check_callback(callback: object) -> None:
-    """Raises ``BenchError`` if the callback is not callable."""
-    if callback is not None and not callable(callback):
-        message = f"Expected a function, got a value of type {type(callback).__name__}."
-        hint = "Pass a function with one argument, the event."
-        raise BenchError("bad-callback", message, "callback", hint)
-
-
 @contextmanager
 def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, events.Listener]]:
-    """Bars, which are shown in a terminal, and a listener that moves them; it prints lines elsewhere.
-
-    In a notebook, each line takes the place of the one before.
-    """
+    """Bars, which are shown in a terminal, and a listener that moves them; it prints lines elsewhere."""
     console = Console()
     texts = ("{task.percentage:>3.0f}%", "{task.fields[text]}")
     columns = ("{task.description}", BarColumn(10), *texts, TimeElapsedColumn(), TimeRemainingColumn())
@@ -274,10 +254,7 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, events.Listener]
     progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
     with progress if is_live else nullcontext():
         bars = Bars(progress)
-        if console.is_jupyter:
-            lines = Lines(notebook_display(), bars.time_left, longest=FIRST_INTERVAL)
-        else:
-            lines = Lines(print, bars.time_left)
+        lines = Lines(print, bars.time_left)
 
         def show(event: events.Event) -> None:
             bars.show(event)

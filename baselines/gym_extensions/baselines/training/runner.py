@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -15,10 +16,9 @@ from gym_extensions.baselines.generators import seeded_global_generators
 from gym_extensions.baselines.training import events, jobs, usage
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import Batch, TrainingEnv
-from gym_extensions.baselines.training.evaluation import Evaluator, isolated, policy_of
+from gym_extensions.baselines.training.evaluation import Evaluator, acting_copy, policy_of
 from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
 from gym_extensions.catalog.protocol import budget
-from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
@@ -52,15 +52,14 @@ class PendingJob:
             evaluator = Evaluator(job.group, settings.observes.task_in_evaluation)
             create = partial(self._create, evaluator.envs(stages[0].evaluated[0]))
             agent = create()
-            card = card_of(agent, settings.agent)
-            first_parameters = done[0].parameters[0] if done else card.parameters
+            first_parameters = card_of(agent, settings.agent).parameters
             if done and not folder.resume(agent, done):
                 done = []
-            mean_returns = isolated(agent, create, folder.path / "acting.npz", evaluator.mean_returns)
+            acting = partial(acting_copy, agent, create, folder.path / "acting.npz")
             for stage in stages[len(done) :]:
                 job_step = sum(earlier.steps for earlier in stages if earlier.number < stage.number)
-                monitor = StageMonitor(folder, stage, job_step, listen, self.interim, mean_returns)
-                record = self._run_stage(agent, monitor, evaluator, first_parameters)
+                monitor = StageMonitor(folder, stage, job_step, listen, self.interim, evaluator, acting)
+                record = self._run_stage(agent, monitor, first_parameters)
                 folder.finish(record, agent, last=stage is stages[-1])
                 done.append(record)
             evaluator.close()
@@ -85,9 +84,7 @@ class PendingJob:
                 raise BenchError("bad-agent", message, settings.agent, hint)
         return agent
 
-    def _run_stage(
-        self, agent: Agent, monitor: StageMonitor, evaluator: Evaluator, first_parameters: int
-    ) -> FinishedStage:
+    def _run_stage(self, agent: Agent, monitor: StageMonitor, first_parameters: int) -> FinishedStage:
         started, stage = time.process_time(), monitor.stage
         ids = tuple(task.id for task in stage.trained)
         monitor.listen(events.StageStarted(self.job.title, stage.number, ids, stage.steps))
@@ -96,15 +93,14 @@ class PendingJob:
         for task in stage.evaluated:
             start = time.perf_counter()
             with seeded_global_generators(self._seed(f"evaluation {stage.number}", task.id)):
-                new = evaluator.evaluate(agent, stage.number, task, policy)
+                new = monitor.evaluator.evaluate(agent, stage.number, task, policy)
             mean_return = sum(episode.return_ for episode in new) / len(new)
             monitor.evaluated(stage.steps, (task.id, len(new), mean_return, time.perf_counter() - start))
             episodes += new
         monitor.folder.store_policy(stage.number, policy)
         card = card_of(agent, self.settings.agent)
-        parameters, used = (first_parameters, card.parameters), usage.since(started, taken)
-        curves, evaluations = monitor.curves, monitor.evaluations
-        return FinishedStage(stage.number, episodes, curves, card, parameters, used, evaluations)
+        used, curves, evaluations = usage.since(started, taken), monitor.curves, monitor.evaluations
+        return FinishedStage(stage.number, episodes, curves, card, first_parameters, used, evaluations)
 
     def _train(self, stage: Stage, agent: Agent, monitor: StageMonitor) -> int:
         """Trains a stage and returns the steps that the agent took."""
@@ -136,7 +132,8 @@ class StageMonitor:
     job_step: int  # training steps of the stages before
     listen: events.Listener
     interim: Interim | None  # None evaluates at the end of the stage only
-    mean_returns: Callable[[Sequence[Task], int], Iterable[float]]  # of tasks, over episodes per task
+    evaluator: Evaluator
+    acting: Callable[[], AbstractContextManager[Agent]]  # the agent that acts in evaluations during training
 
     def __post_init__(self) -> None:
         number, episodes = self.stage.number, self.interim.episodes if self.interim else 0
@@ -169,13 +166,14 @@ class StageMonitor:
         self.listen(events.BatchTrained(*self._where(step), batch.mean_return, speed, batch.seconds))
         if interim is not None and self._next <= step < stage.steps:
             self._next = interim.every * (1 + step // interim.every)
-            start = time.perf_counter()
-            mean_returns = self.mean_returns(stage.evaluated, interim.episodes)
-            for task, mean_return in zip(stage.evaluated, mean_returns, strict=True):
-                self._evaluations[task.id].steps.append(step)
-                self._evaluations[task.id].returns.append(mean_return)
-                seconds, start = time.perf_counter() - start, time.perf_counter()
-                self.evaluated(step, (task.id, interim.episodes, mean_return, seconds), in_training=True)
+            with self.acting() as agent:
+                for task in stage.evaluated:
+                    start = time.perf_counter()
+                    mean_return = self.evaluator.mean_return(agent, task, interim.episodes)
+                    self._evaluations[task.id].steps.append(step)
+                    self._evaluations[task.id].returns.append(mean_return)
+                    result = task.id, interim.episodes, mean_return, time.perf_counter() - start
+                    self.evaluated(step, result, in_training=True)
 
     def evaluated(self, step: int, result: tuple[str, int, float, float], in_training: bool = False) -> None:
         """Sends the event of an evaluated task: its id, episodes, mean return, and the seconds it took."""

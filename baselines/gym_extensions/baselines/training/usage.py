@@ -11,11 +11,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from gym_extensions.rollouts.run import LONGEST
 from gym_extensions.versions import blas_kernels
 
 CPU_INFO = Path("/proc/cpuinfo")
-LONGEST = 200
-"""Most characters of a text in the document of a run."""
 
 
 @dataclass(frozen=True)
