@@ -35,6 +35,7 @@ def test_a_new_entry_passes_with_its_scores_and_labels(request_with_entry: Path)
     assert (report.entry, report.pull_request) == ("new", 17)
     assert (report.level, report.repeated) == ("claimed", 0)
     assert "sample" in report.notes[0], "nothing is repeated of policies that sample"
+    assert report.without_policies == 0
     assert [(score.group, score.protocol, score.runs) for score in report.scores] == [
         ("hopper-gravity-v0", "sequential", 2),
         ("hopper-gravity-v0", "single", 2),

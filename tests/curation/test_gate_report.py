@@ -6,6 +6,7 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -76,6 +77,21 @@ def test_the_comment_says_what_was_proven() -> None:
     assert text.startswith("### The submission passed\n\nEntry `entry`.")
     assert "Level: **claimed**: 380 of 400 sampled episodes are repeated." in text
     assert "hopper-gravity-v0  sequential  1M  5 runs  final_performance 1.23 [1.00, –]" in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({}, "the entry is verified and has a rank"),
+        ({"without_policies": 4}, "gets no rank, because 4 runs published no policies"),
+        ({"kind": "donation"}, "It is scored as soon as all runs with lower numbers are there"),
+        ({"level": "reported", "repeated": 0, "episodes": 0}, "A published table is shown, without a rank"),
+    ],
+)
+def test_the_comment_says_what_follows(changes: dict[str, Any], text: str) -> None:
+    said = comment(replace(REPORT, **changes))
+    assert text in said
+    assert ("has a rank" in said) == (not changes)
 
 
 def test_texts_of_the_pull_request_stay_in_a_code_block() -> None:

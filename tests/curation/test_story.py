@@ -20,7 +20,7 @@ from gym_extensions.references import Reference, References
 from gym_extensions.rollouts.policies.files import policy_keys
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import read_review
-from gym_extensions.rollouts.run import Memory, read_run
+from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.ranking.group_board import boards
 
@@ -188,10 +188,8 @@ def test_a_bad_run_refuses_no_run_of_another_merge_and_can_be_reverted(with_entr
 
 def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) -> None:
     versions = read_run(with_entry.main / f"submissions/new/{GROUP}/sequential/run0.json").versions
-    memory = Memory(stored_steps=0, parameters_first=36, parameters_last=37)
     cases: tuple[tuple[str, dict[str, object]], ...] = (
         ("other-agent-version", {"versions": msgspec.structs.replace(versions, gym_extensions="0.9")}),
-        ("other-agent-version", {"memory": memory}),
         ("other-agent-version", {"steps": 10}),
         ("no-policies", {"policies": None}),
     )
@@ -206,8 +204,10 @@ def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) 
 
 def test_a_donation_from_before_an_edit_is_judged_with_the_edited_entry(with_entry: Project) -> None:
     start = git(with_entry.main, "rev-parse", "HEAD")
-    newer = {"memory": Memory(stored_steps=0, parameters_first=36, parameters_last=37)}
-    change_documents(with_entry.main / "submissions/new", lambda _: newer)
+    change_documents(
+        with_entry.main / "submissions/new",
+        lambda document: {"versions": msgspec.structs.replace(document.versions, gym_extensions="9.0")},
+    )
     commit(with_entry.main)
     report = with_entry.donate(start, 5, 5)
     assert (report.kind, [each.rule for each in report.problems]) == ("donation", ["other-agent-version"])

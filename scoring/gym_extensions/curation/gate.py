@@ -42,7 +42,7 @@ SAMPLE = 20
 """Cells of 20 episodes that are repeated."""
 SAMPLE_SECONDS = 240.0
 """No further cell is started after this time."""
-JUDGED = ("level", "repeated", "episodes", "scores", "notes")
+JUDGED = ("level", "repeated", "episodes", "without_policies", "scores", "notes")
 """What that process says of an entry for the report, besides its problems."""
 
 
@@ -167,8 +167,8 @@ def _judge_entry(call: Mapping[str, Any]) -> Judgement:
 def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Problem]:
     """What is wrong with donated runs, by their names, of an entry without other problems.
 
-    A run publishes its policies, and was trained with versions of the packages, and has a number of
-    parameters and about a number of steps, that a run of the entry has, too.
+    A run publishes its policies, and was trained with versions of the packages, and about as many steps, as a
+    run of the entry.
     """
     documents = {name: run.document for name, run in runs_of(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]
@@ -178,16 +178,12 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
         if document.policies is None:
             hint = "Train it with `gym-extensions train`, which writes them."
             yield Problem("no-policies", name, "A donated run needs its policies.", hint)
-        alike = [each for each in own if each.group == document.group]
-        sizes = {each.memory.parameters_last for each in alike}
-        steps = [each.steps for each in alike if each.protocol == document.protocol]
-        stated, last = _agent_versions(document), document.memory.parameters_last
-        message = ""
+        key = document.group, document.protocol
+        steps = [each.steps for each in own if (each.group, each.protocol) == key]
+        stated, message = _agent_versions(document), ""
         if stated not in versions:
             words = ", ".join(f"{package} {version}" for package, version in stated.items())
             message = f"It was trained with {words}, and no run of the entry was."
-        elif sizes and last not in sizes:
-            message = f"It has {last} parameters, and the runs of the entry have {min(sizes)}."
         elif steps and not 0.95 < document.steps / max(1, *steps) < 1.05:
             message = f"It states {document.steps} training steps, and runs of the entry {max(steps)}."
         if message:
@@ -212,10 +208,13 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> 
     problem if the run states the processor kernels and versions of this machine, and a note otherwise.
     """
     assert submission.manifest is not None, "it has no problems"
+    known = runs_of(submission)
+    without = sum(run.document.policies is None for run in known.values())
     if submission.manifest.protocol.evaluation == SAMPLED:
-        return {"notes": ["The policies sample their actions, so that no episode can be repeated."]}
+        notes = ["The policies sample their actions, so that no episode can be repeated."]
+        return {"without_policies": without, "notes": notes if without < len(known) else []}
     runs, notes = [], list[str]()
-    for name, run in runs_of(submission).items():
+    for name, run in known.items():
         policies = run.document.policies
         if policies is not None and policies.url:
             notes = ["Policies that lie elsewhere are fetched after the merge."]
@@ -243,4 +242,5 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> 
             elif result.difference:
                 hint = "Store the policy of every stage, and log its first evaluation."
                 problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))
-    return {"repeated": repeated, "episodes": episodes, "problems": problems, "notes": notes}
+    counts = {"repeated": repeated, "episodes": episodes, "without_policies": without}
+    return {**counts, "problems": problems, "notes": notes}

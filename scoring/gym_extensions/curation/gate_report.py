@@ -12,7 +12,7 @@ from msgspec import Meta
 from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.problem import MAX_TEXT, Problem
-from gym_extensions.rollouts.review import CLAIMED
+from gym_extensions.rollouts.review import CLAIMED, REPORTED
 from gym_extensions.scoring.documents import JsonDocument
 from gym_extensions.scoring.output.screen import count, number
 
@@ -62,6 +62,7 @@ class GateReport(JsonDocument):
         entry: name of the entry, or task and name of the record.
         level: of the entry; None unless judged without a problem.
         repeated: number of sampled episodes that were repeated bit for bit, of ``episodes``.
+        without_policies: number of its runs that publish none, which cannot be verified.
         problems: the first broken rules; ``more_problems`` counts the others.
         notes: what scoring did and noticed.
     """
@@ -76,6 +77,7 @@ class GateReport(JsonDocument):
     level: Level | None = None
     repeated: int = 0
     episodes: int = 0
+    without_policies: int = 0
     problems: Annotated[tuple[Problem, ...], Meta(max_length=MAX_PROBLEMS)] = ()
     more_problems: int = 0
     scores: Annotated[tuple[GateScore, ...], Meta(max_length=400)] = ()
@@ -116,6 +118,11 @@ CODE = "It changes code alone, which the ordinary tests check."
 NEXT = "There is nothing more to do. After the merge, new seeds follow from the merge commit."
 RECORD = "If the policy keeps its claim and beats the expert on 100 of them, the page of the task shows it."
 ENTRY = "If the returns of the policies on them agree with the log, the entry is verified and has a rank."
+DONATION = (
+    "If the returns of the policies on them agree with the log, the run is verified. It is scored as soon as "
+    "all runs with lower numbers are there, unless the entry is withdrawn."
+)
+TABLE = "There is nothing more to do. A published table is shown, without a rank."
 
 
 def code_block(lines: Sequence[str]) -> str:
@@ -160,6 +167,14 @@ def comment(report: GateReport) -> str:
     if report.notes:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review"):
-        parts += [f"{NEXT} {RECORD if report.kind == 'record' else ENTRY}", *_limits(report)]
+        follows = {"record": RECORD, "donation": DONATION}.get(report.kind, ENTRY)
+        if report.without_policies:
+            runs = count(report.without_policies, "run")
+            parts.append(
+                f"The entry cannot be verified and gets no rank, because {runs} published no policies."
+            )
+        else:
+            parts.append(TABLE if report.level == REPORTED else f"{NEXT} {follows}")
+        parts += _limits(report)
     parts.append(f"Judged by the code of {report.base[:12]}, for {report.head[:12]}.")
     return "\n\n".join(parts) + "\n"

@@ -41,7 +41,7 @@ def wanted(folders: Sequence[Path]) -> list[str]:
         for name, numbers in runs.items():
             words = ["gym-extensions", "train", agent, "--groups", name, "--protocol", "sequential"]
             words += ["--budget", budget, "--runs", ",".join(map(str, numbers)), "--out", str(folder)]
-            lines.append(f"  {shlex.join(words)}")
+            lines.append(f"  {shlex.join(words)} --by NAME")
         found.append(((decides is None, -(decides or 0.0) / count, row.name), lines))
     lines = [line for _, of_entry in sorted(found) for line in of_entry]
     return lines or ["No entry of this project needs runs for its next look."]

@@ -92,7 +92,7 @@ def ppo_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_ppo_trains_through_a_protocol_and_writes_a_submission(ppo_submission: Path) -> None:
     manifest = tomllib.loads((ppo_submission / "submission.toml").read_text())
-    assert manifest["protocol"]["algorithm"] == "ppo"
+    assert manifest["protocol"]["algorithm"] == "sb3-ppo", "not the reference agent"
     assert manifest["protocol"]["evaluation"] == "deterministic"
     assert manifest["hyperparameters"] == {
         **{"n_steps": 125, "batch_size": 25, "n_epochs": 2},

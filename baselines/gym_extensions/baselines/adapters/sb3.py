@@ -111,7 +111,7 @@ def sb3(
         settings,
         *(deterministic, normalize_observations, normalize_rewards),
         *(callback, log_interval, str(tensorboard_log)),
-        name=algorithm.__name__.lower(),
+        name=f"sb3-{algorithm.__name__.lower()}",  # not the name of a reference agent
         title=algorithm.__name__,
         description=f"{library(algorithm)[0]}'s {algorithm.__name__}.",
     )
