@@ -53,6 +53,17 @@ def test_a_linked_submission_is_refused(good: CopySubmission, tmp_path: Path, ta
     assert found(problems["other"]) == [("other", "not-a-regular-file")]
 
 
+def test_a_folder_that_git_leaves_behind_is_no_submission_unless_it_is_named(
+    good: CopySubmission, tmp_path: Path
+) -> None:
+    entry, left = good(GROUP, tmp_path), tmp_path / "left"
+    put(".progress/train.log", b"")(left)
+    (tmp_path / "empty").mkdir()
+    assert submission_folders([tmp_path]) == [tmp_path / "empty", entry]
+    (named,) = submission_folders([left])
+    assert found(read(named).problems) == [("left", "not-a-submission")]
+
+
 def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:
     paths = [tmp_path / "a" / "mine", tmp_path / "b" / "mine"]
     for path in paths:

@@ -196,8 +196,17 @@ def scan(root: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Folder:
     return Folder(root, name, items, groups)
 
 
+def _is_left_over(folder: Path) -> bool:
+    """Whether a folder, not a link to one, contains only that of unfinished runs."""
+    try:
+        return not folder.is_symlink() and [child.name for child in folder.iterdir()] == [PROGRESS]
+    except OSError:
+        return False
+
+
 def submission_folders(paths: list[Path]) -> list[Path]:
-    """The submissions at the given paths, sorted by name. A folder of submissions means all of them.
+    """The submissions at the given paths, sorted by name. A folder of submissions means all of them, without
+    folders that contain only ``.progress``: git leaves such a folder when it switches to another branch.
 
     Raises ``BenchError`` if two submissions have the same name.
     """
@@ -213,7 +222,8 @@ def submission_folders(paths: list[Path]) -> list[Path]:
         visible = [child for child in children if not child.name.startswith(".")]
         kinds = (Path.is_dir, Path.is_symlink)
         found = [child for child in visible if any(exists_readable(child, kind) for kind in kinds)]
-        folders += found if any(exists_readable(child / MANIFEST) for child in found) else [target]
+        is_many = any(exists_readable(child / MANIFEST) for child in found)
+        folders += [child for child in found if not _is_left_over(child)] if is_many else [target]
     by_name: dict[str, Path] = {}
     for folder in folders:
         first = by_name.setdefault(unicodedata.normalize("NFKC", folder.name).casefold(), folder)

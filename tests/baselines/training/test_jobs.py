@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.training.arguments import parse_request, parse_runs
+from gym_extensions.baselines.training.arguments import parse_request, parse_runs, require_equal_spaces
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.baselines.training.jobs import Interim, Settings, jobs_of, training_seed
-from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.protocol import budget
+from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError
 
 GROUP = group("hopper-gravity")
@@ -120,6 +121,15 @@ def test_runs_are_integers_of_any_type_sorted_and_without_duplicates(runs: Any) 
 def test_a_group_with_and_without_its_version_is_the_same_group() -> None:
     request = parse_request(**(GOOD | {"groups": ["hopper-gravity", "hopper-gravity-v0"]}))
     assert [(group.name, protocol) for group, protocol in request.logs()] == [("hopper-gravity", "single")]
+
+
+def test_tasks_of_a_published_group_have_equal_spaces(monkeypatch: pytest.MonkeyPatch) -> None:
+    require_equal_spaces(each for name, each in GROUPS.items() if not name.startswith("nav-"))
+    mixed = TaskGroup("mixed", (task("Hopper"), task("HopperWall")))
+    monkeypatch.setitem(GROUPS, mixed.name, mixed)
+    with pytest.raises(BenchError, match="HopperWall-v0 has Box") as error:
+        require_equal_spaces([mixed])
+    assert (error.value.where, error.value.hint) == ("mixed", "Give tasks with equal spaces.")
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ import numpy as np
 import pytest
 
 from gym_extensions import experts
+from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.tasks import task
+from gym_extensions.catalog.tasks import Task, task
 from gym_extensions.rollouts.layout import run_file
 from gym_extensions.rollouts.policies.files import write_policies
 from gym_extensions.rollouts.policies.mlp import Policy
@@ -117,6 +119,14 @@ def test_play_offers_bodies_whose_rules_the_script_has() -> None:
     assert [assets.play_link(task("Pusher")), assets.play_group_link("nav-state-v0")] == ["", ""]
     assert assets.is_playable(in_no_group := task("HalfCheetahBigHead"))
     assert assets.play_link(in_no_group) == ""
+
+
+def test_play_offers_no_body_without_rules_in_the_script(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert {body.name for body in BODIES.values() if body.family in ("planar", "humanoid")} == {
+        body.name for body in assets.PLAYED
+    }
+    monkeypatch.setitem(BODIES, "Monopod", replace(BODIES["Hopper"], name="Monopod"))
+    assert not assets.is_playable(Task("Monopod", "Monopod"))
 
 
 def test_the_index_says_how_the_world_of_a_task_differs(built: Callable[..., dict[str, bytes | str]]) -> None:

@@ -103,10 +103,8 @@ def parse_groups(groups: Groups) -> list[TaskGroup]:
 
 
 def require_equal_spaces(groups: Iterable[TaskGroup]) -> None:
-    """Raises ``BenchError`` if the tasks of a custom group cannot be created, or have different spaces."""
+    """Raises ``BenchError`` if the tasks of a group cannot be created, or have different spaces."""
     for group in groups:
-        if group.published:
-            continue
         try:
             make_vec(list(group.tasks), len(group.tasks)).close()
         except BenchError as error:

@@ -26,6 +26,7 @@ from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, W
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies.files import has_policies, read_policies
 from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.site import FOLDER
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.paths import slug
@@ -35,8 +36,9 @@ FORMAT = 1
 """Of the index and of policy files."""
 MAX_BYTES, MAX_FILE_BYTES = 40_000_000, 1_000_000
 """Bytes of all policies that a site publishes for Play, and of those of one run."""
-FAMILIES = ("planar", "humanoid")
-"""Families of bodies whose rules the script has."""
+SCRIPT = (FOLDER / "static" / "play" / "rules.js").read_text(encoding="utf-8")
+PLAYED = tuple(body for body in BODIES.values() if f"\n  {body.name}: " in SCRIPT)
+"""Bodies whose rules the script has."""
 VARIATIONS = (Gravity, LimbScale, RangeSensor, Wall)
 """Variations that the script applies."""
 TYPES = {"float32": "f4", "float64": "f8", "bool": "u1"}
@@ -50,7 +52,7 @@ NO_ROOM = f"This site offers {MAX_BYTES // 10**6} MB of policies, the best entri
 
 def is_playable(task: Task) -> bool:
     """Whether the script has the rules of the task's body and of its variations."""
-    return task.body.family in FAMILIES and all(isinstance(each, VARIATIONS) for each in task.variations)
+    return task.body in PLAYED and all(isinstance(each, VARIATIONS) for each in task.variations)
 
 
 @cache
@@ -126,7 +128,7 @@ def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator)
     index = {
         "format": FORMAT,
         "mujoco": simulator.facts(),
-        "bodies": {body.name: _body(body) for body in BODIES.values() if body.family in FAMILIES},
+        "bodies": {body.name: _body(body) for body in PLAYED},
         "tasks": tasks,
         "groups": list(groups.values()),
         "core": [entry.name for entry in core.rows if entry.ranked] if core else [],
@@ -204,8 +206,7 @@ def _models() -> dict[str, bytes]:
     if found is None or not found.submodule_search_locations:
         raise BenchError("no-models", "Gymnasium, which has the models of the bodies, is not installed.")
     assets = Path(found.submodule_search_locations[0]) / "envs" / "mujoco" / "assets"
-    bodies = [body for body in BODIES.values() if body.family in FAMILIES]
-    files = {_model(body): (assets / body.asset).read_bytes() for body in bodies}
+    files = {_model(body): (assets / body.asset).read_bytes() for body in PLAYED}
     return files | {"play/models/LICENSE-gymnasium.txt": license_of("gymnasium")}
 
 
