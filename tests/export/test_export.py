@@ -15,8 +15,9 @@ import pytest
 
 from gym_extensions import experts
 from gym_extensions.errors import BenchError
-from gym_extensions.export import cli, every_eval_ever, minari_dataset
+from gym_extensions.export import cli, every_eval_ever, hugging_face, minari_dataset
 from gym_extensions.results.frames import EPISODE_DTYPES
+from gym_extensions.rollouts.review import Decision, Review, write_review
 from gym_extensions.scoring.formulas import BOARD_METRICS
 from gym_extensions.scoring.pipeline import make_scorer
 
@@ -72,6 +73,19 @@ def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(reposito
     code = card.split("```python\n")[1].split("```")[0] + "print(policy.num_actions)"
     here = repositories / "models" / "trpo"
     assert subprocess.check_output([sys.executable, "-c", code], cwd=here, text=True).strip() == "3"
+
+
+def test_a_decision_is_stated(submission: Callable[..., Path], tmp_path: Path) -> None:
+    entry = submission(groups=(GROUP,))
+    decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
+    write_review(entry, Review(decisions=[decision]))
+    doubt = "withdrawn from all boards on 2026-01-02: An error."
+    scorer = make_scorer()
+    card = scorer(entry)
+    assert f"**This entry was {doubt}**" in hugging_face.model_card(card, [(GROUP, "sequential", 0)], set())
+    record = every_eval_ever.record(card, scorer.references, 0)
+    assert record is not None
+    assert record["source_metadata"]["additional_details"]["decisions"] == doubt
 
 
 def test_the_experts_are_copied_with_their_cards(repositories: Path) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from pandas.testing import assert_frame_equal
 
 from gym_extensions import results
 from gym_extensions.errors import BenchError
 from gym_extensions.references import References
+from gym_extensions.rollouts.review import Decision, Review, write_review
 from gym_extensions.scoring.formulas import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import BoardKey
@@ -186,3 +189,15 @@ def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
     assert (alone >= beside).all()  # another entry can only raise the best
     assert (alone > beside).any()
     assert results.landscapes(ROOT / "submissions" / "trpo-2017").empty  # it has no policies
+
+
+def test_landscapes_leave_out_withdrawn_entries(tmp_path: Path) -> None:
+    for name in ("cloning", "trpo"):
+        shutil.copytree(SUBMISSIONS / name / "landscapes", tmp_path / name / "landscapes")
+        for file in (SUBMISSIONS / name).rglob("run*.json"):
+            (copy := tmp_path / file.relative_to(SUBMISSIONS)).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(file, copy)
+        shutil.copy(SUBMISSIONS / name / "submission.toml", tmp_path / name)
+    decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
+    write_review(tmp_path / "trpo", Review(decisions=[decision]))
+    assert_frame_equal(results.landscapes(tmp_path), results.landscapes(SUBMISSIONS / "cloning"))

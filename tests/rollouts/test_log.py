@@ -73,6 +73,7 @@ def test_a_damaged_log_gives_a_line_and_nothing_else(position: int, damage: byte
     [
         (lambda text: "\ufeff" + text, 1, "byte order mark"),
         (lambda text: text.replace(",", ";"), 1, "header"),
+        (lambda text: text.replace("\n", "\r\n"), 1, "core.autocrlf"),
         (lambda text: text[:-9], 4, "cell"),
         (lambda text: text[:-1], 4, "no line end"),
         (lambda text: text.replace("1.5", "1_5"), 4, "`return`"),

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from gym_extensions.errors import working
@@ -89,6 +90,9 @@ def test_the_review_is_told(submission: Write, known: None, capsys: pytest.Captu
     assert lines[0] == "entry  An entry  (verified)"
     assert "agrees on new seeds (p = 0.5)" in lines[1]
     assert lines[3].endswith("challenged on 2026-01-02: Too good.")
+    write_review(folder, Review(decisions=[doubt, msgspec.structs.replace(doubt, action="withdrawn")]))
+    assert cli.main([str(folder)]) == 0
+    assert capsys.readouterr().out.splitlines()[1] == "  withdrawn from all boards on 2026-01-02: Too good."
 
 
 @pytest.mark.parametrize("text", ["[1]", "null", "{", "[" * 100_000])

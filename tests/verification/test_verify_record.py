@@ -115,10 +115,11 @@ def test_the_first_look_names_the_problem_of_the_card_and_that_of_the_policy(fol
 def test_poses_are_written_for_an_expert_that_has_none_of_its_policy(tmp_path: Path) -> None:
     for suffix in ("json", "npz"):
         shutil.copy(experts.DATA / f"Pusher.{suffix}", tmp_path)
-    (path,) = write_expert_poses(["Pusher"], tmp_path)
+    (line,) = write_expert_poses(["Pusher"], tmp_path)
+    path = Path(line)
     poses = PolicyPoses.load(path, "bad-poses", "")
     assert poses is not None
     assert poses.policy == experts.digest(experts.load("Pusher"))
-    assert list(write_expert_poses(["Pusher"], tmp_path)) == []
+    assert list(write_expert_poses(["Pusher"], tmp_path)) == [f"{line}: up to date"]
     path.write_text(path.read_text().replace(poses.policy, "0" * len(poses.policy)))
-    assert list(write_expert_poses(["Pusher"], tmp_path)) == [path]
+    assert list(write_expert_poses(["Pusher"], tmp_path)) == [line]

@@ -140,8 +140,8 @@ def maintain(argv: Sequence[str] | None = None) -> int:
     if options.command == "review":
         return _review(command, options)
     if options.command == "poses":
-        for path in write_expert_poses(options.tasks or experts.names()):
-            print(path, flush=True)
+        for line in write_expert_poses(options.tasks or experts.names()):
+            print(line, flush=True)
     elif options.command == "landscapes":
         fetcher = Fetcher(options.cache / "policies", options.public_only)
         entries = _existing(options.entries)

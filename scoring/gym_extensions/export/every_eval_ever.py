@@ -67,6 +67,7 @@ def record(card: Scorecard, references: References, now: int) -> dict[str, Any] 
     developer = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "unknown"
     reported = card.level == REPORTED
     runs = [run for group in card.groups.values() for score in group.values() for run in score.provenance]
+    doubts = {"decisions": "\n".join(card.doubts)} if card.doubts else {}
     is_open = bool(runs) and all(run.policies for run in runs)
     return {
         "schema_version": SCHEMA,
@@ -77,7 +78,7 @@ def record(card: Scorecard, references: References, now: int) -> dict[str, Any] 
             "source_type": "documentation" if reported else "evaluation_run",
             "source_organization_name": NAME,
             "evaluator_relationship": "other" if reported else "first_party",
-            "additional_details": {"level": str(card.level), "references": references.version},
+            "additional_details": {"level": str(card.level), "references": references.version, **doubts},
         },
         "eval_library": {"name": NAME, "version": version(NAME)},
         "model_info": {

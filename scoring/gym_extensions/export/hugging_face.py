@@ -125,6 +125,7 @@ def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]], kinds: set
     task = f', task="{group(name).tasks[0].name}"' if protocol == "single" else ""
     lines = [
         f"# {card.title}",
+        *(f"**This entry was {doubt}**" for doubt in card.doubts),
         card.manifest.description,
         f"Authors: {', '.join(card.manifest.authors)}. Level: {card.level}. "
         f"Training budget: {card.manifest.protocol.budget} steps per task. "

@@ -114,7 +114,8 @@ def _verified(entry: Path, tasks: TaskGroup, protocol: str, run: int) -> Manifes
     if key not in digests or submission.manifest is None:
         raise BenchError("unknown-run", f"It has no run {key}.", str(entry), "Name one of its runs.")
     if level(submission.review, {key: digests[key]}) == CLAIMED:
-        hint = f"Run: gym-extensions verify {entry} --seeds HEX --write, with random hexadecimal digits"
+        command = f"gym-extensions verify {entry} --seeds HEX --write"
+        hint = f"Run: {command}, with 40 to 128 random hexadecimal digits"
         raise BenchError("not-verified", f"No verification of {key} has passed.", str(entry), hint)
     return submission.manifest
 

@@ -14,6 +14,7 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET,
 from gym_extensions.errors import BenchError, did_you_mean, require_known
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups
+from gym_extensions.rollouts.review import is_withdrawn, read_review
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.landscapes import best, landscapes_of, summary
 from gym_extensions.scoring.output import board_frames
@@ -193,7 +194,8 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
     """Returns between and beyond the tasks, where no agent was trained (docs/metrics.md, "Landscapes").
 
     One row per submission, group and share, from the landscapes in the folders of the submissions
-    (a submission, a folder of submissions, or a list of these). The best return depends on which are given.
+    (a submission, a folder of submissions, or a list of these) but withdrawn ones. The best return depends
+    on which are given.
 
     ==========  =======  ========================================================================
     column      dtype    value
@@ -207,9 +209,11 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
     ==========  =======  ========================================================================
 
     Raises:
-        BenchError: a path is unknown, or a landscape cannot be read.
+        BenchError: a path is unknown, or a landscape or review cannot be read.
     """
-    found = {folder.name: landscapes_of(folder) for folder in pipeline.find_submissions(submissions)}
+    folders = pipeline.find_submissions(submissions)
+    standing = [folder for folder in folders if not is_withdrawn(read_review(folder).decisions)]
+    found = {folder.name: landscapes_of(folder) for folder in standing}
     top = best(each for of_entry in found.values() for each in of_entry.values())
     rows = [
         (name, group.id, share, len(value.runs), value.mean, value.low, value.high)

@@ -45,6 +45,8 @@ RESERVED = frozenset(
     ["CON", "PRN", "AUX", "NUL", *(f"{name}{digit}" for name in ("COM", "LPT") for digit in range(10))]
 )
 """Names that Windows reserves for devices, with any ending."""
+CLONE = "A clone that converts line ends (core.autocrlf) or lacks Git LFS (git lfs pull) has other files."
+"""A cause of files that differ from those that were written, for hints."""
 ROOT = "."
 """The path of the submission's folder itself, listed only if it cannot be read."""
 

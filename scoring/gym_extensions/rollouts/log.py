@@ -15,7 +15,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import Budget
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.layout import LOG, max_bytes, read_regular
+from gym_extensions.rollouts.layout import CLONE, LOG, max_bytes, read_regular
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -168,7 +168,8 @@ def _first_error(data: bytes) -> TableError:
     if header != ",".join(LOG_COLUMNS).encode():
         is_marked = "a byte order mark (EF BB BF) and " if data.startswith(BOM) else ""
         stated = f"{is_marked}{_quoted(header.removeprefix(BOM))}"
-        return TableError(1, f"The header is {stated}; expected {','.join(LOG_COLUMNS)}.")
+        why = f" {CLONE}" if header.endswith(b"\r") else ""
+        return TableError(1, f"The header is {stated}; expected {','.join(LOG_COLUMNS)}.{why}")
     if not any(rows):
         return TableError(1, "The file has a header but no rows.")
     for number, row in enumerate(rows if rows[-1] else rows[:-1], 2):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
@@ -82,6 +82,12 @@ class Review(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     verifications: list[Verification] = []
     decisions: list[Decision] = []
+
+
+def is_withdrawn(decisions: Iterable[Decision]) -> bool:
+    """Whether the last acceptance or withdrawal is a withdrawal; such an entry is on no board."""
+    standing = [part.action for part in decisions if part.action != "challenged"]
+    return standing[-1:] == ["withdrawn"]
 
 
 def review_of(data: bytes) -> Review:

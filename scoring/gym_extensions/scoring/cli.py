@@ -54,7 +54,7 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
         command.error("name at least one FOLDER, or two with --compare")
     others = ("folders", "csv", "out", "jobs", "group")
     if options.compare and any(getattr(options, name) for name in others):
-        command.error("--compare takes two submissions; with --json, --groups, --references, --ruler alone")
+        command.error("--compare takes two submissions, only with --json, --groups, --references and --ruler")
     if options.out and options.group:
         command.error("--out writes whole entries: leave out --group")
     if options.jobs is not None and options.jobs < 1:

@@ -47,7 +47,7 @@ class Scorer:
         If scoring fails, it has a problem instead of scores.
         """
         try:
-            return score(read(path, self.groups, only=self.only or None), self.references)
+            return score(read(path, self.groups, only=self.only or None), self.references, self.only)
         except BenchError:
             raise
         except Exception as error:  # noqa: BLE001 - an unforeseen folder must not stop the others

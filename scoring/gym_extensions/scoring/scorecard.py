@@ -12,7 +12,7 @@ import msgspec
 
 from gym_extensions.rollouts.manifest import Code, Hyperparameter, Observes, Protocol, Tuning
 from gym_extensions.rollouts.problem import Problem
-from gym_extensions.rollouts.review import Decision, Level
+from gym_extensions.rollouts.review import Decision, Level, is_withdrawn
 from gym_extensions.rollouts.run import Memory, RunDocument
 from gym_extensions.scoring.documents import JsonDocument, about, filled
 from gym_extensions.scoring.formulas import MetricValue, Profile
@@ -242,14 +242,21 @@ class Scorecard:
     @property
     def withdrawn(self) -> bool:
         """Whether the last acceptance or withdrawal is a withdrawal; such an entry is on no board."""
-        standing = [part.action for part in self.decisions if part.action != "challenged"]
-        return standing[-1:] == ["withdrawn"]
+        return is_withdrawn(self.decisions)
 
     @property
     def challenges(self) -> tuple[Decision, ...]:
         """The challenges since the last acceptance or withdrawal."""
         standing = [index for index, part in enumerate(self.decisions, 1) if part.action != "challenged"]
         return self.decisions[max(standing, default=0) :]
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """The withdrawal and the last challenge that hold, with date and reason."""
+        last = {part.action: part for part in self.decisions}
+        found = [("withdrawn from all boards", last["withdrawn"])] if self.withdrawn else []
+        found += [("challenged", part) for part in self.challenges[-1:]]
+        return tuple(f"{what} on {part.date}: {part.reason}" for what, part in found)
 
 
 @dataclass(frozen=True, slots=True)

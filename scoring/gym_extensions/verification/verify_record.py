@@ -86,8 +86,8 @@ def play(call: Mapping[str, Any]) -> Iterator[Any]:
     yield msgspec.to_builtins(played(policy, record.task, call["seeds"]))
 
 
-def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Iterator[Path]:
-    """Writes the poses of experts that have none of their present policy, and yields the paths.
+def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Iterator[str]:
+    """Writes the poses of experts that have none of their present policy, and yields a line for each expert.
 
     They are in the folder ``poses`` of that of the experts' files. Raises ``BenchError`` without an expert.
     """
@@ -99,7 +99,9 @@ def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Ite
             seeds = measurement_seeds(row, SAMPLE)
             poses = PolicyPoses(policy=digest, poses=played(policy, row, seeds)[1])
             write_text(path, poses.to_json())
-            yield path
+            yield str(path)
+        else:
+            yield f"{path}: up to date"
 
 
 def verify_record(record: records.Record, value: str) -> records.RecordReview:

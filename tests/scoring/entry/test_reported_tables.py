@@ -17,7 +17,7 @@ from gym_extensions.scoring.entry.reported_tables import (
     table_path,
     task_id,
 )
-from gym_extensions.scoring.pipeline import score_folder
+from gym_extensions.scoring.pipeline import make_scorer, score_folder
 from gym_extensions.scoring.scorecard import (
     PAPER_COLUMNS,
     GroupScore,
@@ -41,6 +41,11 @@ def card() -> Scorecard:
 @pytest.fixture(scope="module")
 def hopper(card: Scorecard) -> GroupScore:
     return card.groups["hopper-gravity-v0"]["sequential"]
+
+
+def test_only_the_chosen_groups_are_scored(hopper: GroupScore) -> None:
+    card = make_scorer(only=["hopper-gravity"])(ENTRY)
+    assert card.groups == {"hopper-gravity-v0": {"sequential": hopper}}
 
 
 def test_the_frozen_totals_are_those_of_the_printed_rows() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.worlds import axes
+from gym_extensions.rollouts.review import Decision, Review, write_review
 from gym_extensions.scoring import landscapes as scored
 from gym_extensions.scoring.landscapes import Landscape, MeasuredAxis
 
@@ -67,6 +68,19 @@ def test_a_board_shows_both_numbers_as_never_trained_on(
     assert sum(a.get("class") == "landscape small" for _, a in page.elements) == 2, "a map per entry"
     table = page.text[page.text.index("Share of the best return: mean over the runs") :]
     assert table.index("keeper") < table.index("agile")
+
+
+def test_a_withdrawn_entry_is_compared_on_its_own_page_alone(
+    document: dict[str, Any], folders: dict[str, Path]
+) -> None:
+    decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
+    write_review(folders["keeper"], Review(decisions=[decision]))
+    texts = dict(files(document, **folders))
+    assert "interpolation 1.00" in Reader(texts[PAGE]).text
+    assert "No other entry is measured" in Reader(texts[PAGE]).text
+    keeper = Reader(texts["submissions/keeper.html"]).text
+    assert "hopper-gravity -v0 1.00" in keeper
+    assert "the only entry: its own best" not in keeper
 
 
 def test_a_landscape_of_other_policies_is_not_drawn(document: dict[str, Any], tmp_path: Path) -> None:

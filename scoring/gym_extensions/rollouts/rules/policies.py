@@ -7,12 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.rollouts.layout import DOCUMENT, run_file
+from gym_extensions.rollouts.layout import CLONE, DOCUMENT, run_file
 from gym_extensions.rollouts.policies import files
 from gym_extensions.rollouts.policies.files import AnyPolicy
 from gym_extensions.rollouts.policies.mlp_arrays import Arrays
 from gym_extensions.rollouts.problem import Finding, rule
-from gym_extensions.rollouts.rules.run_document import CLONE
 from gym_extensions.rollouts.run import RunDocument
 
 RESTORE = f"Restore the files of the run, which are written together. {CLONE}"
@@ -58,7 +57,8 @@ class RunPolicies:
 def malformed_policy(run: RunPolicies) -> Iterator[Finding]:
     """The policies of a run are those of every stage of its protocol (and of every task in the single
     protocol), with the arrays that docs/rollout-log.md lists, of fitting shapes and finite values, or ONNX
-    networks as docs/policies.md describes them: standard operators, fixed shapes, no data elsewhere."""
+    networks as docs/policies.md describes them: standard operators, fixed shapes, no data elsewhere.
+    (The gate and `verify` check this.)"""
     for suffix, error in run.errors:
         yield Finding(run.file(suffix), error, "See docs/rollout-log.md; for a network, docs/policies.md.")
 
@@ -75,7 +75,8 @@ def exchanged_policies(run: RunPolicies) -> Iterator[Finding]:
 
 @rule("policies")
 def policies_of_another_group(run: RunPolicies) -> Iterator[Finding]:
-    """The policies of a group have the same numbers of observations and actions."""
+    """The policies of a group have the same numbers of observations and actions. (The gate and `verify`
+    check this.)"""
     first = run.first or next(iter(run.policies.values()), None)
     if first is None:
         return
@@ -91,7 +92,7 @@ def policies_of_another_group(run: RunPolicies) -> Iterator[Finding]:
 @rule("policies")
 def policy_observes_task(run: RunPolicies) -> Iterator[Finding]:
     """A policy has arrays per task, or reads the task, only if [observes] task_in_evaluation is true, and at
-    most one row per task of the group."""
+    most one row per task of the group. (The gate and `verify` check this.)"""
     for where, policy in run.policies.items():
         if policy.num_tasks and run.observes_task is False:
             hint = "Set [observes] task_in_evaluation = true, or use the same arrays for all tasks."
@@ -103,7 +104,8 @@ def policy_observes_task(run: RunPolicies) -> Iterator[Finding]:
 
 @rule("policies")
 def sampled_policy(run: RunPolicies) -> Iterator[Finding]:
-    """If [protocol] evaluation is "deterministic", every policy is deterministic."""
+    """If [protocol] evaluation is "deterministic", every policy is deterministic. (The gate and `verify`
+    check this.)"""
     for where, policy in run.policies.items():
         if run.evaluation == "deterministic" and policy.head != "deterministic":
             hint = 'Store the head that acts in evaluation, or set [protocol] evaluation = "sampled".'

@@ -13,7 +13,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, stages
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.errors import did_you_mean
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
+from gym_extensions.rollouts.layout import CLONE, DOCUMENT, LOG, POLICIES, run_file
 from gym_extensions.rollouts.log import WHOLE_BUDGET, stage_steps
 from gym_extensions.rollouts.policies.files import missing_networks
 from gym_extensions.rollouts.problem import MAX_QUOTE, Finding, quote, rule
@@ -24,7 +24,6 @@ BUDGET_TOLERANCE = 1.02
 """A run may exceed the budget by 2 %, for an agent whose last batch exceeds it."""
 MAX_POINTER = 200
 """Bytes of a pointer of Git LFS at most; no .npz file of policies is so small."""
-CLONE = "A clone that converts line ends (core.autocrlf) or lacks Git LFS (git lfs pull) has other files."
 
 
 @dataclass(frozen=True)

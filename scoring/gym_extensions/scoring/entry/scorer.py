@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
+from gym_extensions.catalog.groups import group
 from gym_extensions.references import References
 from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Verification, why_claimed
 from gym_extensions.rollouts.review import level as review_level
@@ -19,10 +20,11 @@ from gym_extensions.scoring.formulas import iqm, profile
 from gym_extensions.scoring.scorecard import GroupScore, ManifestSummary, Scorecard, VerificationSummary
 
 
-def score(submission: Submission, references: References) -> Scorecard:
+def score(submission: Submission, references: References, only: Collection[str] = ()) -> Scorecard:
     """The scorecard of one submission. With problems, it has neither a level nor groups.
 
-    It depends on the submission and the references alone.
+    It depends on the submission and the references alone. ``only`` names the groups of a reported entry that
+    are scored; all if empty.
     """
     manifest, review = submission.manifest, submission.review
     groups: dict[str, dict[str, GroupScore]] = {}
@@ -32,7 +34,8 @@ def score(submission: Submission, references: References) -> Scorecard:
         budget = manifest.protocol.budget
         level = REPORTED if manifest.reported else CLAIMED
         if manifest.reported:
-            groups = reported_groups(manifest.reported, budget)
+            reported = reported_groups(manifest.reported, budget)
+            groups = {id_: each for id_, each in reported.items() if not only or group(id_).name in only}
         for name, entry in submission.groups.items():
             returns = results(entry, budget)
             groups[name] = {}

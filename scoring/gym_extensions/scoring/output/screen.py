@@ -123,10 +123,8 @@ def _review(out: Console, card: Scorecard) -> None:
             f"  verification of {part.date}: {found} on new seeds (p = {part.p_value:.3g}), "
             f"{part.repeated} of {part.episodes} episodes repeated"
         )
-    if card.withdrawn:
-        out.print("  withdrawn: on no board")
-    for challenge in card.challenges[-1:]:
-        out.print(f"  challenged on {challenge.date}: {challenge.reason}")
+    for doubt in card.doubts:
+        out.print(f"  {doubt}")
 
 
 def _group(out: Console, name: str, protocol: str, score: GroupScore, single: GroupScore | None) -> None:

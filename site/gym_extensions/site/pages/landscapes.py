@@ -9,8 +9,10 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.worlds import Axis, axes
+from gym_extensions.errors import BenchError
+from gym_extensions.rollouts.review import is_withdrawn, read_review
 from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.landscapes import (
     EXTRAPOLATION,
@@ -108,6 +110,17 @@ def _stage(axis: Axis, group: TaskGroup, task: int) -> str:
     return group.tasks[task].name.removeprefix(group.tasks[task].base)
 
 
+def _best(found: Mapping[str, Mapping[str, Landscape]]) -> Best:
+    return best(each for landscapes in found.values() for each in landscapes.values())
+
+
+def _is_withdrawn(folder: Path) -> bool:
+    try:
+        return is_withdrawn(read_review(folder).decisions)
+    except BenchError:
+        return True  # with such a review, the entry has problems and is on no board
+
+
 @dataclass(frozen=True)
 class Landscapes:
     """The landscapes of all entries of a site, as far as their folders are known."""
@@ -117,11 +130,15 @@ class Landscapes:
     @cached_property
     def _all(self) -> Mapping[str, Mapping[str, View]]:
         found = {name: landscapes_of(folder) for name, folder in sorted(self.folders.items())}
-        top = best(each for landscapes in found.values() for each in landscapes.values())
-        views = {}
-        for group in GROUPS.values():
-            known = {name: each[group.id] for name, each in found.items() if group.id in each}
-            views[group.id] = {name: View(group, each, top, len(known)) for name, each in known.items()}
+        standing = {name: each for name, each in found.items() if not _is_withdrawn(self.folders[name])}
+        top = _best(standing)
+        views: dict[str, dict[str, View]] = {group.id: {} for group in GROUPS.values()}
+        for name, landscapes in found.items():
+            measured = standing | {name: landscapes}  # a withdrawn entry is compared on its own page alone
+            highest = top if name in standing else _best(measured)
+            for id_, each in landscapes.items():
+                entries = sum(id_ in others for others in measured.values())
+                views[id_][name] = View(group(id_), each, highest, entries)
         return views
 
     def views(self, entry: Scorecard) -> dict[str, View]:
