@@ -26,7 +26,6 @@ from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, W
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts.policies.files import has_policies, read_policies
 from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.site import FOLDER
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.paths import slug
@@ -36,9 +35,9 @@ FORMAT = 1
 """Of the index and of policy files."""
 MAX_BYTES, MAX_FILE_BYTES = 40_000_000, 1_000_000
 """Bytes of all policies that a site publishes for Play, and of those of one run."""
-SCRIPT = (FOLDER / "static" / "play" / "rules.js").read_text(encoding="utf-8")
-PLAYED = tuple(body for body in BODIES.values() if f"\n  {body.name}: " in SCRIPT)
-"""Bodies whose rules the script has."""
+NAMES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid", "HumanoidStandup", "HumanoidStandupAndRun")
+PLAYED = tuple(BODIES[name] for name in NAMES)
+"""Bodies whose rules the script ``static/play/rules.js`` has."""
 VARIATIONS = (Gravity, LimbScale, RangeSensor, Wall)
 """Variations that the script applies."""
 TYPES = {"float32": "f4", "float64": "f8", "bool": "u1"}
