@@ -42,7 +42,7 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     try:
         tasks = [task for task in mujoco_tasks() if re.fullmatch("|".join(patterns), task.name)]
     except re.error as error:
-        message = f"{error.pattern!r} is no regular expression: {error}."
+        message = f"{error.pattern!r} is not a regular expression: {error}."
         raise BenchError("bad-pattern", message, "tasks", "Name tasks.") from error
     if not tasks:
         hint = did_you_mean(patterns[0], [task.name for task in mujoco_tasks()])
