@@ -171,6 +171,6 @@ def recipe(name: str) -> Recipe:
             return run
     row = published_task(name.removeprefix("trpo-"))
     if row.base not in FAMILIES:
-        raise BenchError("unknown-run", f"No run has the name {name!r}, because no experts are trained for {row.base}.")
+        raise BenchError("unknown-run", f"{name!r} is unknown: no experts are trained for {row.base}.")
     steps = FURTHER[FAMILIES[row.base]]
     return _large(name, (row.name,), f"best:{row.name}", steps, checkpoint=100_000)
