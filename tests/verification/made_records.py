@@ -18,8 +18,9 @@ HISTORY = (Step("mine", "sac", 2_000_000, command="python train.py"),)
 
 
 def lower_the_bar(patch: pytest.MonkeyPatch, floor: float = -1000.0) -> None:
-    """Makes every task open, with this floor, in this process."""
+    """Makes every task open, with this floor, in this process; no honest claim is refused by chance."""
     patch.setattr(records, "bar", lambda _: Bar(floor, floor_deviation=1.0))
+    patch.setattr(records, "BELOW_CLAIM", 6.0)
 
 
 def make_policy(inputs: int = 11, actions: int = 3, **changes: Any) -> Policy:
