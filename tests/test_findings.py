@@ -83,14 +83,17 @@ def test_an_end_of_exactly_0_is_shown() -> None:
     assert str(tables.Value.of(tables.Interval(0.1))) == "0.10 (one run)"
 
 
-def test_the_numbers_of_the_readme_are_in_the_findings() -> None:
-    section = (
-        (ROOT / "README.md").read_text("utf-8").partition("Results so far")[2].partition("\n\nAn agent")[0]
-    )
+def test_the_numbers_and_words_of_the_readme_are_in_the_findings() -> None:
+    readme, text = ((ROOT / path).read_text("utf-8") for path in ("README.md", "docs/findings.md"))
+    section = readme.partition("Results so far")[2].partition("\n\nAn agent")[0]
     numbers = set(re.findall(r"−?\d\.\d\d", section))
     assert len(numbers) >= 8
-    text = (ROOT / "docs/findings.md").read_text("utf-8")
     assert [number for number in numbers if number not in text] == []
+    ranks = re.findall(r"^\| (\d[\d–]*) \| `([\w-]+)`", text.partition("Without a rank")[0], flags=re.MULTILINE)
+    assert ranks[0] == ("1", "cloning"), "significantly above each of the others"
+    assert len(ranks) == 9, "“nine methods”"
+    assert readme.count("nine methods") == 2
+    assert "at equal practice the last task ends higher after the sequence than without it on none" in text
 
 
 def test_the_landscape_of_the_readme_is_that_of_the_committed_entry(tmp_path: Path) -> None:
