@@ -89,7 +89,9 @@ def test_the_numbers_and_words_of_the_readme_are_in_the_findings() -> None:
     numbers = set(re.findall(r"−?\d\.\d\d", section))
     assert len(numbers) >= 8
     assert [number for number in numbers if number not in text] == []
-    ranks = re.findall(r"^\| (\d[\d–]*) \| `([\w-]+)`", text.partition("Without a rank")[0], flags=re.MULTILINE)
+    ranks = re.findall(
+        r"^\| (\d[\d–]*) \| `([\w-]+)`", text.partition("Without a rank")[0], flags=re.MULTILINE
+    )
     assert ranks[0] == ("1", "cloning"), "significantly above each of the others"
     assert len(ranks) == 9, "“nine methods”"
     assert readme.count("nine methods") == 2
