@@ -47,6 +47,7 @@ def test_a_record_is_shown_after_one_pull_request(project: Path, tmp_path: Path)
         (merge, other),
         ('"problem": ""', '"problem": "It falls."'),
         ('"episodes": 100', '"episodes": 99'),
+        (Record(card).digest, "0" * 64),
     ):
         forged = tmp_path / "forged.json"
         forged.write_text(file.read_text().replace(old, new))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 from collections.abc import Callable
@@ -279,7 +280,9 @@ def test_a_forged_log_from_elsewhere_is_refused_by_new_seeds_and_stays_refused(
     assert len(read_review(merged).verifications) == 1, "the first draw stands"
 
 
-def test_a_record_of_other_files_or_seeds_is_not_taken(project: Project) -> None:
+def test_a_record_of_other_files_or_seeds_is_not_taken(
+    project: Project, capsys: pytest.CaptureFixture[str]
+) -> None:
     project.submit(honest())
     entry = project.merge()
     maintain(["review", str(entry), *project.options, "--record", str(project.records)])
@@ -287,14 +290,15 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(project: Project) -> None
     text = record.read_text()
     value = git(project.main, "rev-parse", "HEAD")
     forged = {
-        "seeds": text.replace(value, "3f" * 20),
-        "files": text.replace(f'{GROUP}/sequential/run0" = "', f'{GROUP}/sequential/run0" = "0')[:-2],
-        "decisions": text + DECISION,
-        "nothing": "",
+        "seeds do not follow": text.replace(value, "3f" * 20),
+        "about other files": re.sub(r'(sequential/run0" = )"\w{64}"', rf'\1"{"0" * 64}"', text),
+        "or decisions": text + DECISION,
+        "has no verification": "",
     }
-    for content in forged.values():
+    for reason, content in forged.items():
         record.write_text(content)
         assert maintain(["review", str(entry), "--take", str(record)]) == 2
+        assert reason in capsys.readouterr().err
     assert not (entry / "review.toml").exists()
 
 

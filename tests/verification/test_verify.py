@@ -215,4 +215,5 @@ def test_several_processes_find_the_same(limited: Path, tmp_path: Path) -> None:
     (entry / "review.toml").unlink()
     options = ["--seeds", VALUE, "--write", "--jobs", "2", "--cache", str(tmp_path / "other")]
     assert main([str(entry), *options]) == 0
-    assert read_review(entry) == first
+    (once,), (again,) = first.verifications, read_review(entry).verifications
+    assert msgspec.structs.replace(again, date=once.date) == once

@@ -117,12 +117,14 @@ def log_frame(data: bytes) -> pd.DataFrame:
     import pandas as pd
 
     header = ",".join(LOG_COLUMNS).encode() + b"\n"
-    if not data.startswith(header) or not data.endswith(b"\n") or FOREIGN.search(data):
+    rows, columns = data.count(b"\n") - 1, len(LOG_COLUMNS)
+    has_form = data.startswith(header) and data.endswith(b"\n") and not FOREIGN.search(data)
+    if not has_form or data.count(b",") != (rows + 1) * (columns - 1):
         raise _first_error(data)
     try:
-        frame = pd.read_csv(
-            io.BytesIO(data), dtype=DTYPES, index_col=False, na_filter=False, skip_blank_lines=False
-        )
+        frame = pd.read_csv(io.BytesIO(data), dtype=DTYPES, na_filter=False, skip_blank_lines=False)
+        if not isinstance(frame.index, pd.RangeIndex):
+            raise ValueError("With more cells than the header has, pandas makes the first ones an index.")
         for name, numbers, kind in (("terminated", FLAGS, "bool"), ("success", SUCCESSES, "int8")):
             frame[name] = np.array([numbers[cell] for cell in frame[name].tolist()], dtype=kind)
         returns = frame["return"].tolist()
@@ -131,7 +133,7 @@ def log_frame(data: bytes) -> pd.DataFrame:
         frame["return"] = np.array(list(map(float, returns)))  # exact in every version of pandas
     except (ValueError, KeyError, OverflowError):
         raise _first_error(data) from None
-    if frame.empty or len(frame) != data.count(b"\n") - 1 or frame["task"].eq("").any():
+    if frame.empty or len(frame) != rows or frame["task"].eq("").any():
         raise _first_error(data)
     return frame
 

@@ -70,6 +70,7 @@ NETWORKS: dict[str, tuple[Any, dict[str, Any], gym.spaces.Box]] = {
 
 def model(name: str) -> Any:
     """A model whose initial parameters are all different from 0."""
+    torch.manual_seed(0)
     algorithm, network = PLAIN[name]
     created = algorithm("MlpPolicy", SpacesVecEnv(OBSERVATIONS, ACTIONS, 1), policy_kwargs=NETWORK | network)
     with torch.no_grad():
@@ -107,7 +108,8 @@ def test_samples_have_the_model_s_distribution(name: str) -> None:
 def test_samples_of_a_network_have_the_model_s_distribution(algorithm: Any) -> None:
     pytest.importorskip("onnxruntime", reason="needs the extra onnx")
     agent: Any = sb3(algorithm, deterministic=False, **EXTRACTED)(OBSERVATIONS, ACTIONS, 0)
-    observation = OBSERVATIONS.sample()
+    torch.manual_seed(0)
+    observation = np.random.default_rng(0).normal(size=5).astype(np.float32)
     require_equal_distributions(agent.policy(), agent.act(np.tile(observation, (4000, 1))), observation)
 
 
@@ -116,6 +118,7 @@ def test_a_network_acts_as_the_model(case: str) -> None:
     pytest.importorskip("onnxruntime", reason="needs the extra onnx")
     algorithm, settings, space = NETWORKS[case]
     agent: Any = sb3(algorithm, **settings)(space, ACTIONS, 0)
+    space.seed(0)
     observations = np.stack([space.sample() for _ in range(4)])
     policy = agent.policy()
     assert isinstance(policy, OnnxPolicy)

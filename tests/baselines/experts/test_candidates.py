@@ -14,30 +14,31 @@ from gym_extensions.catalog.tasks import task
 from gym_extensions.rollouts.policies.mlp import Policy
 
 SUBMISSIONS = Path(__file__).resolve().parents[3] / "submissions"
-RNG = np.random.default_rng(0)
 
 
 def make_policy(inputs: int) -> Policy:
+    rng = np.random.default_rng(0)
     return Policy(
         action_offset=np.zeros(3, np.float32),
         action_scale=np.ones(3, np.float32),
-        weights=(RNG.normal(size=(inputs, 4)).astype(np.float32), np.ones((4, 3), np.float32)),
+        weights=(rng.normal(size=(inputs, 4)).astype(np.float32), np.ones((4, 3), np.float32)),
         biases=(np.ones(4, np.float32), np.zeros(3, np.float32)),
         activation="tanh",
-        observation_mean=RNG.normal(size=inputs),
+        observation_mean=rng.normal(size=inputs),
         observation_scale=np.full(inputs, 2.0),
         observation_clip=10.0,
     )
 
 
 def test_new_beams_do_not_change_the_actions() -> None:
-    policy, seen = make_policy(11), RNG.normal(size=(5, 11))
-    with_beams = np.concatenate([seen, RNG.uniform(size=(5, 10))], axis=1)
+    rng = np.random.default_rng(1)
+    policy, seen = make_policy(11), rng.normal(size=(5, 11))
+    with_beams = np.concatenate([seen, rng.uniform(size=(5, 10))], axis=1)
     np.testing.assert_allclose(fitted(policy, 21).act(with_beams), policy.act(seen), rtol=1e-6)
 
 
 def test_missing_beams_read_zero() -> None:
-    policy, seen = make_policy(21), RNG.normal(size=(5, 11))
+    policy, seen = make_policy(21), np.random.default_rng(1).normal(size=(5, 11))
     with_beams = np.concatenate([seen, np.zeros((5, 10))], axis=1)
     np.testing.assert_allclose(fitted(policy, 11).act(seen), policy.act(with_beams), rtol=1e-5)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import subprocess
 import sys
@@ -22,7 +21,7 @@ print(sum(find_nearest.stats.cache_hits.values()), sum(find_nearest.stats.cache_
 """
 
 
-def run(root: Path, **environment: str) -> list[str]:
+def run(root: Path) -> list[str]:
     """What the code prints when the packages below ``root`` come first."""
     # A bare package in place of gym_extensions.envs, whose import would load much that is not needed here.
     script = (
@@ -32,7 +31,6 @@ def run(root: Path, **environment: str) -> list[str]:
     ) + CODE
     done = subprocess.run(
         [sys.executable, "-c", script],
-        env=os.environ | environment,
         capture_output=True,
         text=True,
         check=True,
