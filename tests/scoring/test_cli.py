@@ -35,7 +35,7 @@ Forgetting            2.356  2.356 to 2.356
 Asymptotic transfer   2.356  2.356 to 2.356
 Joint gap: none. It needs joint runs, which this entry lacks.
                                   Fully  After Env     First       Single
-task                            Trained   Training      Step          Env
+task, mean ± deviation          Trained   Training      Step          Env
 HopperGravityHalf               178 ± 1   3001 ± 1  1501 ± 1     3001 ± 1
 HopperGravityThreeQuarters      301 ± 1   3001 ± 1  1501 ± 1     1501 ± 1
 Hopper                          601 ± 1   3001 ± 1  1501 ± 1      601 ± 1

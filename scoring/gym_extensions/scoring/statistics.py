@@ -22,7 +22,7 @@ Number = float | None
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 ALPHA = 0.05
-"""Family-wise error rate of a board."""
+"""Family-wise error rate of a metric of a board."""
 
 
 def mean(values: Iterable[float]) -> Number:

@@ -220,8 +220,8 @@ def versions(used: Mapping[str, str]) -> str:
 
 
 def p_value(value: float) -> str:
-    """A p value with three digits; smaller ones as ``< 0.001``."""
-    return f"< {fixed(0.001, 3)}" if value < 0.001 else fixed(value, 3)
+    """A p value with three digits, with four about .05; smaller ones as ``< 0.001``."""
+    return f"< {fixed(0.001, 3)}" if value < 0.001 else fixed(value, 4 if 0.0495 <= value < 0.0505 else 3)
 
 
 REFUSED_P = p_value(ALPHA)

@@ -196,6 +196,13 @@ def test_a_metric_with_fewer_runs_than_the_entry_has_a_note_and_no_rank(enter: E
     value = entry.metrics["forward_transfer_auc"]
     assert entry.ranked
     assert (value.mean, value.rank, value.rank_note) == (0.3, None, "fewer than 5 runs")
+    card = enter("b", 300, protocols=("sequential", "joint"))
+    joint = card.groups[GROUP]["joint"]
+    fewer = {name: replace(each, runs=each.runs[:3]) for name, each in joint.metrics.items()}
+    groups = {GROUP: {**card.groups[GROUP], "joint": replace(joint, metrics=fewer)}}
+    (entry,) = board([replace(card, groups=groups)], KEY).rows
+    gap = entry.metrics["joint_gap"]
+    assert (gap.mean is None, gap.rank, gap.rank_note) == (False, None, "fewer than 5 runs")
 
 
 def test_a_withdrawn_entry_is_on_no_board_and_an_accepted_one_has_its_date(enter: Enter) -> None:

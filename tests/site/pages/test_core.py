@@ -87,6 +87,14 @@ def test_a_lead_is_preliminary_if_one_of_its_separations_is() -> None:
     assert ">preliminary</a>)." in core.answers(mixed)[0]
 
 
+def test_the_highest_mean_does_not_lead_if_the_others_are_better_over_the_runs_compared() -> None:
+    board = board_of(KEEPER, LOSER, TWIN)
+    turned = tuple(replace(pair, mean=-pair.mean) for pair in board.pairs[core.FINAL])
+    best = core.answers(replace(board, pairs={**board.pairs, core.FINAL: turned}))[0].striptags()
+    assert best.startswith("Keeper has the highest mean, 0.8")
+    assert "significantly better" not in best
+
+
 def test_nobody_leads_without_a_significant_difference() -> None:
     best, _ = sentences(LOSER, TWIN)
     assert best.startswith("Twin has the highest mean, 0.5")

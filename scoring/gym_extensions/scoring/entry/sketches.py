@@ -35,8 +35,8 @@ def episode_sketches(log: Log) -> tuple[Sketch, ...]:
     """The sketch of each run: the 16 smallest digests of its episodes after the last stage, sorted.
 
     An episode's digest is the first eight hexadecimal digits of the SHA-256 of its task's index, number,
-    length, return (five significant digits) and end. The share of common digests of two sketches estimates
-    the share of common episodes, whatever else differs in the two runs.
+    length, return (five significant digits) and end. Two sketches estimate the Jaccard index of the episodes
+    of two runs: the number of common ones per episode that either has.
 
     Source: E. Cohen and H. Kaplan, Summarizing data using bottom-k sketches, PODC 2007.
     """
@@ -50,6 +50,9 @@ def episode_sketches(log: Log) -> tuple[Sketch, ...]:
 
 
 def is_common(first: Sketch, second: Sketch) -> bool:
-    """Whether two runs share at least half of their episodes, as estimated from their sketches."""
+    """Whether two runs share at least half of their episodes, as estimated from their sketches.
+
+    Two runs of n episodes with f n common ones have f / (2 − f) common ones per episode of either.
+    """
     union = sorted({*first, *second})[:SIZE]
-    return bool(union) and len({*first} & {*second} & {*union}) >= SHARE * len(union)
+    return bool(union) and len({*first} & {*second} & {*union}) >= SHARE / (2 - SHARE) * len(union)

@@ -135,7 +135,9 @@ def _group(out: Console, name: str, protocol: str, score: GroupScore, single: Gr
     out.print(Text.assemble((f"{name}, {protocol}", "bold"), facts))
     _metrics(out, score, protocol)
     if score.paper_table:
-        table = plain_table("task", *("\n".join(title.rsplit(" ", 1)) for title in PAPER_COLUMNS.values()))
+        table = plain_table(
+            "task, mean ± deviation", *("\n".join(title.rsplit(" ", 1)) for title in PAPER_COLUMNS.values())
+        )
         for task, cells in table_rows(score):
             table.add_row(task_name(task), *map(_returns, cells))
         out.print(table)
@@ -171,7 +173,7 @@ def _returns(cell: PaperCell | None) -> str:
 
 def _overview(out: Console, card: Scorecard) -> None:
     """The first metric of every protocol of every suite and group; of many, the first ones."""
-    table = plain_table("final performance", *METRICS)
+    table = plain_table("first metric ± half of its 95 % interval", *METRICS)
     suites = {f"suite {name}": protocols for name, protocols in card.suites.items()}
     parts: list[tuple[str, Mapping[str, GroupScore | SuiteScore]]] = [*suites.items(), *card.groups.items()]
     shown = parts if len(parts) <= MAX_ROWS else parts[: MAX_ROWS - 1]

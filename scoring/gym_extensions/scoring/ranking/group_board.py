@@ -52,14 +52,17 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     copies, related = duplicates(list(by_name.values()), key), related_entries(by_name)
     metrics = BOARD_METRICS[key.protocol]
     first = metrics[0]
-    made = [_entry(card, key, copies.get(name), related[name]) for name, card in by_name.items()]
-    entries = _sorted(made, first)
     summaries = {
         metric.name: {
             name: estimate(card.groups, key.groups, key.protocol, metric) for name, card in by_name.items()
         }
         for metric in metrics
     }
+    made = [
+        _entry(card, key, copies.get(name), related[name], {each: of[name] for each, of in summaries.items()})
+        for name, card in by_name.items()
+    ]
+    entries = _sorted(made, first)
     ranked = {metric.name: _ranked_on(entries, summaries, metric) for metric in metrics}
     significant = {name: significant_pairs(tuple(values.values())) for name, values in ranked.items()}
     ranks = {}
@@ -132,17 +135,25 @@ def _why_not_ranked(logs: Sequence[GroupScore], level: Level, first: MetricValue
     return first.why if first.mean is None else ""
 
 
-def _rank_note(card: Scorecard, key: BoardKey, metric: Metric, value: MetricValue, is_unlearned: bool) -> str:
+def _rank_note(
+    card: Scorecard, key: BoardKey, metric: Metric, summary: Summary | None, is_unlearned: bool
+) -> str:
     """Why an entry with a rank and a value has no rank on this metric; empty if it has one."""
     if is_unlearned and metric.name == "forgetting":
         return formulas.NOTHING_LEARNED
     for protocol in metric.needs:
         if protocol in PROTOCOLS and not documents.is_verified(documents.board_level(card, key, protocol)):
             return f"the {NEEDS[protocol]} are not verified"
-    return f"fewer than {FULL_ENTRY_RUNS} runs" if 0 < len(value.runs) < FULL_ENTRY_RUNS else ""
+    return f"fewer than {FULL_ENTRY_RUNS} runs" if summary and summary.runs < FULL_ENTRY_RUNS else ""
 
 
-def _entry(card: Scorecard, key: BoardKey, copied: str | None, related: tuple[str, ...]) -> BoardEntry:
+def _entry(
+    card: Scorecard,
+    key: BoardKey,
+    copied: str | None,
+    related: tuple[str, ...],
+    summaries: Mapping[str, Summary | None],
+) -> BoardEntry:
     logs, score = [card.groups[name][key.protocol] for name in key.groups], documents.lookup(card, key)
     assert score is not None, "it is on the board"
     level, metrics = documents.board_level(card, key), BOARD_METRICS[key.protocol]
@@ -163,9 +174,10 @@ def _entry(card: Scorecard, key: BoardKey, copied: str | None, related: tuple[st
         observes=manifest.observes if manifest else None,
         memory=manifest.memory if manifest else None,
         metrics={
-            each.name: BoardMetric.of(value, _rank_note(card, key, each, value, is_unlearned))
+            each.name: BoardMetric.of(
+                score.metrics[each.name], _rank_note(card, key, each, summaries[each.name], is_unlearned)
+            )
             for each in metrics
-            for value in (score.metrics[each.name],)
         },
         duplicate_of=copied,
         related=related,

@@ -93,8 +93,8 @@ def differences(boards: Sequence[BoardView]) -> str:
 
 
 def _numbers(difference: Difference | None) -> list[float | None] | None:
-    """Mean, ends of the interval and p value with the digits that pages show, and two more."""
+    """Mean and ends of the interval with the digits that pages show, and two more."""
     if difference is None:
         return None
-    numbers = (difference.mean, difference.low, difference.high, difference.p_value)
+    numbers = (difference.mean, difference.low, difference.high)
     return [None if number is None else float(f"{number:.4g}") for number in numbers]

@@ -10,7 +10,7 @@ from markupsafe import Markup, escape
 
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.scoring.formulas import MetricValue
-from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CoreReference
+from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair, CoreReference
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.board_views import value_of
@@ -114,7 +114,8 @@ def _answer(board: CoreBoard, methods: Sequence[CoreEntry], metric: str, of: str
     """The first of some methods, and from which of the others it differs significantly."""
     first, *others = methods
     pairs = [(entry, pair) for entry in others if (pair := board.pair(metric, first.name, entry.name))]
-    tied = [short(entry.title, 40) for entry, pair in pairs if pair.verdict != "separated"]
+    won = [entry.name for entry, pair in pairs if _wins(first.name, pair, metric)]
+    tied = [short(entry.title, 40) for entry, _ in pairs if entry.name not in won]
     leads, highest, relation = WORDS[metric]
     best, verb = value(first, metric), leads if len(tied) < len(pairs) else highest
     start = Markup("{}{} {} {} ({})").format(
@@ -127,10 +128,14 @@ def _answer(board: CoreBoard, methods: Sequence[CoreEntry], metric: str, of: str
         names = f"{len(tied)} of {count(len(pairs), 'other method')}"
     if len(tied) == len(pairs):
         return start + Markup("; no significant difference to {}.").format(names)
-    separated = [pair for _, pair in pairs if pair.verdict == "separated"]
-    note = PRELIMINARY if any(pair.exploratory for pair in separated) else ""
+    note = PRELIMINARY if any(pair.exploratory for entry, pair in pairs if entry.name in won) else ""
     scope = f"all but {names}" if tied else "every other method"
     return start + Markup(", significantly {} than {}{}.").format(relation, scope, note)
+
+
+def _wins(name: str, pair: CorePair, metric: str) -> bool:
+    """Whether a method is significantly better; on fewer runs, the one with the lower mean can be."""
+    return pair.verdict == "separated" and ((pair.mean > 0) == (pair.first == name)) == (metric == FINAL)
 
 
 SIDE, LEFT, TOP, BOTTOM = 400.0, 46.0, 16.0, 44.0

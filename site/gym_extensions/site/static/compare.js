@@ -12,7 +12,7 @@ const fixed = (value, digits = 2) => {
   return text.startsWith("-") ? (/[1-9]/.test(text) ? "\u2212" : "") + text.slice(1) : text;
 };
 const range = (low, high) => `${fixed(low)} to ${fixed(high)}`;
-const pText = (p) => (p === null ? "\u2013" : p < 0.001 ? "< 0.001" : fixed(p, 3));
+const pText = (p) => (p === null ? "\u2013" : p < 0.001 ? "< 0.001" : fixed(p, p >= 0.0495 && p < 0.0505 ? 4 : 3));
 
 /* first − second on the core, in one sentence; [a, b, mean, low, high, p, verdict, runs, preliminary] per pair. */
 function verdict(pairs, first, second) {
@@ -22,13 +22,13 @@ function verdict(pairs, first, second) {
   return { mean: sign * found[2], low, high, p: found[5], verdict: found[6], runs: found[7], preliminary: found[8] };
 }
 
-/* first − second of a column of a board: [mean, low, high, p]; null where the scorer has none. */
+/* first − second of a column of a board: [mean, low, high]; null where the scorer has none. */
 function difference(board, first, second, at = 0) {
   const [i, j] = [board.names.indexOf(first), board.names.indexOf(second)];
   const found = i < 0 || j < 0 ? null : board.pairs[`${Math.min(i, j)},${Math.max(i, j)}`]?.[at];
   if (!found || i < j) return found || null;
-  const [mean, low, high, p] = found;
-  return [-mean, low === null ? null : -high, low === null ? null : -low, p];
+  const [mean, low, high] = found;
+  return [-mean, low === null ? null : -high, low === null ? null : -low];
 }
 
 const title = (name) => (index.titles[name].length > 40 ? `${[...index.titles[name]].slice(0, 39).join("")}\u2026` : index.titles[name]);
