@@ -12,7 +12,7 @@ import torch
 
 from gym_extensions.baselines import Card, record
 from gym_extensions.baselines.adapters.sb3_policy import policy_layers
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.policies import Policy
 
 GROUP, RUNS = "hopper-gravity", (0, 1)
 STAGES = 6  # the policy before training, and after each of the five tasks

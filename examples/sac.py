@@ -17,7 +17,7 @@ from torch import Tensor, nn
 from gym_extensions.baselines import Card, train
 from gym_extensions.baselines.adapters.sb3_policy import policy_layers
 from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.policies import Policy
 
 GROUP = "hopper-gravity"
 SETTINGS = {

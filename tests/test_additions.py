@@ -87,7 +87,7 @@ METRIC = """
         "best_task",
         "Best task",
         "max over j of p[T][j]",
-        lambda run: [max(((j, run.p(run.T, j)) for j in run.scored), key=lambda term: term[1])],
+        lambda run: sorted(((j, run.p(run.T, j)) for j in run.scored), key=lambda term: term[1])[-1:],
         HIGHER,
     ),
     JOINT_GAP,
@@ -142,6 +142,18 @@ assert "<p>Hello page</p>" in page.partition("<main")[2]
 """
 
 
+USE_VERSION = """
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.tasks import task, versions
+from gym_extensions.envs import make
+old, new = task("HopperGravityHalf"), task("HopperGravityHalf-v1")
+assert (old.version, new.version, new.variations[0].factor) == (0, 1, 0.4)
+assert old in GROUPS["hopper-gravity"].tasks and new not in GROUPS["hopper-gravity"].tasks
+assert versions(new)[1] == "less gravity"
+assert make(new.id).unwrapped.model.opt.gravity[2] != make(old.id).unwrapped.model.opt.gravity[2]
+"""
+
+
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
     """A copy of the four source roots, which comes first on the path of ``run``; it keeps their bytecode."""
@@ -185,6 +197,18 @@ def changed(copy: Path) -> list[str]:
 def listed(addition: str, name: str = "") -> list[str]:
     """The files that CONTRIBUTING.md lists for an addition of that name."""
     return sorted(file.replace("NAME", name) for file in FILES[addition])
+
+
+def test_a_version_of_a_task_leaves_the_old_one_and_its_groups(copy: Path) -> None:
+    tasks = copy / "envs" / "gym_extensions" / "catalog" / "tasks.py"
+    version = '    tasks.append(replace(_task("GravityHalf", "Hopper", Gravity(0.4)), version=1))\n'
+    edit(
+        tasks,
+        '    tasks += [_task("", body) for body in STANDING',
+        version + '    tasks += [_task("", body) for body in STANDING',
+    )
+    edit(tasks, "str] = {}", 'str] = {"gym_extensions/HopperGravityHalf-v1": "less gravity"}')
+    run(copy, USE_VERSION)
 
 
 def test_a_base_body_is_data_and_an_entry_in_the_registry_of_classes(copy: Path) -> None:

@@ -29,7 +29,7 @@ from .conftest import QUICK_GROUP, log_rows
 
 PAGE = Path(__file__).parents[2] / "docs/submit.md"
 TEXT = PAGE.read_text(encoding="utf-8")
-AGENT, CARD, MULTI_HEAD, RECURRENT, SB3 = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+AGENT, POLICY, CARD, MULTI_HEAD, RECURRENT, SB3 = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 PUSHER_WEIGHTS = 23 * 7
 """Observations times actions: the parameters of the hill climber in that group."""
 TWO_HOPPERS = "hopper-motor-noise"
@@ -80,10 +80,15 @@ def test_the_commands_train_what_they_name(
     assert {path.parent.name for path in group.glob("*/run0.csv")} == set(protocols.split(","))
 
 
-def test_the_card_is_written_to_the_manifest(quick_file: Path, tmp_path: Path) -> None:
-    code = AGENT.replace("    def learn", f"{CARD}\n    def learn").replace("hopper-gravity", str(quick_file))
+def test_the_card_and_the_policy_are_written(quick_file: Path, tmp_path: Path) -> None:
+    code = AGENT.replace("    def learn", f"{CARD}\n{POLICY}\n    def learn").replace(
+        "hopper-gravity", str(quick_file)
+    )
     code = code.replace('["sequential", "single"]', '"single"')
-    run_script(f"from gym_extensions.baselines import Card\n{code}", tmp_path)
+    run_script(
+        f"from gym_extensions.baselines import Card\nfrom gym_extensions.policies import Policy\n{code}",
+        tmp_path,
+    )
     manifest = tomllib.loads((tmp_path / "submissions/climber/submission.toml").read_text(encoding="utf-8"))
     assert manifest["protocol"] == {
         "budget": "smoke",
@@ -93,6 +98,7 @@ def test_the_card_is_written_to_the_manifest(quick_file: Path, tmp_path: Path) -
     }
     document = read_run(tmp_path / "submissions/climber" / QUICK_GROUP.name / "single/run0.json")
     assert document.memory.parameters_last == PUSHER_WEIGHTS
+    assert document.policies is not None
 
 
 def test_the_example_of_stable_baselines3_runs(quick_file: Path, tmp_path: Path) -> None:

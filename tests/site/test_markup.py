@@ -123,5 +123,5 @@ def test_a_page_is_accessible_to_screen_readers(pages: Pages, path: str) -> None
 def test_headings_skip_no_level(pages: Pages) -> None:
     for path, page in pages.items():
         levels = [int(tag[1]) for tag, _ in page.elements if re.fullmatch("h[1-6]", tag)]
-        assert levels[0] == 1
+        assert levels[:1] == [1], f"{path} begins with an h1"
         assert all(after <= before + 1 for before, after in pairwise(levels)), path

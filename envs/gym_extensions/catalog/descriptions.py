@@ -17,7 +17,7 @@ import msgspec
 
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import VERSIONS, Task
+from gym_extensions.catalog.tasks import Task, versions
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.catalog.variations import (
     LimbScale,
@@ -177,7 +177,7 @@ def summary(task: Task) -> str:
         "success": task.body.success.text if task.body.success else "not defined",
         "source": prose.source,
         "groups": ", ".join(groups) or "none",
-        "versions": "; ".join(f"v{number}: {VERSIONS[number]}" for number in range(task.version + 1)),
+        "versions": "; ".join(f"v{number}: {text}" for number, text in versions(task).items()),
         "fingerprint": published(task.id),
     }
     lines = [task.id, *(f"  {name:<13}{value}" for name, value in entries.items())]

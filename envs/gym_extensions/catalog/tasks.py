@@ -55,6 +55,11 @@ class Task:
         return self.name if self.is_foreign else f"{NAMESPACE}/{self.name}-v{self.version}"
 
     @property
+    def bare_name(self) -> str:
+        """What commands and files call a published task: its name, from version 1 on with the version."""
+        return f"{self.name}-v{self.version}" if self.version else self.name
+
+    @property
     def is_foreign(self) -> bool:
         """Whether the base is an environment of another package, by its id in Gymnasium's registry."""
         return self.base not in BODIES and GYMNASIUM_ID.fullmatch(self.base) is not None
@@ -156,16 +161,24 @@ def tasks_by_base() -> dict[str, list[Task]]:
     return bases
 
 
-VERSIONS = {0: "first published version"}
-"""What changed with each version number of a task."""
+CHANGES: dict[str, str] = {}
+"""What changed with each later version of a task, by its id."""
+
+
+def versions(task: Task) -> dict[int, str]:
+    """What changed with each version of a task up to its own."""
+    later = range(1, task.version + 1)
+    return {0: "first published version"} | {each: CHANGES[replace(task, version=each).id] for each in later}
 
 
 def task(name: str) -> Task:
-    """Returns the published task with that id or bare name (``HopperGravityHalf``).
+    """Returns the published task with that id or bare name.
+
+    ``HopperGravityHalf`` is version 0, which groups contain, and ``HopperGravityHalf-v1`` version 1.
 
     Raises ``BenchError`` if no task has that name; the hint names the closest.
     """
-    by_name = {each.name: each for each in TASKS.values()}
+    by_name = {each.bare_name: each for each in TASKS.values()}
     if found := TASKS.get(name) or by_name.get(name):
         return found
     other = "An environment of another package has an id with a version, such as Pendulum-v1."

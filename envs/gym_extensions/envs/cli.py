@@ -55,8 +55,9 @@ def _check(names: list[str]) -> int:
     count = len(chosen or TASKS)
     if differences:
         tasks = len({difference.task for difference in differences})
-        message = f"{tasks} of {_tasks(count)} differ. A changed task needs a new version number."
-        print(message, file=sys.stderr)
+        print(
+            f"{tasks} of {_tasks(count)} differ. A changed task needs a new version number.", file=sys.stderr
+        )
         return 1
     verb = "matches its published fingerprint" if count == 1 else "match their published fingerprints"
     print(f"{_tasks(count)} {verb}.")

@@ -183,7 +183,9 @@ def check(
 
 def _task_differences(task: Task, published: Mapping[str, Any] | None) -> Iterator[Difference]:
     if published is None:
-        yield Difference(task.id, "fingerprint", None, "not yet published")
+        yield Difference(
+            task.id, "fingerprint", None, "none is published; run: gym-extensions envs fingerprint"
+        )
         return
     if published["fingerprint"] != digest(published):
         yield Difference(task.id, "fingerprint", published["fingerprint"], digest(published))

@@ -117,7 +117,7 @@ HEADINGS = {
 CODE = "It changes code alone, which the ordinary tests check."
 NEXT = "There is nothing more to do. After the merge, new seeds follow from the merge commit."
 RECORD = "If the policy keeps its claim and beats the expert on 100 of them, the page of the task shows it."
-ENTRY = "If the returns of the policies on them agree with the log, the entry is verified and has a rank."
+ENTRY = "If the returns of the policies on them agree with the log, the entry is verified{}."
 DONATION = (
     "If the returns of the policies on them agree with the log, the run is verified. It is scored as soon as "
     "all runs with lower numbers are there, unless the entry is withdrawn."
@@ -167,7 +167,9 @@ def comment(report: GateReport) -> str:
     if report.notes:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review"):
-        follows = {"record": RECORD, "donation": DONATION}.get(report.kind, ENTRY)
+        limits = list(_limits(report))
+        entry = ENTRY.format("" if limits else " and has a rank")
+        follows = {"record": RECORD, "donation": DONATION}.get(report.kind, entry)
         if report.without_policies:
             runs = count(report.without_policies, "run")
             parts.append(
@@ -175,6 +177,6 @@ def comment(report: GateReport) -> str:
             )
         else:
             parts.append(TABLE if report.level == REPORTED else f"{NEXT} {follows}")
-        parts += _limits(report)
+        parts += limits
     parts.append(f"Judged by the code of {report.base[:12]}, for {report.head[:12]}.")
     return "\n\n".join(parts) + "\n"

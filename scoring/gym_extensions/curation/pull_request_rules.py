@@ -195,7 +195,7 @@ def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
     for path in pull_request.paths:
         is_of_record = path.startswith(f"{RECORDS}/") and path.endswith(records.REVIEW)
         if is_of_record or {layout.REVIEW, *layout.WRITTEN}.intersection(path.split("/")[2:3]):
-            hint = "Leave it as it is on the base. It is written after the merge."
+            hint = "Leave it as it is on the base. It is written after the merge, decisions by an owner."
             yield Finding(path, "It is written on the base branch only.", hint)
 
 

@@ -186,12 +186,12 @@ def load(task: str | Task, folder: Path = DATA) -> Policy:
         BenchError: there is no such task, the task has no expert, the file is not the one that the card
             describes, or it is not a policy.
     """
-    return described_policy(folder / f"{_row(task).name}.npz", card(task, folder))
+    return described_policy(folder / f"{_row(task).bare_name}.npz", card(task, folder))
 
 
 def card(task: str | Task, folder: Path = DATA) -> Card:
     """The card of a task's expert. Raises ``BenchError`` as :func:`load` does."""
-    path = folder / f"{_row(task).name}.json"
+    path = folder / f"{_row(task).bare_name}.json"
     if not path.exists():
         hint = did_you_mean(path.stem, names(folder))
         raise BenchError("no-expert", f"{path.stem} has no expert.", str(folder), hint)

@@ -70,7 +70,8 @@ class Metric:
         needs: files without ``.csv`` that it needs besides the protocol's own log.
         known_as: other names of the same formula.
         limits: what its value does not say.
-        on_boards: whether boards have it; else it is on the page of an entry and in the scorecard alone.
+        on_boards: whether boards.json has it; else it is on the page of an entry and in the scorecard alone.
+            Columns of pages are in ``site/entry_results.py``, what ``score`` prints in ``output/screen.py``.
     """
 
     name: str

@@ -40,7 +40,7 @@ MAX_REVIEW = MEBIBYTE
 
 def recordable(name: str) -> Task | None:
     """The published MuJoCo task with this bare name, which can have records; None if there is none."""
-    return next((row for row in mujoco_tasks() if row.name == name), None)
+    return next((row for row in mujoco_tasks() if row.bare_name == name), None)
 
 
 @dataclass(frozen=True)

@@ -204,7 +204,7 @@ def write_record(
     if row is None or not records.NAME.fullmatch(name):
         message = f"{task_name!r} is no MuJoCo task, or {name!r} no name of a record."
         raise BenchError("bad-record", message, hint="Take the bare name of a task, such as Hopper.")
-    path = Path(folder) / row.name / f"{name}{records.CARD}"
+    path = Path(folder) / row.bare_name / f"{name}{records.CARD}"
     if path.exists():
         raise BenchError("name-taken", "There is such a record.", str(path), "Take another name.")
     policy = replace(policy, head="deterministic")

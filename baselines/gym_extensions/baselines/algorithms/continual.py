@@ -80,7 +80,8 @@ class Quadratic:
 class RegularizedTrpo(Trpo):
     """The reference agent with a penalty on its policy's parameters. The value function has no penalty.
 
-    A method overrides ``_penalty`` and, if it stores something at the end of a task, ``_end_of_task``.
+    A method overrides ``_penalty`` and, if it stores something at the end of a task, ``_end_of_task``. One
+    whose coefficient was not tuned as docs/learners.md says overrides ``tuning_steps`` and ``tuning_tasks``.
     """
 
     observes = Observes(boundaries=True)

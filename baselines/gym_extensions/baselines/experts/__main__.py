@@ -64,10 +64,12 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     elif args.command == "publish":
         yield from (candidates.publish(work, task, args.episodes, experts.DATA) for task in tasks)
     elif args.command == "check":
-        yield from candidates.check([task for task in tasks if task.name in experts.names()], args.episodes)
+        yield from candidates.check(
+            [task for task in tasks if task.bare_name in experts.names()], args.episodes
+        )
     else:
         ranked = candidates.stored_candidates(args.submissions)
-        cells = {task.name: ranked.get(task.name, []) for task in tasks}
+        cells = {task.bare_name: ranked.get(task.bare_name, []) for task in tasks}
         yield from candidates.challenge(work, cells, args.episodes, measured())
 
 

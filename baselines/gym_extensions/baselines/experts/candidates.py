@@ -143,7 +143,7 @@ class Workplace:
 
     def candidates(self, task: Task) -> dict[str, Measurement]:
         """Every candidate of a task that was seen, with all its selection episodes."""
-        paths = sorted((self.folder / "returns" / "select" / task.name).glob("*.json"))
+        paths = sorted((self.folder / "returns" / "select" / task.bare_name).glob("*.json"))
         rows = [json.loads(path.read_text()) for path in paths]
         return {row["candidate"]: summary(row, len(row["returns"])) for row in rows}
 
@@ -203,7 +203,7 @@ class Workplace:
 
     def _path(self, candidate: str, task: Task, purpose: str) -> Path:
         name = re.sub(r"[^\w@.-]+", "+", candidate)
-        return self.folder / "returns" / purpose / task.name / f"{name}.json"
+        return self.folder / "returns" / purpose / task.bare_name / f"{name}.json"
 
 
 def summary(row: dict[str, Any], count: int) -> Measurement:
@@ -254,10 +254,10 @@ def harvest(work: Workplace, submissions: Path, family: str) -> Iterator[str]:
     """
     ranked = stored_candidates(submissions)
     tasks = [row for row in mujoco_tasks() if FAMILIES.get(row.base) == family]
-    pool = sorted((cell for row in tasks for cell in ranked.get(row.name, [])[:OWN]), reverse=True)
+    pool = sorted((cell for row in tasks for cell in ranked.get(row.bare_name, [])[:OWN]), reverse=True)
     generalists = list(dict.fromkeys(candidate for _, candidate in pool))[:GENERAL]
     for row in tasks:
-        own = [candidate for _, candidate in ranked.get(row.name, [])[:OWN]]
+        own = [candidate for _, candidate in ranked.get(row.bare_name, [])[:OWN]]
         for candidate in dict.fromkeys([*own, *generalists]):
             seen = work.evaluate(candidate, row, "select", SCREENING)
             yield f"{row.name} {candidate} {seen.mean:.0f} ± {seen.deviation:.0f}"
@@ -309,7 +309,7 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
         first_hundred=summary(row, QUICK).mean,
         provisional=meant(task, np.array(row["returns"])),
     )
-    experts.write_described(policy, card, folder / f"{task.name}.json")
+    experts.write_described(policy, card, folder / f"{task.bare_name}.json")
     return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
 
 
@@ -385,7 +385,7 @@ def tables() -> Iterator[str]:
             row = known[task.id]
             if FAMILIES.get(task.base) != family:
                 continue
-            if task.name not in experts.names():
+            if task.bare_name not in experts.names():
                 yield f"| {task.name} | {row.floor.mean:,.0f} | | | | | | open: no expert |"
                 continue
             card = experts.card(task)

@@ -87,6 +87,9 @@ def main(argv: list[str] | None = None) -> int:
     if chosen and not options.out:
         hint = "Name a file, such as references.json."
         raise BenchError("bad-out", "Custom groups have a file of their own.", "--out", hint)
+    if chosen and out.resolve().parent == path_of().parent:
+        message = "It is one of the published references, which never change."
+        raise BenchError("bad-out", message, str(out), "Name a file outside the package.")
     prepare(out.parent)
     if chosen:
         content = custom(groups, (options.agent, options.budget, runs), out, options.jobs)

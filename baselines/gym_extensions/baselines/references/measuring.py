@@ -183,7 +183,7 @@ def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> Measur
     Raises ``BenchError`` if the card is of another definition of the task, or the policy is not the one of
     the card.
     """
-    if task.name not in experts.names(folder):
+    if task.bare_name not in experts.names(folder):
         return MeasuredReference(floor, None)
     card = experts.card(task, folder)
     experts.load(task, folder)  # raises if the policy is another

@@ -9,7 +9,7 @@ from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.descriptions import PICTURE, Description, Row, picture_file
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import EXTRAS, PAPER_GROUPS, TaskGroup
-from gym_extensions.catalog.tasks import FAMILIES, MAPS, TASKS, VERSIONS, Task, task, tasks_by_base
+from gym_extensions.catalog.tasks import FAMILIES, MAPS, TASKS, Task, task, tasks_by_base, versions
 from gym_extensions.catalog.variations import RangeSensor
 from gym_extensions.envs.docs.pictures import map_picture
 
@@ -72,7 +72,7 @@ def _page(tasks: Sequence[Task], descriptions: Descriptions) -> str:
         (f"`{each.id}`", " ".join(descriptions[each.id].differences) or "–", f"`{published(each.id)}`")
         for each in tasks
     ]
-    versions = range(max(each.version for each in tasks) + 1)
+    later = [f"* `{each.id}`: {versions(each)[each.version]}." for each in tasks if each.version]
     maps = {f"map {number}": map_picture(number) for number in MAPS}
     parts = [
         f"# {plain.base}",
@@ -88,7 +88,7 @@ def _page(tasks: Sequence[Task], descriptions: Descriptions) -> str:
         "## Tasks",
         _table(("task", "differences", "fingerprint"), rows),
         "## Versions",
-        "\n".join(f"* v{number}: {VERSIONS[number]}." for number in versions),
+        "\n".join([f"* v0: {versions(plain)[0]}.", *later]),
         *((*MAP_TITLE, _grid(maps, 3)) if is_navigation else _pictures(tasks)),
     ]
     return "\n\n".join(parts) + "\n"

@@ -13,7 +13,7 @@ from gym_extensions.catalog import tasks as catalog
 from gym_extensions.catalog.descriptions import description
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import TASKS, VERSIONS, Task, tasks_by_base
+from gym_extensions.catalog.tasks import TASKS, Task, tasks_by_base, versions
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.experts import Step
 from gym_extensions.references import MeasuredReference, load_references, trained_alone
@@ -40,7 +40,11 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         path = paths.task_path(task.id)
         records = site.records.get(task.id, ())
         view = TaskView(task, references.get(task.id), best.get(task.id, ()), records)
-        facts = {"description": description(task.id), "fingerprint": published(task.id), "versions": VERSIONS}
+        facts = {
+            "description": description(task.id),
+            "fingerprint": published(task.id),
+            "versions": versions(task),
+        }
         values = {"task": view, "runs": alone(task.id), "play": play_link(task), "origin": origin, **facts}
         yield path, Draft(view.inputs, partial(render, "task.html", path, **values))
         if view.watch is not None:
@@ -162,7 +166,7 @@ class TaskView:
     def shown(self) -> tuple[tuple[str, TaskPoses], ...]:
         """The poses of the expert, if they are of its policy, and of the best record, with their titles."""
         found = []
-        path = experts.DATA / POSES / f"{self.task.name}.json"
+        path = experts.DATA / POSES / f"{self.task.bare_name}.json"
         poses = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
         if poses is not None and poses.policy == experts.card(self.task).policy:
             found.append(("The expert", poses.poses))
