@@ -64,8 +64,7 @@ def by_ruler_alone(folder: Path) -> dict[str, list[tables.Value]]:
 def landscape(submissions: Path, entry: str = "cloning", group: str = "hopper-gravity") -> View:
     """The landscape of an entry on a group."""
     found = {folder.name: landscapes_of(folder) for folder in submissions.iterdir() if folder.is_dir()}
-    top = best(each for landscapes in found.values() for each in landscapes.values())
-    return View(GROUPS[group], found[entry][GROUPS[group].id], top)
+    return View(GROUPS[group], found[entry][GROUPS[group].id], best(found))
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.worlds import axes
-from gym_extensions.scoring.landscapes import Landscape, MeasuredAxis, best, share, summary
+from gym_extensions.scoring.landscapes import Best, Landscape, MeasuredAxis, best, share, summary
 
 GROUP = group("hopper-gravity")
 (AXIS,) = axes(GROUP)
@@ -26,10 +26,14 @@ def landscape(*runs: float, first: float = 100.0) -> Landscape:
     )
 
 
+def best_of(*landscapes: Landscape) -> Best:
+    return best({str(entry): {GROUP.id: each} for entry, each in enumerate(landscapes)})
+
+
 def test_the_best_is_the_highest_mean_over_runs_of_any_stage_and_entry() -> None:
-    found = best([landscape(100.0, 300.0), landscape(150.0, first=400.0)])
+    found = best_of(landscape(100.0, 300.0), landscape(150.0, first=400.0))
     assert found == {(GROUP.id, "gravity"): (400.0, *[200.0] * 14)}
-    assert best([]) == {}
+    assert best({}) == {}
 
 
 def test_a_share_needs_a_best_return_above_zero() -> None:
@@ -40,13 +44,13 @@ def test_a_share_needs_a_best_return_above_zero() -> None:
 
 def test_interpolation_and_extrapolation_are_mean_shares_with_an_interval_over_runs() -> None:
     one = landscape(100.0, 300.0)
-    found = summary(one, GROUP, best([one, landscape(400.0, first=200.0)]))
+    found = summary(one, GROUP, best_of(one, landscape(400.0, first=200.0)))
     assert found["interpolation"].runs == (0.25, 0.75)
     assert found["interpolation"].mean == 0.5
     assert found["interpolation"].ends == pytest.approx((0.5 - 12.706 * 0.25, 0.5 + 12.706 * 0.25), rel=1e-3)
     # five of the six values beyond have the run's share; at .3 g both runs have half of the best
     assert found["extrapolation"].runs == pytest.approx(((5 * 0.25 + 0.5) / 6, (5 * 0.75 + 0.5) / 6))
-    assert summary(landscape(100.0), GROUP, best([one]))["interpolation"].ends is None
+    assert summary(landscape(100.0), GROUP, best_of(one))["interpolation"].ends is None
 
 
 def test_a_document_is_read_back_as_it_was_written() -> None:

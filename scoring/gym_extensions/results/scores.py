@@ -214,7 +214,7 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
     folders = pipeline.find_submissions(submissions)
     standing = [folder for folder in folders if not is_withdrawn(read_review(folder).decisions)]
     found = {folder.name: landscapes_of(folder) for folder in standing}
-    top = best(each for of_entry in found.values() for each in of_entry.values())
+    top = best(found)
     rows = [
         (name, group.id, share, len(value.runs), value.mean, value.low, value.high)
         for name, of_entry in found.items()

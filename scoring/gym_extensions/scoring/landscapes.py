@@ -6,7 +6,7 @@ folder. Loads no simulator.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -113,10 +113,10 @@ Best = Mapping[tuple[str, str], tuple[float, ...]]
 """By group id and axis, the best mean return at every point over all entries and stages."""
 
 
-def best(landscapes: Iterable[Landscape]) -> Best:
-    """The best mean return over runs at every point, of any stage of any of these landscapes."""
+def best(entries: Mapping[str, Mapping[str, Landscape]]) -> Best:
+    """The best mean return over runs at every point, of any stage of any landscape of these entries."""
     found: dict[tuple[str, str], tuple[float, ...]] = {}
-    for landscape in landscapes:
+    for landscape in (each for landscapes in entries.values() for each in landscapes.values()):
         for axis in landscape.axes:
             key = landscape.group, axis.name
             stages = [*axis.means, *([found[key]] if key in found else [])]

@@ -110,10 +110,6 @@ def _stage(axis: Axis, group: TaskGroup, task: int) -> str:
     return group.tasks[task].name.removeprefix(group.tasks[task].base)
 
 
-def _best(found: Mapping[str, Mapping[str, Landscape]]) -> Best:
-    return best(each for landscapes in found.values() for each in landscapes.values())
-
-
 def _is_withdrawn(folder: Path) -> bool:
     try:
         return is_withdrawn(read_review(folder).decisions)
@@ -131,11 +127,11 @@ class Landscapes:
     def _all(self) -> Mapping[str, Mapping[str, View]]:
         found = {name: landscapes_of(folder) for name, folder in sorted(self.folders.items())}
         standing = {name: each for name, each in found.items() if not _is_withdrawn(self.folders[name])}
-        top = _best(standing)
+        top = best(standing)
         views: dict[str, dict[str, View]] = {group.id: {} for group in GROUPS.values()}
         for name, landscapes in found.items():
             measured = standing | {name: landscapes}  # a withdrawn entry is compared on its own page alone
-            highest = top if name in standing else _best(measured)
+            highest = top if name in standing else best(measured)
             for id_, each in landscapes.items():
                 entries = sum(id_ in others for others in measured.values())
                 views[id_][name] = View(group(id_), each, highest, entries)
