@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
-from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.catalog.tasks import task as task_named
+from gym_extensions.catalog.tasks import TASKS, task as task_named
 from gym_extensions.catalog.variations import Gravity, Wall
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.envs.make import construct_mujoco

@@ -18,8 +18,7 @@ import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from gym_extensions.catalog.tasks import FAMILIES, customize
-from gym_extensions.envs import Wall, make
-from gym_extensions.envs import make_vec as typed_make_vec
+from gym_extensions.envs import Wall, make, make_vec as typed_make_vec
 from gym_extensions.errors import BenchError
 
 HOPPERS = ["HopperGravityHalf", "Hopper", "HopperGravityOneAndHalf"]

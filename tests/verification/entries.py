@@ -12,8 +12,7 @@ import msgspec
 import numpy as np
 
 from gym_extensions.catalog.fingerprints import published
-from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.catalog.groups import group as group_of
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_of
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file
 from gym_extensions.rollouts.log import Episode, read_log, write_log

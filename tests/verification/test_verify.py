@@ -16,11 +16,9 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import read_review
 from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.poses import load_entry
-from gym_extensions.verification import cli as verification_cli
-from gym_extensions.verification import episodes
+from gym_extensions.verification import cli as verification_cli, episodes
 from gym_extensions.verification.cli import main
-from gym_extensions.verification.verify import Report
-from gym_extensions.verification.verify import verify as verify_entry
+from gym_extensions.verification.verify import Report, verify as verify_entry
 
 from . import entries
 from .entries import GROUP, VALUE, Row, change_document, change_log, copy, honest, level_of, verify

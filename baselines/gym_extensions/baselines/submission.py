@@ -26,8 +26,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.rollouts import layout
-from gym_extensions.rollouts import run as documents
+from gym_extensions.rollouts import layout, run as documents
 from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
 from gym_extensions.rollouts.log import log_text
 from gym_extensions.rollouts.manifest import RECORDED

@@ -17,8 +17,7 @@ import msgspec
 
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import Task, versions
-from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.catalog.tasks import Task, task as published_task, versions
 from gym_extensions.catalog.variations import (
     LimbScale,
     MovingGoal,

@@ -19,6 +19,7 @@ from gym_extensions.catalog.tasks import (
     PLANAR_BODIES,
     RUNNING_BODIES,
     SIZES,
+    STANDING_UP_BODIES,
     TASKS,
     Task,
     check_keys,
@@ -40,7 +41,7 @@ HUMANOID_BODY_ORDER = (
     *BODY_ORDER,
     *(f"{{B}}{size}{part}" for part in FURTHER_LIMBS["Humanoid"] for size in SIZES),
 )
-STANDING_UP = ("Humanoid", "HumanoidStandup", "HumanoidStandupAndRun")
+STANDING_UP = ("Humanoid", *STANDING_UP_BODIES)
 
 
 @dataclass(frozen=True)

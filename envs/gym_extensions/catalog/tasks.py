@@ -9,8 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, asdict, astuple, dataclass, fields, is_dataclass, replace
 from typing import Any
 
-from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, GYMNASIUM_ID, Body
-from gym_extensions.catalog.bodies import body as body_named
+from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, GYMNASIUM_ID, Body, body as body_named
 from gym_extensions.catalog.variations import (
     KINDS,
     Course,

@@ -20,8 +20,7 @@ from gym_extensions.curation.pull_request_rules import RULES, PullRequest, is_da
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.references import load_references
-from gym_extensions.rollouts.problem import Problem, cut, escape
-from gym_extensions.rollouts.problem import problems as problems_of
+from gym_extensions.rollouts.problem import Problem, cut, escape, problems as problems_of
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import CLAIMED, REPORTED
 from gym_extensions.rollouts.run import RunDocument

@@ -20,8 +20,7 @@ from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
 from gym_extensions.experts import MAX_CARD, MAX_POLICY
 from gym_extensions.rollouts import layout
 from gym_extensions.rollouts.manifest import RECORDED, Protocol, manifest_of, parse
-from gym_extensions.rollouts.problem import Finding, Rule
-from gym_extensions.rollouts.problem import rule as registered
+from gym_extensions.rollouts.problem import Finding, Rule, rule as registered
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import RECORDS, recordable
 

@@ -20,8 +20,7 @@ from typing import Annotated, Literal, NamedTuple, TypeVar
 import msgspec
 
 from gym_extensions.catalog import fingerprints
-from gym_extensions.catalog.tasks import Task
-from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.catalog.tasks import Task, task as published_task
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.files import write_bytes
 from gym_extensions.rollouts.layout import MEBIBYTE, read_regular

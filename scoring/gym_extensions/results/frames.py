@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from gym_extensions.catalog.groups import TaskGroup, with_custom
-from gym_extensions.catalog.protocol import PROTOCOLS, Budget
-from gym_extensions.catalog.protocol import budget as budget_named
+from gym_extensions.catalog.protocol import PROTOCOLS, Budget, budget as budget_named
 from gym_extensions.rollouts.log import stage_steps
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup

@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
+from gym_extensions.rollouts.layout import POSES
 from gym_extensions.scoring.documents import JsonDocument, about
 
-FOLDER = "poses"
-"""The folder of the documents in that of the entry: one per group, ``<group>.json``."""
 RATE = 15.0
 """Frames per second."""
 MAX_SECONDS = 10.0
@@ -105,14 +104,14 @@ def motion_of(coordinates: NDArray[np.float64], unit: float) -> str:
 
 def write(entry: Path, group_name: str, poses: Poses) -> Path:
     """Writes the document of a group into an entry's folder and returns its path."""
-    path = entry / FOLDER / f"{group_name}.json"
+    path = entry / POSES / f"{group_name}.json"
     write_text(path, poses.to_json())
     return path
 
 
 def load_entry(entry: Path) -> dict[str, Poses]:
     """The poses in an entry's folder by group id, sorted. Raises ``BenchError`` if a file cannot be read."""
-    paths = sorted((entry / FOLDER).glob("*.json"))
+    paths = sorted((entry / POSES).glob("*.json"))
     documents = [Poses.load(path, "bad-poses", "gym-extensions verify") for path in paths]
     return {document.group: document for document in documents if document is not None}
 

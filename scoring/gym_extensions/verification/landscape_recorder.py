@@ -11,8 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.catalog.groups import group as group_named
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_named
 from gym_extensions.catalog.protocol import evaluation_seed, stages
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.envs.fingerprinting import engine, require_published_engine

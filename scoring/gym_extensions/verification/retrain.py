@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from msgspec.structs import asdict
-from msgspec.structs import replace as replaced
+from msgspec.structs import asdict, replace as replaced
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from gym_extensions.baselines import algorithms

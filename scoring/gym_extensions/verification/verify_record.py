@@ -19,9 +19,9 @@ from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import BenchError
 from gym_extensions.experts import Measurement, RecordCard, Step, described_policy
 from gym_extensions.files import write_text
+from gym_extensions.rollouts.layout import POSES
 from gym_extensions.rollouts.policies.mlp import Policy
 from gym_extensions.scoring import records
-from gym_extensions.scoring.poses import FOLDER as POSES
 from gym_extensions.scoring.poses import Clip, PolicyPoses, TaskPoses
 from gym_extensions.verification.episodes import Cell
 from gym_extensions.verification.limits import Limits, answers

@@ -155,11 +155,6 @@ class BoardView:
         """The results of its entries, from top to bottom."""
         return tuple(row.result for row in self.rows)
 
-    @property
-    def ranked(self) -> int:
-        """The number of ranked entries."""
-        return sum(row.entry.ranked for row in self.rows)
-
     @cached_property
     def computed(self) -> tuple[Computed, ...]:
         """The rows that are computed from the references; they are no submissions."""

@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
-from gym_extensions.catalog.groups import CORE, CORES, SUITES, group
-from gym_extensions.catalog.groups import GROUPS as GROUP_IDS
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS as GROUP_IDS, SUITES, group
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.site.pages import core

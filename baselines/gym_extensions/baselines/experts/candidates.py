@@ -19,8 +19,7 @@ from gym_extensions import experts
 from gym_extensions.baselines.experts.recipes import FAMILIES, meant
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import Task, mujoco_tasks
-from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.catalog.tasks import Task, mujoco_tasks, task as published_task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.errors import BenchError

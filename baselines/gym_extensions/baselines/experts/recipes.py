@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.tasks import Task, customize
-from gym_extensions.catalog.tasks import task as published_task
+from gym_extensions.catalog.tasks import FURTHER_LIMBS, LIMBS, Task, customize, task as published_task
 from gym_extensions.catalog.variations import RangeSensor, Wall
 from gym_extensions.errors import BenchError
 
@@ -91,10 +90,9 @@ def _large(name: str, tasks: tuple[str, ...], parent: str | None, steps: int, **
     return Recipe(name, tasks, parent, steps=steps, **(size | others))
 
 
-HUMANOID_PARTS = ("Foot", "Leg", "Thigh", "Torso", "Head", "Arm", "Hand")
 HUMANOID_BODIES = (
     *("HumanoidMotorNoise", "HumanoidGravityThreeQuarters"),
-    *(f"Humanoid{size}{part}" for part in HUMANOID_PARTS for size in ("Small", "Big")),
+    *(f"Humanoid{size}{part}" for part in (*LIMBS, *FURTHER_LIMBS["Humanoid"]) for size in ("Small", "Big")),
 )
 HUMANOID_HARD = (
     *(f"Humanoid{part}" for part in ("SmallThigh", "BigThigh", "SmallFoot", "BigFoot", "SmallLeg")),

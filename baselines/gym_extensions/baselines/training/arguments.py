@@ -16,8 +16,8 @@ from gym_extensions.catalog.protocol import (
     EVALUATION_EPISODES,
     PROTOCOLS,
     Budget,
+    budget as budget_named,
 )
-from gym_extensions.catalog.protocol import budget as budget_named
 from gym_extensions.catalog.tasks import whole_number
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError, require_known

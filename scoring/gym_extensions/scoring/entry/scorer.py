@@ -6,8 +6,15 @@ from collections.abc import Collection, Mapping, Sequence
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.references import References
-from gym_extensions.rollouts.review import CLAIMED, LEVELS, REPORTED, Level, Verification, why_claimed
-from gym_extensions.rollouts.review import level as review_level
+from gym_extensions.rollouts.review import (
+    CLAIMED,
+    LEVELS,
+    REPORTED,
+    Level,
+    Verification,
+    level as review_level,
+    why_claimed,
+)
 from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring import scorecard

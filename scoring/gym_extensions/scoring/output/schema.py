@@ -41,11 +41,11 @@ def submission_schema() -> Schema:
     return {"$schema": DIALECT, "title": MANIFEST, **schema}
 
 
-def schema_texts() -> dict[str, str]:
-    """Every published schema as JSON by its file's name."""
-    documents = {"scorecard.json": ScorecardDocument, "boards.json": BoardsDocument, "poses.json": Poses}
+def schema_texts(**others: type) -> dict[str, str]:
+    """Every published schema, and those of other documents by their names, as JSON by its file's name."""
+    documents = {"scorecard": ScorecardDocument, "boards": BoardsDocument, "poses": Poses} | others
     schemas = {"submission.json": submission_schema()}
-    schemas |= {name: json_schema(document) for name, document in documents.items()}
+    schemas |= {f"{name}.json": json_schema(document) for name, document in documents.items()}
     return {
         name: json.dumps(schema, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
         for name, schema in schemas.items()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from gym_extensions.rollouts.review import Level
-from gym_extensions.scoring.documents import JsonDocument, about, json_schema
+from gym_extensions.scoring.documents import JsonDocument, about
 from gym_extensions.scoring.output.board_frames import board_frame, to_csv
 from gym_extensions.scoring.output.schema import schema_texts
 from gym_extensions.scoring.ranking.boards import BoardsDocument
@@ -69,15 +68,6 @@ class GroupDocument(JsonDocument):
     boards: Annotated[tuple[IndexBoard, ...], about("its boards")]
 
 
-def schemas() -> dict[str, str]:
-    """The JSON Schemas of these documents by file name."""
-    documents = {"index.json": Index, "group.json": GroupDocument}
-    return {
-        name: json.dumps(json_schema(document), indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-        for name, document in documents.items()
-    }
-
-
 def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
     """The scorecard of a submission, as ``score --json`` prints it."""
     document = ScorecardDocument(references=render.references, submissions=(entry,))
@@ -108,7 +98,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         yield paths.board_data(board.id, "csv"), to_csv(board_frame(board.scored))
     for group in members:
         yield paths.group_data(group.id), _group_document(group, site, boards).to_json()
-    for name, text in {**schema_texts(), **schemas()}.items():
+    for name, text in schema_texts(index=Index, group=GroupDocument).items():
         yield f"schemas/{name}", text
 
 

@@ -17,7 +17,7 @@ from gym_extensions.catalog.tasks import TASKS, Task, tasks_by_base, versions
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.experts import Step
 from gym_extensions.references import MeasuredReference, load_references, trained_alone
-from gym_extensions.scoring.poses import FOLDER as POSES
+from gym_extensions.rollouts.layout import POSES
 from gym_extensions.scoring.poses import PolicyPoses, TaskPoses
 from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.records import Record
