@@ -292,10 +292,10 @@ def limits_of(requests: Sequence[RunRequest]) -> Limits:
 
 
 def _batches(requests: Sequence[RunRequest], jobs: int) -> list[list[RunRequest]]:
-    """The runs of a group together, in parts that keep all processes busy."""
-    size = max(1, -(-len(requests) // jobs))
+    """The runs of each group, in as many parts as there are processes."""
     batches = []
     for _, members in groupby(requests, key=lambda request: request.group):
         runs = list(members)
+        size = -(-len(runs) // jobs)
         batches += [runs[start : start + size] for start in range(0, len(runs), size)]
     return batches
