@@ -247,7 +247,7 @@ def test_a_baseline_is_one_module(copy: Path, tmp_path: Path) -> None:
     algorithms = copy / "baselines" / "gym_extensions" / "baselines" / "algorithms"
     (algorithms / "ones.py").write_text(BASELINE, encoding="utf-8")
     run(copy, USE_BASELINE, tmp_path / "ones")
-    assert changed(copy) == listed("Baseline", "ones")
+    assert changed(copy) == listed("Reference agent", "ones")
 
 
 def test_a_page_is_a_function_and_its_template(copy: Path, tmp_path: Path) -> None:

@@ -91,7 +91,7 @@ def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays
         raise BenchError("no-such-run", message, str(path), "Name an entry and one of its runs.")
     stated = read_run(path).policies
     if stated is None:
-        raise BenchError("no-policies", "The run publishes no policies.", str(path))
+        raise BenchError("no-policies", "The run publishes no policies.", str(path), "Choose another run.")
     if stated.url:
         return _fetched(stated)
     arrays = files.read_arrays(folder, group, protocol, run)

@@ -85,7 +85,7 @@ def test_an_agent_that_learned_nothing_has_nothing_to_forget(
         ),
         (
             {"a": around(0.92, wide=3), "b": around(0.9, wide=3)},
-            "No significant difference to 1 other ranked entry.",
+            "No significant difference from 1 other ranked entry.",
         ),
     ],
 )

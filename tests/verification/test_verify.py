@@ -64,7 +64,7 @@ def _means(entry: Path) -> tuple[tuple[float, ...], ...]:
 
 def test_without_seeds_nothing_is_recorded(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(entry), "--cache", str(entry.parent / "cache")]) == 0
-    assert "not a record" in capsys.readouterr().out
+    assert "not stored" in capsys.readouterr().out
     assert main([str(entry), "--write"]) == 2
     assert not (entry / "review.toml").exists()
 

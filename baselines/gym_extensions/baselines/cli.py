@@ -38,7 +38,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
     add("--out", required=True, type=Path, help="the submission's folder")
-    add("--jobs", type=int, default=1, help="worker processes; 0: none (default: 1)")
+    add("--jobs", type=int, default=1, help="worker processes; 0: train in this process (default: 1)")
     add("--num-envs", type=int, help="parallel training environments (default: those of the budget)")
     add("--num-threads", type=int, default=1, help="threads per job that step environments (default: 1)")
     every = "also evaluate during training, after each number of steps (default: after each stage only)"
@@ -47,7 +47,7 @@ def parser() -> argparse.ArgumentParser:
         "--evaluate-episodes", type=int, default=5, help="episodes per task of these evaluations (default: 5)"
     )
     add("--log", help=f"comma-separated: {', '.join(LOGS)}; files in .progress of the submission's folder")
-    add("--by", default="", metavar="NAME", help="who donates these runs to an entry of others")
+    add("--by", default="", metavar="NAME", help="your name, if you donate these runs to an entry of others")
     add("--quiet", action="store_true", help="do not show the progress")
     return command
 

@@ -72,7 +72,8 @@ def claimed_curves(stage: Stage, curves: ClaimedCurves) -> list[Curve]:
         elif not all(map(math.isfinite, returns)):
             message = "A return is not finite."
         if message:
-            raise BenchError("bad-curve", message, f"curves[{task.name!r}]")
+            hint = "Give pairs of training step and mean return, with increasing steps up to the budget."
+            raise BenchError("bad-curve", message, f"curves[{task.name!r}]", hint)
         if steps:
             found.append(Curve(stage=stage.number, task=task.id, steps=steps, returns=returns))
     return found

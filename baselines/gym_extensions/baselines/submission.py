@@ -260,7 +260,7 @@ def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:
     if not arrays:
         return {}
     message = (
-        f"There is no {missing[0].name}, but policies of other stages." if missing else size_error(arrays)
+        f"{missing[0].name} is missing, but other stages have a policy." if missing else size_error(arrays)
     )
     if message:
         hint = "Record the stage with a policy, or delete the files policy*.npz to write the run without."

@@ -193,7 +193,7 @@ def _recorded_protocol(folder: Path) -> dict[str, Any]:
     table: dict[str, Any] = {"algorithm": "", "budget": "", "steps": RECORDED} | tables.get("protocol", {})
     if table["steps"] != RECORDED or "reported" in tables:
         message = "The training of this entry was not recorded, so it cannot be repeated."
-        raise BenchError("not-reproducible", message, str(folder / MANIFEST))
+        raise BenchError("not-reproducible", message, str(folder / MANIFEST), "Verify without --retrain.")
     return table
 
 

@@ -26,7 +26,7 @@ def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
     members = list(tasks.tasks) if isinstance(tasks, TaskGroup) else list(tasks)
     if task not in members:
         names = ", ".join(member.name for member in members)
-        raise BenchError("foreign-task", f"{task.id} is not one of {names}.", "TaskId")
+        raise BenchError("foreign-task", f"{task.id} is not one of {names}.", "TaskId", "Pass its group.")
     return np.array([float(member == task) for member in members])
 
 

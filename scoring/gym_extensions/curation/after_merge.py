@@ -23,6 +23,8 @@ TRAINED_AGAIN = ("smoke", "100k", "300k")
 """Budgets of which a job trains a run again: a run of the others takes hours."""
 MAX_RECORD_BYTES = 2**20
 SEEDS_HINT = "Commit it, or run gym-extensions verify --seeds HEX --write."
+AGAIN = "Write it again with: gym-extensions maintain review ENTRY --record DIR"
+OTHER_FILES = "It is about other files, or about files that already have a verdict."
 
 
 def undecided_runs(entry: Path) -> dict[str, str]:
@@ -63,7 +65,7 @@ def merge_commit(parent: Path, files: Iterable[str]) -> str:
     changed = repository.run("status", "--porcelain", "--untracked-files=all", "-z", "--", folder)
     names = [part[3:] for part in changed.decode("utf-8", "surrogateescape").split("\0") if part]
     if uncommitted := sorted(set(names) & set(paths)):
-        message = "It is not committed as it is, so that no commit fixes the seeds."
+        message = "It is not committed in its present form, so no commit determines its seeds."
         raise BenchError("not-committed", message, uncommitted[0], SEEDS_HINT)
     commit = repository.last_change(repository.commit("HEAD"), paths)
     if not commit:
@@ -99,19 +101,19 @@ def take(entry: Path, file: Path) -> None:
         data = file.read_bytes()
         found = review_of(data) if len(data) <= MAX_RECORD_BYTES else None
     except (OSError, ValueError, RecursionError) as error:
-        raise BenchError("bad-record", f"It is not a verification: {error}.", str(file)) from error
+        raise BenchError("bad-record", f"It is not a verification: {error}.", str(file), AGAIN) from error
     if found is None or not found.verifications or found.decisions:
-        raise BenchError("bad-record", "It has no verification, or decisions.", str(file))
+        raise BenchError("bad-record", "It has no verification, or decisions besides.", str(file), AGAIN)
     runs = undecided_runs(entry)
     for each in found.verifications:
         if not each.runs or not each.runs.items() <= runs.items():
-            raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
+            raise BenchError("bad-record", OTHER_FILES, str(file), AGAIN)
         if set(runs_by_commit(entry, each.runs)) != {each.value}:
-            raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
+            raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file), AGAIN)
         if each.retrained and not is_trained_again(entry):
-            raise BenchError("bad-record", "No job trains the agent of a stranger again.", str(file))
+            raise BenchError("bad-record", "Jobs retrain only reference agents up to 300k.", str(file), AGAIN)
         if not set(each.retrained) <= each.runs.keys():
-            raise BenchError("bad-record", "It says that other runs were trained again.", str(file))
+            raise BenchError("bad-record", "It says that other runs were trained again.", str(file), AGAIN)
     record(entry, *found.verifications)
 
 
@@ -131,9 +133,9 @@ def take_record(found: Record, file: Path) -> None:
     needed, seen = records.bar(found.task), review.measurement
     verdict = needed.least(seen.standard_error), records.problem_of(found.card, needed, seen)
     if review.card != found.digest or found.review is not None:
-        raise BenchError("bad-record", "It is about other files, or about decided ones.", str(file))
+        raise BenchError("bad-record", OTHER_FILES, str(file), AGAIN)
     if review.value != record_commit(found):
-        raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file))
+        raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file), AGAIN)
     if review.episodes != records.EPISODES or (review.least, review.problem) != verdict:
-        raise BenchError("bad-record", "Its verdict does not follow from its numbers.", str(file))
+        raise BenchError("bad-record", "Its verdict does not follow from its numbers.", str(file), AGAIN)
     found.write(review)

@@ -38,8 +38,8 @@ def gate_parser() -> argparse.ArgumentParser:
         epilog="Exit status: 0 passed or code alone, 1 refused, 2 wrong usage.",
     )
     add = command.add_argument
-    add("--base", default="main", metavar="BRANCH", help="branch that it is for (default: main)")
-    add("--head", default="HEAD", metavar="COMMIT", help="its last commit (default: HEAD)")
+    add("--base", default="main", metavar="BRANCH", help="target branch of the pull request (default: main)")
+    add("--head", default="HEAD", metavar="COMMIT", help="last commit of the pull request (default: HEAD)")
     add("--repository", type=Path, default=Path(), metavar="DIR", help="a clone (default: this folder)")
     add("--number", type=int, metavar="N", help="number of the pull request, for the report")
     output = command.add_mutually_exclusive_group()
@@ -80,23 +80,22 @@ def maintain_parser() -> argparse.ArgumentParser:
     parts = command.add_subparsers(dest="command", required=True)
     review = parts.add_parser(
         "review",
-        help="verify what was merged, or record a decision",
-        description="Verify the runs of entries and the records that no verification has decided about, "
-        "with seeds from the commit that merged them, and write the result into their review. With "
-        "--decision, record a decision.",
+        help="verify what was merged, or store a decision",
+        description="Verify every run and record that has no verdict yet, with seeds from the commit that "
+        "merged it, and write the result into its review. With --decision, store a decision of a maintainer.",
         epilog="Exit status: 0 verified or recorded, 1 an entry is not verified, 2 wrong usage.",
     )
     add = review.add_argument
     add("entries", nargs="+", type=Path, metavar="ENTRY", help=verification.ENTRY_HELP)
     verification.add_options(review)
     only = review.add_mutually_exclusive_group().add_argument
-    only("--record", type=Path, metavar="DIR", help="write a file in DIR instead of the review")
-    only("--take", type=Path, metavar="FILE", help="check such a file, and add it to the review")
+    only("--record", type=Path, metavar="DIR", help="write the result to a file in DIR, not to the review")
+    only("--take", type=Path, metavar="FILE", help="check a file of --record, and add it to the review")
     only("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
     only("--decision", choices=get_args(Action), help="the decision")
     add("--by", default="", metavar="NAME", help="who decides")
     add("--reason", default="", metavar="TEXT", help="why")
-    help_ = "also train one drawn run again where the agent is one of this project"
+    help_ = "also train one randomly chosen run again (reference agents with a budget of at most 300k)"
     add("--retrain-own", action="store_true", help=help_)
     wanted = parts.add_parser(
         "wanted",
@@ -106,7 +105,8 @@ def maintain_parser() -> argparse.ArgumentParser:
         "of them.",
     )
     default = [Path("submissions")]
-    wanted.add_argument("entries", nargs="*", type=Path, metavar="ENTRY", default=default, help="all entries")
+    help_ = "all entries of the board (default: submissions)"
+    wanted.add_argument("entries", nargs="*", type=Path, metavar="ENTRY", default=default, help=help_)
     landscapes = parts.add_parser(
         "landscapes",
         help="measure policies in worlds between and beyond those that they were trained in",
@@ -119,7 +119,7 @@ def maintain_parser() -> argparse.ArgumentParser:
     add("--again", action="store_true", help="also measure what is up to date")
     one_job = "runs that are measured at once (default: 1)"
     add("--jobs", type=verification.positive, default=1, metavar="N", help=one_job)
-    add("--public-only", action="store_true", help="fetch policies from nothing but public https addresses")
+    add("--public-only", action="store_true", help="download policies from public https addresses only")
     add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for policies that are fetched")
     poses = parts.add_parser("poses", help="write the motion of experts that pages show")
     poses.add_argument("tasks", nargs="*", metavar="TASK", help="bare names (default: all with an expert)")

@@ -184,9 +184,9 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
             words = ", ".join(f"{package} {version}" for package, version in stated.items())
             message = f"It was trained with {words}, and no run of the entry was."
         elif steps and not 0.95 < document.steps / max(1, *steps) < 1.05:
-            message = f"It states {document.steps} training steps, and runs of the entry {max(steps)}."
+            message = f"It states {document.steps} training steps; other runs have up to {max(steps)}."
         if message:
-            hint = "Train it with the versions that the documents of the entry state."
+            hint = "Train it with the versions and the steps (within 5 %) that the entry's documents state."
             yield Problem("other-agent-version", name, message, hint)
 
 
@@ -210,7 +210,7 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> 
     known = runs_of(submission)
     without = sum(run.document.policies is None for run in known.values())
     if submission.manifest.protocol.evaluation == SAMPLED:
-        notes = ["The policies sample their actions, so that no episode can be repeated."]
+        notes = ["The policies sample their actions, so no episode can be repeated."]
         return {"without_policies": without, "notes": notes if without < len(known) else []}
     runs, notes = [], list[str]()
     for name, run in known.items():

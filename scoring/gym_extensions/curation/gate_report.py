@@ -138,7 +138,7 @@ def _limits(report: GateReport) -> Iterator[str]:
     off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
     if report.kind == "submission" and report.scores:
         if off_boards.issuperset(score.budget for score in report.scores):
-            yield f"The budget `{report.scores[0].budget}` is for tests: no board will have the entry."
+            yield f"The budget `{report.scores[0].budget}` is for trials: its entries appear on no board."
         elif all(score.runs < FULL_ENTRY_RUNS for score in report.scores):
             yield f"A rank needs {FULL_ENTRY_RUNS} runs."
 

@@ -97,7 +97,7 @@ class Repository:
             raise BenchError("distrusted-clone", message, str(self.folder), hint)
         is_lacking = any(text in errors for text in LACKING)
         if is_lacking and self.run("config", "--get-regexp", PARTIAL, statuses=(0, 1)):
-            message = "The clone lacks contents of old files (--filter); nothing is fetched while it is read."
+            message = "This is a partial clone (--filter). It lacks file contents that the command needs."
             hint = "Run: git fetch --refetch --no-filter"
             raise BenchError("partial-clone", message, str(self.folder), hint)
 

@@ -44,7 +44,7 @@ def wanted(folders: Sequence[Path]) -> list[str]:
             lines.append(f"  {shlex.join(words)} --by NAME")
         found.append(((decides is None, -(decides or 0.0) / count, row.name), lines))
     lines = [line for _, of_entry in sorted(found) for line in of_entry]
-    return lines or ["No entry of this project needs runs for its next look."]
+    return lines or ["No entry of a reference agent needs runs for its next look."]
 
 
 def _missing(row: CoreEntry, folder: Path, card: Scorecard) -> dict[str, list[int]]:

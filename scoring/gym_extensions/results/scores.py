@@ -72,7 +72,7 @@ def board(
     """A board: the submissions with results on it, one per row.
 
     Ranked entries are sorted by the protocol's first metric (final performance, or single-task performance),
-    best first; the others follow, and at the end ``alone`` (the reference agent on each task alone, with the
+    best first; the others follow, and at the end ``alone`` (``trpo`` on each task alone, with the
     budget ``300k``), ``random`` and ``zero``, computed from the references. Only the groups of the board are
     read.
 
@@ -146,7 +146,7 @@ def _scorer_of(
 def core(submissions: Paths = "submissions") -> pd.DataFrame:
     """The core board: one row per method, over all groups of the core (docs/metrics.md).
 
-    Ranked methods come first, best first. The last rows, ``joint`` and ``alone``, are the reference agent
+    Ranked methods come first, best first. The last rows, ``joint`` and ``alone``, are ``trpo``
     trained on all tasks at once and on each alone; they have no rank. Only the groups of the core are read.
 
     =====================  =======  ================================================================

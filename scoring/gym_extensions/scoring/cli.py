@@ -37,7 +37,7 @@ def parser() -> argparse.ArgumentParser:
     help_ = "also accept the custom group in this TOML file; may be repeated"
     add("--groups", action="append", default=[], metavar="FILE", help=help_)
     add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
-    help_ = "another 1: the reference agent after 300,000 steps on each task alone"
+    help_ = "normalize so that 1 is the mean return of trpo after 300,000 steps on each task alone"
     add("--ruler", choices=["alone"], help=help_)
     help_ = "write scorecards/NAME.json and boards.json to DIR, and remove other scorecards from it"
     add("--out", type=Path, metavar="DIR", help=help_)
@@ -102,7 +102,7 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
     as_text = options.json or options.csv
     out = screen.console()
     if options.ruler and not as_text:
-        out.print("Scores: 1 is the reference agent after 300,000 steps on each task alone, not the expert.")
+        out.print("Scores: 1 is trpo after 300,000 steps on each task alone, not the expert.")
     texts = (f"scoring {folder.name} ({i} of {len(folders)})" for i, folder in enumerate(folders, 1))
     cards: Iterable[Scorecard] = screen.awaited(pipeline.scorecards(folders, scorer, options.jobs), texts)
     if options.out:

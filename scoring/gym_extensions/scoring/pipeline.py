@@ -71,7 +71,7 @@ def make_scorer(
         groups: custom groups: TOML files or TaskGroup objects.
         references: the references file of the custom groups' tasks, which must have all of them.
         only: names or ids of the groups that are read and scored; all if empty.
-        ruler: ``alone``, where 1 is the reference agent on each task alone; None for that of the boards.
+        ruler: ``alone``, where 1 is ``trpo`` on each task alone; None for that of the boards.
 
     Raises:
         BenchError: a group or the file is invalid, or there is no group of that name.
@@ -83,7 +83,7 @@ def make_scorer(
         for group in scored.values():
             if not group.published and (missing := known.missing(group.task_ids)):
                 message = f"It has no floor and expert for {missing[0]} of group {group.name}."
-                hint = "Measure it with: gym-extensions maintain references."
+                hint = f"Run: gym-extensions maintain references --groups GROUP.toml --out {references}"
                 raise BenchError("missing-reference", message, str(references), hint)
     wanted = (CORES.get(CORE if name == "core" else name, (name,)) for name in only)
     by_id = {group.id: name for name, group in scored.items()}

@@ -65,7 +65,7 @@ def bar(row: Task) -> Bar:
     """What a record of a task must beat. Raises ``BenchError`` if the task has no references."""
     found = measured().get(row.id)
     if found is None:
-        message = f"{row.name} has no references, so that nothing can be a record."
+        message = f"{row.name} has no references, so no policy can be a record."
         raise BenchError("missing-reference", message, row.name, "Choose another task.")
     if found.expert is not None:
         return Bar(found.expert.mean, found.expert.standard_error)

@@ -27,7 +27,7 @@ from gym_extensions.verification.verify import Report, record, runs_of, verify
 from gym_extensions.verification.verify_record import line_of, verify_record
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
-ENTRY_HELP = "a submission's folder, a folder of them, records/TASK/NAME, or records"
+ENTRY_HELP = "a submission's folder, a folder of submissions, records/TASK/NAME, or the folder records"
 EPILOG = """Exit status: 0 all entries are verified, 1 one is not or has problems, 2 wrong usage."""
 
 
@@ -43,10 +43,12 @@ def parser() -> argparse.ArgumentParser:
     add = command.add_argument
     add("entries", nargs="+", type=Path, metavar="ENTRY", help=ENTRY_HELP)
     add("--groups", action="append", default=[], metavar="FILE", help="the TOML file of a custom group")
-    add("--seeds", metavar="HEX", help="what the new seeds follow from, such as the id of the merge commit")
-    add("--retrain", action="store_true", help="also train one drawn run again; agents of this project only")
+    digits = "hexadecimal digits (40 to 128) that determine the new seeds, such as the id of the merge commit"
+    add("--seeds", metavar="HEX", help=f"{digits} (default: random)")
+    add("--retrain", action="store_true", help="also train one random run again (reference agents only)")
     add_options(command)
-    add("--write", action="store_true", help="record the result in the entry's review; needs --seeds")
+    stored = "store the result in the entry's review.toml, or beside a record's card; needs --seeds"
+    add("--write", action="store_true", help=stored)
     return command
 
 
@@ -54,8 +56,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
     """The arguments that `verify` and `maintain review` share."""
     add = command.add_argument
     add("--jobs", type=positive, default=1, metavar="N", help="processes that work at once (default: 1)")
-    add("--public-only", action="store_true", help="fetch policies from nothing but public https addresses")
-    add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for what can be made again")
+    add("--public-only", action="store_true", help="download policies from public https addresses only")
+    cache = "cache of downloaded policies and finished episodes; may be deleted"
+    add("--cache", type=Path, default=cache_folder(), metavar="DIR", help=cache)
 
 
 def positive(text: str) -> int:
@@ -176,7 +179,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = command.parse_args(argv)
     if options.write and not options.seeds:
         hint = "Pass --seeds with the id of the merge commit or a beacon's randomness."
-        raise BenchError("no-seeds", "A record needs seeds that nobody chose.", "--write", hint)
+        raise BenchError("no-seeds", "A stored verification needs seeds that nobody chose.", "--write", hint)
     value = require_value(options.seeds) if options.seeds else secrets.token_hex(32)
     records, entries = split_paths(options.entries)
     status = 0
@@ -206,5 +209,5 @@ def main(argv: Sequence[str] | None = None) -> int:
             record(path, report.verification)
             write_poses(path, report)
     if not options.seeds:
-        print("The seeds are random numbers of this machine: this is a test, not a record.")
+        print("The seeds were drawn at random on this machine: the result is a trial and is not stored.")
     return status

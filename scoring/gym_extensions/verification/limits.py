@@ -117,8 +117,8 @@ def answers(job: str, request: dict[str, Any], limits: Limits) -> Iterator[Any]:
                 errors.seek(0)
                 lines = errors.read().decode(errors="replace").strip().splitlines() or ["without a message"]
                 message = f"The process ended with status {process.returncode}: {lines[-1][:200]}."
-                used = f"{limits.memory // MEBIBYTE} MiB of memory in {limits.wall_seconds // 60} minutes"
-                raise BenchError("limit-reached", message, hint=f"The files must be checked with {used}.")
+                used = f"{limits.memory // MEBIBYTE} MiB of memory and {limits.wall_seconds // 60} minutes"
+                raise BenchError("limit-reached", message, hint=f"Use smaller policies: a check has {used}.")
         finally:
             timer.cancel()
             LIVE.discard(process)

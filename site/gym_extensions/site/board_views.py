@@ -86,7 +86,7 @@ def _ranked(ranked: Sequence[Row]) -> str:
     if best == worst:
         return "It is significantly better than every other ranked entry (95\u202f% confidence)."
     tied = worst - best
-    return f"No significant difference to {count(tied, 'other ranked entry', 'other ranked entries')}."
+    return f"No significant difference from {count(tied, 'other ranked entry', 'other ranked entries')}."
 
 
 def _unranked(scored: Sequence[Row]) -> str:
@@ -121,7 +121,7 @@ class Computed:
 
 
 COMPUTED_NOTES = {
-    "alone": "the reference agent, trained on each task alone for as long",
+    "alone": "trpo, trained on each task alone",
     "random": "ignores observations, learns nothing",
     "zero": "ignores observations, learns nothing",
 }

@@ -12,8 +12,8 @@ from gym_extensions.site.text import count, grouped
 LEVELS = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
     CLAIMED: (
-        "The files keep to every rule. Nothing else is known, because the runs publish no policies or nobody "
-        "has verified them yet."
+        "The files keep to every rule. Nothing else is known: the runs publish no policies, nobody has "
+        "verified them yet, or a verification did not pass."
     ),
     VERIFIED: (
         "The board’s own machine ran the policies of every run on seeds that did not exist when the entry "
@@ -74,8 +74,8 @@ def has_policies(card: Scorecard) -> bool:
 def checked(card: Scorecard) -> str:
     """How an entry was verified, in a sentence or two; what its level means if it was not."""
     if card.level == CLAIMED:
-        why = "and nobody has verified them yet" if has_policies(card) else "and the runs publish no policies"
-        return f"Claimed: the files keep to every rule, {why}, so nothing else is known."
+        reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
+        return f"Claimed: the files keep to every rule. {next(filter(None, reasons), 'Not verified yet.')}"
     if not is_verified(card.level):
         return LEVELS[card.level] if card.level else ""
     passed = [found for found in card.verifications if found.passed and found.current]

@@ -178,7 +178,7 @@ PROTOCOLS = {
         "One policy is trained on the last task alone, for the steps of the whole sequence.",
     ),
 }
-BUDGET_KINDS = {"1M": "long", "300k": "standard", "100k": "quick", "smoke": "tests"}
+BUDGET_KINDS = {"1M": "long", "300k": "standard", "100k": "quick", "smoke": "trials"}
 """What a budget is for, where its name does not say it."""
 TABLE_COLUMNS = {
     "fully_trained": "after all tasks",

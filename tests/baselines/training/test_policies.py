@@ -133,7 +133,7 @@ def test_policies_that_grew_beyond_the_limit_are_kept_and_named(
 
 
 def test_a_policy_that_is_not_the_agents_stops_the_run(tmp_path: Path) -> None:
-    with pytest.raises(BenchError, match=r"by 0\.05 half widths") as error:
+    with pytest.raises(BenchError, match=r"by 0\.025 of the action range") as error:
         train(Wrong, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "wrong")
     assert error.value.code == "policy-differs"
 

@@ -97,7 +97,7 @@ def test_the_highest_mean_does_not_lead_if_the_others_are_better_over_the_runs_c
 def test_nobody_leads_without_a_significant_difference() -> None:
     best, _ = sentences(LOSER, TWIN)
     assert best.startswith("Twin has the highest mean, 0.5")
-    assert best.endswith("; no significant difference to Loser.")
+    assert best.endswith("; no significant difference from Loser.")
 
 
 def test_a_method_that_lacks_groups_says_which() -> None:

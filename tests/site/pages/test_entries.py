@@ -105,9 +105,18 @@ def test_the_level_of_an_entry_is_shown_and_verified_ones_are_counted(
     pages = read(document)
     text = pages["submissions/agile.html"].text
     assert f"agile {level}" in text
-    assert ("and the runs publish no policies" in text) == (level == "claimed")
+    said = "Claimed: the files keep to every rule. Not verified yet."
+    assert (said in text) == (level == "claimed")
     count = "0 of 5 entries are" if level == "claimed" else "1 of 5 entries is"
     assert f"{count} verified" in pages["index.html"].text
+
+
+def test_an_entry_whose_verification_failed_says_so(document: dict[str, Any]) -> None:
+    first = document["submissions"][0]
+    scores = first["groups"]["hopper-gravity-v0"]["sequential"]
+    first["level"] = scores["level"] = "claimed"
+    scores["why_claimed"] = "The verification of 2026-11-24 did not pass."
+    assert "keep to every rule. The verification of 2026-11-24 did not pass." in text_of(document)
 
 
 def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -> None:

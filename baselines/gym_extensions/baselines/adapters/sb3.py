@@ -314,7 +314,7 @@ class Sb3Agent:
         try:
             return exported(self._model, is_deterministic, statistics, shape)
         except BenchError as error:
-            message = f"The policy is not stored, so that the entry stays claimed. {error}"
+            message = f"The policy is not stored, so the entry stays claimed. {error}"
             warnings.warn(message, stacklevel=2)
             return None
 

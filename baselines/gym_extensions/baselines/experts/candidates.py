@@ -390,15 +390,15 @@ def tables() -> Iterator[str]:
             card = experts.card(task)
             steps |= {step.name: step.cpu_seconds or 0.0 for step in card.history}
             measuring += card.measurement.cpu_seconds or 0.0
-            state = f"provisional: {card.provisional}" if card.provisional else "anchor"
+            state = f"provisional: {card.provisional}" if card.provisional else "scored"
             state = "open" if row.expert is None else state
             states[state.partition(":")[0]] += 1
             yield _row(task, card, row.floor.mean, state)
     training = sum(steps.values()) / 60
     yield (
-        f"\n{states['anchor'] + states['provisional']} tasks have an anchor, {states['provisional']} of them "
-        f"provisional. By the cards, training took {training:,.0f} CPU minutes (without that of entries) and "
-        f"the measurements {measuring / 60:,.0f}.\n"
+        f"\n{states['scored'] + states['provisional']} tasks are scored, {states['provisional']} of them "
+        f"with a provisional expert. By the cards, training took {training:,.0f} CPU minutes (without that "
+        f"of entries) and the measurements {measuring / 60:,.0f}.\n"
     )
 
 
@@ -408,7 +408,7 @@ def _row(task: Task, card: Card, floor: float, state: str) -> str:
     floor = 0.0 if round(floor, digits) == 0 else floor  # no minus before a zero
     steps = sum(step.steps or 0 for step in card.history) / 1e6
     seconds = sum(step.cpu_seconds or 0.0 for step in card.history)
-    state += ", from an entry" if card.from_entry else ""
+    state += "; from an entry" if card.from_entry else ""
     return (
         f"| {task.name} | {floor:,.{digits}f} | {measured.mean:,.{digits}f} | "
         f"{measured.standard_error:,.{digits}f} | {measured.episodes} | {steps:.1f}M | "

@@ -40,13 +40,13 @@ def parser() -> argparse.ArgumentParser:
         "all published tasks by default"
     )
     file = (
-        "the file; its stem is the version's name; floors, and tasks of custom groups, stay as they are in "
-        "an existing file (default: the installed references)"
+        "the file to write; its name without .json is the name of the version. An existing file keeps its "
+        "floors and its tasks of custom groups (default: the installed references)"
     )
     again = "measure the floors and experts in this file again and compare (default: the installed one)"
-    steps = "of custom groups, training steps per task (default: %(default)s)"
-    trained = "of custom groups, the agent that is trained on each task (default: %(default)s)"
-    seeds = "of custom groups, training seeds, at least 1000 (default: %(default)s)"
+    steps = "training steps per task (custom groups only; default: %(default)s)"
+    trained = "agent that is trained on each task (custom groups only; default: %(default)s)"
+    seeds = "training seeds from 1000 on (custom groups only; default: %(default)s)"
     add("--groups", help=groups)
     add("--budget", default=STANDARD_BUDGET, choices=list(BUDGETS), help=steps)
     add("--runs", default="1000-1004", help=seeds)

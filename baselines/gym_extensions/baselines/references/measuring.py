@@ -306,7 +306,8 @@ def differences(tasks: Iterable[Task], path: Path, jobs: int, episodes: int = EP
     chosen = list(tasks)
     found = read_file(path, chosen)
     if missing := [task.id for task in chosen if task.id not in found]:
-        raise BenchError("no-reference", f"The file has no reference of {missing[0]}.", str(path))
+        hint = "Choose other --groups, or another file."
+        raise BenchError("no-reference", f"The file has no reference of {missing[0]}.", str(path), hint)
     measurements = [each for task in chosen for each in floor_measurements(task, episodes)]
     measurements += [Measurement(task, PLANNER, episodes) for task in chosen if task.base == "Navigation"]
     sentences = []

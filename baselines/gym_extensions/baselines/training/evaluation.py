@@ -175,7 +175,7 @@ def require_agreement(
         excess = np.maximum(lower - taken, taken - upper) / ((high - low) / 2)
     difference = float(np.maximum(excess, 0).max())
     if not difference <= TOLERANCE:
-        message = f"The policy's actions differ from those of act() by {difference:.3g} half widths."
+        message = f"The policy's actions differ from act() by {difference / 2:.3g} of the action range."
         hint = "Return the policy that act() uses, or None."
         raise BenchError("policy-differs", message, "policy()", hint)
 

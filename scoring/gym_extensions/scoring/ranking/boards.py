@@ -96,9 +96,7 @@ class BoardEntry:
 class ComputedEntry:
     """An agent whose row is computed from the references: never ranked, and no submission."""
 
-    name: Annotated[
-        str, about("`alone`, the reference agent on each task alone; `random`, `zero`, the floor")
-    ]
+    name: Annotated[str, about("`alone`, `trpo` on each task alone; `random`, `zero`, the floor")]
     title: Annotated[str, about("its name on pages")]
     metrics: Annotated[dict[str, BoardMetric], about("of the board by name; intervals of `alone` only")]
 
@@ -224,7 +222,7 @@ class CoreBoard:
     ]
     ranked: Annotated[int, about("M, the number of ranked entries")]
     rows: Annotated[tuple[CoreEntry, ...], about("ranked entries by the core score, best first; then others")]
-    references: Annotated[tuple[CoreReference, ...], about("the reference agent trained in other ways")] = ()
+    references: Annotated[tuple[CoreReference, ...], about("`trpo` trained in other ways")] = ()
     pairs: Annotated[
         dict[str, tuple[CorePair, ...]],
         about("of ranked entries by metric: `final_performance`, and `forgetting` of those that learned"),

@@ -127,7 +127,7 @@ def _answer(board: CoreBoard, methods: Sequence[CoreEntry], metric: str, of: str
     if len(tied) > MOST_NAMED:
         names = f"{len(tied)} of {count(len(pairs), 'other method')}"
     if len(tied) == len(pairs):
-        return start + Markup("; no significant difference to {}.").format(names)
+        return start + Markup("; no significant difference from {}.").format(names)
     note = PRELIMINARY if any(pair.exploratory for entry, pair in pairs if entry.name in won) else ""
     scope = f"all but {names}" if tied else "every other method"
     return start + Markup(", significantly {} than {}{}.").format(relation, scope, note)

@@ -203,7 +203,7 @@ def _models() -> dict[str, bytes]:
     """The base bodies' model files, as Gymnasium publishes them, and Gymnasium's licence."""
     found = importlib.util.find_spec("gymnasium")
     if found is None or not found.submodule_search_locations:
-        raise BenchError("no-models", "Gymnasium, which has the models of the bodies, is not installed.")
+        raise BenchError("no-models", "The models need Gymnasium.", hint="Run: pip install gymnasium")
     assets = Path(found.submodule_search_locations[0]) / "envs" / "mujoco" / "assets"
     files = {_model(body): (assets / body.asset).read_bytes() for body in PLAYED}
     return files | {"play/models/LICENSE-gymnasium.txt": license_of("gymnasium")}
