@@ -115,7 +115,7 @@ def test_an_agent_that_a_worker_process_cannot_receive_is_refused_before_trainin
 def test_a_run_that_is_trained_again_has_the_same_bytes(trpo_submission: Path, tmp_path: Path) -> None:
     from gym_extensions.catalog.groups import group
 
-    log = retrain(trpo_submission, group(SHORT_GROUP), "joint", 0, tmp_path / "again", progress=False)
+    log = retrain(trpo_submission, group(SHORT_GROUP), "joint", 0, tmp_path / "again")
     assert log == tmp_path / "again" / SHORT_GROUP / "joint/run0.csv"
     expected = digests(trpo_submission)
     assert {name: expected[name] for name in digests(tmp_path / "again")} == digests(tmp_path / "again")

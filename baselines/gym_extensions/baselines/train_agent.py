@@ -142,9 +142,7 @@ def train(
     return [path / run_file(*each, LOG) for each in runs_of]
 
 
-def retrain(
-    folder: Path, group: TaskGroup, protocol: str, run: int, out: Path, *, progress: bool = True
-) -> Path:
+def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) -> Path:
     """Trains one run of an entry again with the reference agent that its manifest names.
 
     The entry in ``folder`` stays as it is; ``out`` is the folder of the new submission, which may be an
@@ -155,7 +153,7 @@ def retrain(
             is another one or has other settings.
     """
     path, budget = folder / MANIFEST, str(_recorded_protocol(folder)["budget"])
-    options: dict[str, Any] = {"out": out, "progress": progress}
+    options: dict[str, Any] = {"out": out, "progress": False}
     options["num_envs"] = submission.read_manifest(path).get("hyperparameters", {}).get("num_envs")
     agent = reference_agent(folder)
     out.mkdir(parents=True, exist_ok=True)

@@ -202,14 +202,14 @@ def definition(task: Task) -> dict[str, Any]:
     }
 
 
-def from_definition(content: Mapping[str, Any], where: str = "task") -> Task:
+def from_definition(content: Mapping[str, Any]) -> Task:
     """Returns the task that ``definition`` describes.
 
     Raises:
         BenchError: a key, kind of variation or parameter is missing or unknown, or a value is invalid.
     """
-    check_keys(content, KEYS, KEYS, where)
-    variations = tuple(make_variation(each, where) for each in content["variations"])
+    check_keys(content, KEYS, KEYS, "task")
+    variations = tuple(make_variation(each, "task") for each in content["variations"])
     return Task(content["name"], content["base"], variations, content["version"], content["max_steps"])
 
 

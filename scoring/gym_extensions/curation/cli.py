@@ -24,7 +24,7 @@ from gym_extensions.rollouts.run import read_run
 from gym_extensions.scoring.cli import print_text
 from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
 from gym_extensions.verification import cli as verification
-from gym_extensions.verification.fetch import Fetcher, cache_folder
+from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.landscape_recorder import measure_all
 from gym_extensions.verification.verify import record
 from gym_extensions.verification.verify_record import line_of, verify_record, write_expert_poses
@@ -117,10 +117,7 @@ def maintain_parser() -> argparse.ArgumentParser:
     add("entries", nargs="+", type=Path, metavar="ENTRY", help="a submission's folder, or a folder of them")
     add("--groups", nargs="+", default=[], metavar="NAME", help="gravity, body or wall groups (default: all)")
     add("--again", action="store_true", help="also measure what is up to date")
-    one_job = "runs that are measured at once (default: 1)"
-    add("--jobs", type=verification.positive, default=1, metavar="N", help=one_job)
-    add("--public-only", action="store_true", help="download policies from public https addresses only")
-    add("--cache", type=Path, default=cache_folder(), metavar="DIR", help="for policies that are fetched")
+    verification.add_options(landscapes)
     poses = parts.add_parser("poses", help="write the motion of experts that pages show")
     poses.add_argument("tasks", nargs="*", metavar="TASK", help="bare names (default: all with an expert)")
     parts.add_parser("references", help="measure the references", add_help=False)
@@ -228,8 +225,10 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
     for value, names in after_merge.runs_by_commit(entry, runs).items():
         report = verification.verified(entry, value, options, only=names)
         if options.retrain_own and after_merge.is_trained_again(entry):
+            from gym_extensions.verification import retrain  # loads the agents
+
             try:
-                report = verification.trained_again(entry, report, GROUPS)
+                report = retrain.retrained(entry, report, GROUPS)
             except BenchError as error:  # what was verified counts
                 report = replace(report, retraining=f"not possible: {error}")
         print("\n".join(verification.lines_of(report)))

@@ -5,15 +5,15 @@ from __future__ import annotations
 import argparse
 import secrets
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from rich import progress as bars
 from rich.console import Console
 
-from gym_extensions.catalog.groups import TaskGroup, with_custom
-from gym_extensions.errors import BenchError, reports_mistakes, working
+from gym_extensions.catalog.groups import with_custom
+from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.output.screen import count
@@ -53,7 +53,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    """The arguments that `verify` and `maintain review` share."""
+    """The arguments of commands that run policies."""
     add = command.add_argument
     add("--jobs", type=positive, default=1, metavar="N", help="processes that work at once (default: 1)")
     add("--public-only", action="store_true", help="download policies from public https addresses only")
@@ -107,15 +107,7 @@ def _verified_and_trained(
 
     groups = with_custom(files)
     retrain.require_reference_agent(path, groups)
-    return trained_again(path, verified(path, value, options, files, only_new=options.write), groups)
-
-
-def trained_again(path: Path, report: Report, groups: Mapping[str, TaskGroup]) -> Report:
-    """The report after one drawn run was trained again; see :func:`retrain.retrained`."""
-    from gym_extensions.verification import retrain
-
-    with working(f"training a run of {path.name} again"):
-        return retrain.retrained(path, report, groups)
+    return retrain.retrained(path, verified(path, value, options, files, only_new=options.write), groups)
 
 
 def write_poses(path: Path, report: Report) -> None:

@@ -23,6 +23,7 @@ from gym_extensions.baselines.train_agent import reference_agent, retrain
 from gym_extensions.baselines.training.usage import commit_of, processor
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.rollout import Outcome
+from gym_extensions.errors import working
 from gym_extensions.rollouts.log import log_of, read_log
 from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.run import RunDocument
@@ -98,7 +99,7 @@ def train_again(entry: Path, run: Run) -> Comparison:
     for threads in dict.fromkeys((1, all_threads)):
         with tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch, threadpool_limits(threads):
             out = Path(scratch) / "again"
-            path = retrain(entry, log.group, log.protocol, number, out, progress=False)
+            path = retrain(entry, log.group, log.protocol, number, out)
             again = log_of({number: read_log(path)}, log.protocol, log.group)
         found.append(compare_cells(run.logged, logged_cells(again, number)))
         if found[-1].is_same:
@@ -136,7 +137,8 @@ def retrained(entry: Path, report: Report, groups: Mapping[str, TaskGroup]) -> R
         return report
     name = drawn_run(found.runs, found.value)
     run = runs_of(read(entry, groups, merge_runs=False))[name]
-    result, elsewhere = train_again(entry, run), made_elsewhere(run.document)
+    with working(f"training {name} of {entry.name} again"):
+        result, elsewhere = train_again(entry, run), made_elsewhere(run.document)
     if result.is_same or (result.agrees and elsewhere):
         kind = "the same episodes" if result.is_same else f"all {result.cells} means within noise"
         found = replaced(found, retrained=[name])
