@@ -42,6 +42,9 @@ def _list(names: list[str]) -> int:
     return 0
 
 
+HINT = "A changed task needs a new version number, a new one: gym-extensions envs fingerprint"
+
+
 def _check(names: list[str]) -> int:
     from gym_extensions.envs import fingerprinting
 
@@ -55,9 +58,7 @@ def _check(names: list[str]) -> int:
     count = len(chosen or TASKS)
     if differences:
         tasks = len({difference.task for difference in differences})
-        print(
-            f"{tasks} of {_tasks(count)} differ. A changed task needs a new version number.", file=sys.stderr
-        )
+        print(f"{tasks} of {_tasks(count)} differ. {HINT}", file=sys.stderr)
         return 1
     verb = "matches its published fingerprint" if count == 1 else "match their published fingerprints"
     print(f"{_tasks(count)} {verb}.")

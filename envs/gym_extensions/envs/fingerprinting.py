@@ -183,9 +183,7 @@ def check(
 
 def _task_differences(task: Task, published: Mapping[str, Any] | None) -> Iterator[Difference]:
     if published is None:
-        yield Difference(
-            task.id, "fingerprint", None, "none is published; run: gym-extensions envs fingerprint"
-        )
+        yield Difference(task.id, "fingerprint", None, "not yet published")
         return
     if published["fingerprint"] != digest(published):
         yield Difference(task.id, "fingerprint", published["fingerprint"], digest(published))
