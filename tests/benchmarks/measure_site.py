@@ -33,7 +33,7 @@ from gym_extensions.rollouts.manifest import (
 )
 from gym_extensions.rollouts.review import CLAIMED, VERIFIED
 from gym_extensions.rollouts.run import Memory
-from gym_extensions.scoring.entry.normalization import Results
+from gym_extensions.scoring.entry.normalization import GroupReturns
 from gym_extensions.scoring.entry.scorer import score_group
 from gym_extensions.scoring.entry.values import suite_scores
 from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
@@ -77,7 +77,9 @@ def _entry(name: str, rng: np.random.Generator, runs: int) -> Scorecard:
     )
 
 
-def _results(group_id: str, strength: float, keeps: float, runs: int, rng: np.random.Generator) -> Results:
+def _results(
+    group_id: str, strength: float, keeps: float, runs: int, rng: np.random.Generator
+) -> GroupReturns:
     """Returns of an agent that reaches a share of the expert and keeps a share of that per later stage."""
     members = group(group_id)
     tasks = len(members.tasks)
@@ -93,7 +95,7 @@ def _results(group_id: str, strength: float, keeps: float, runs: int, rng: np.ra
         for at, task in enumerate(members.task_ids)
         for noise in [rng.standard_normal(POINTS)]
     }
-    return Results(
+    return GroupReturns(
         members, STEPS, {"sequential": tuple(range(runs))}, {"sequential": returns.tolist()}, curves
     )
 

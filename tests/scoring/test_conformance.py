@@ -14,7 +14,7 @@ from gym_extensions import scoring
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.references import Reference, References
-from gym_extensions.scoring.entry.normalization import Results, normalized_runs
+from gym_extensions.scoring.entry.normalization import GroupReturns, normalized_runs
 from gym_extensions.scoring.entry.reported_tables import paper_table
 from gym_extensions.scoring.entry.values import NO_TERM, TOO_FEW_POINTS, metric_values
 from gym_extensions.scoring.formulas import METRICS, MetricValue, area, iqm, profile
@@ -60,7 +60,7 @@ def cells(nested: Any, axes: int) -> Any:
     return fill(nested, axes)
 
 
-def results(case: dict[str, Any]) -> Results:
+def results(case: dict[str, Any]) -> GroupReturns:
     returns = {
         protocol: cells(case[protocol], 3)
         if protocol == "sequential"
@@ -70,7 +70,7 @@ def results(case: dict[str, Any]) -> Results:
     }
     tasks = len(next(iter(returns.values()))[0][0])
     group = TaskGroup("kit", tuple(Task(f"Task{j}", "Hopper") for j in range(1, tasks + 1)))
-    return Results(group, 1, {name: tuple(range(len(runs))) for name, runs in returns.items()}, returns)
+    return GroupReturns(group, 1, {name: tuple(range(len(runs))) for name, runs in returns.items()}, returns)
 
 
 def references(case: dict[str, Any], group: TaskGroup) -> References:

@@ -17,7 +17,7 @@ from gym_extensions.rollouts.reader import read
 from gym_extensions.rollouts.review import Action, Decision, read_review, review_of, write_review
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import Record
-from gym_extensions.verification.verify import record, runs_of, verified_before
+from gym_extensions.verification.verify import add_verifications, runs_of, verified_before
 
 TRAINED_AGAIN = ("smoke", "100k", "300k")
 """Budgets of which a job trains a run again: a run of the others takes hours."""
@@ -114,7 +114,7 @@ def take(entry: Path, file: Path) -> None:
             raise BenchError("bad-record", "Jobs retrain only reference agents up to 300k.", str(file), AGAIN)
         if not set(each.retrained) <= each.runs.keys():
             raise BenchError("bad-record", "It says that other runs were trained again.", str(file), AGAIN)
-    record(entry, *found.verifications)
+    add_verifications(entry, *found.verifications)
 
 
 def record_commit(found: Record) -> str:

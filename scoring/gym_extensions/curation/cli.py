@@ -26,7 +26,7 @@ from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
 from gym_extensions.verification import cli as verification
 from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.landscape_recorder import measure_all
-from gym_extensions.verification.verify import record
+from gym_extensions.verification.verify import add_verifications
 from gym_extensions.verification.verify_record import line_of, verify_record, write_expert_poses
 
 
@@ -237,6 +237,6 @@ def review_entry(entry: Path, options: argparse.Namespace) -> int:
         if options.record:
             write_text(options.record / f"{entry.name}.toml", review_text(Review(verifications=found)))
         elif report.verification:
-            record(entry, report.verification)
+            add_verifications(entry, report.verification)
             verification.write_poses(entry, report)
     return status

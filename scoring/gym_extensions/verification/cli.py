@@ -23,7 +23,7 @@ from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.fetch import Fetcher, cache_folder
 from gym_extensions.verification.new_seeds import ALPHA, require_value
 from gym_extensions.verification.pose_recorder import poses_of
-from gym_extensions.verification.verify import Report, record, runs_of, verify
+from gym_extensions.verification.verify import Report, add_verifications, runs_of, verify
 from gym_extensions.verification.verify_record import line_of, verify_record
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
@@ -198,7 +198,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("\n".join(lines_of(report)))
         status = max(status, int(not is_verified(report)))
         if options.write and report.verification is not None:
-            record(path, report.verification)
+            add_verifications(path, report.verification)
             write_poses(path, report)
     if not options.seeds:
         print("The seeds were drawn at random on this machine: the result is a trial and is not stored.")

@@ -197,7 +197,7 @@ def verified_before(review: Review, runs: Mapping[str, Run]) -> set[str]:
     return {name for name, digest in stated if name in runs and runs[name].document.digest == digest}
 
 
-def record(entry: Path, *found: Verification) -> None:
+def add_verifications(entry: Path, *found: Verification) -> None:
     """Adds verifications to the review of an entry, all or none."""
     review = read_review(entry)
     verifications = [*review.verifications, *found]

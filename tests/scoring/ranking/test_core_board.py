@@ -22,9 +22,9 @@ from gym_extensions.scoring.ranking.core_board import (
     LOOKS,
     MARGIN,
     Method,
+    compared_pairs,
     core_board,
     decided,
-    family,
     last_look,
     next_look,
     pooled_difference,
@@ -91,7 +91,7 @@ def test_one_group_is_welchs_test_or_the_paired_test_of_scipy() -> None:
 
 def test_intervals_and_p_values_of_a_family_agree_with_scipy() -> None:
     boards = {name: normal(seed, 0.02 * seed, 20 if seed % 2 else 10) for seed, name in enumerate("abcde")}
-    found = family([method(name, values) for name, values in boards.items()], FINAL)
+    found = compared_pairs([method(name, values) for name, values in boards.items()], FINAL)
     p_values, expected = [], []
     for first, second in combinations("abcde", 2):
         runs = min(len(boards[name][GROUPS[0]]) for name in (first, second))
@@ -112,7 +112,9 @@ def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone() -> None:
     values = normal(1, 0.5), normal(2, 0.5)
 
     def paired(parent: str, starts: str) -> bool:
-        (pair,) = family([method("a", values[0], "trpo", "s"), method("b", values[1], parent, starts)], FINAL)
+        (pair,) = compared_pairs(
+            [method("a", values[0], "trpo", "s"), method("b", values[1], parent, starts)], FINAL
+        )
         return pair.paired
 
     assert [paired("trpo", "s"), paired("sac", "s"), paired("trpo", "t")] == [True, False, False]

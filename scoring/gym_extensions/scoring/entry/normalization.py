@@ -22,7 +22,7 @@ Curve = tuple[list[int], list[float]]
 
 
 @dataclass(frozen=True)
-class Results:
+class GroupReturns:
     """Raw returns of a group.
 
     Attributes:
@@ -59,7 +59,7 @@ class Results:
         return rates if is_defined else ()
 
 
-def results(entry: SubmittedGroup, budget: str) -> Results:
+def group_returns(entry: SubmittedGroup, budget: str) -> GroupReturns:
     """The returns of a group's checked logs."""
     tasks = len(entry.group.tasks)
 
@@ -69,7 +69,7 @@ def results(entry: SubmittedGroup, budget: str) -> Results:
         columns = ((name, log.rows[column].to_numpy()) for name, log in entry.logs.items())
         return {name: values.reshape(shapes[name]).tolist() for name, values in columns}
 
-    return Results(
+    return GroupReturns(
         group=entry.group,
         steps=BUDGETS[budget].steps_for(entry.group.name),
         runs={protocol: log.runs for protocol, log in entry.logs.items()},
@@ -84,7 +84,7 @@ def results(entry: SubmittedGroup, budget: str) -> Results:
     )
 
 
-def normalized_runs(results: Results, references: References, protocol: str) -> list[Run]:
+def normalized_runs(results: GroupReturns, references: References, protocol: str) -> list[Run]:
     """One Run per training seed of a protocol's log. Every task of the group needs a reference.
 
     ``single_task``, ``cumulative`` and the areas are filled in where the entry has such runs and curves.

@@ -14,13 +14,13 @@ from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.catalog.tasks import NAMESPACE
 from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.entry.normalization import Results
+from gym_extensions.scoring.entry.normalization import GroupReturns
 from gym_extensions.scoring.formulas import METRICS, MetricValue
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, PaperCell, PaperColumns, PaperRow
 from gym_extensions.scoring.statistics import standard_deviation
 
 
-def paper_table(results: Results) -> tuple[tuple[PaperRow, ...], PaperColumns]:
+def paper_table(results: GroupReturns) -> tuple[tuple[PaperRow, ...], PaperColumns]:
     """The rows of a group with the episodes of all runs pooled, and the mean and pooled deviation of all."""
     sequential, single = (results.returns.get(protocol, ()) for protocol in ("sequential", "single"))
     rows: list[dict[str, PaperCell | None]] = []

@@ -19,7 +19,7 @@ from gym_extensions.rollouts.run import RunDocument
 from gym_extensions.rollouts.submission import Submission
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.documents import filled
-from gym_extensions.scoring.entry.normalization import Results, normalized_runs, results
+from gym_extensions.scoring.entry.normalization import GroupReturns, group_returns, normalized_runs
 from gym_extensions.scoring.entry.reported_tables import paper_table, reported_groups
 from gym_extensions.scoring.entry.sketches import Sketch, run_sketches
 from gym_extensions.scoring.entry.values import metric_values, suite_scores
@@ -44,7 +44,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
             reported = reported_groups(manifest.reported, budget)
             groups = {id_: each for id_, each in reported.items() if not only or group(id_).name in only}
         for name, entry in submission.groups.items():
-            returns = results(entry, budget)
+            returns = group_returns(entry, budget)
             groups[name] = {}
             for protocol, runs in returns.runs.items():
                 documents, found = [entry.runs[protocol][run] for run in runs], entry.digests(protocol)
@@ -87,7 +87,7 @@ def _verification(part: Verification, digests: Mapping[str, str]) -> Verificatio
 
 
 def score_group(
-    results: Results,
+    results: GroupReturns,
     references: References,
     protocol: str,
     budget: str,

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.references import Reference, References
-from gym_extensions.scoring.entry.normalization import Results, normalized_runs
+from gym_extensions.scoring.entry.normalization import GroupReturns, normalized_runs
 from gym_extensions.scoring.formulas import FINAL, JOINT_GAP, METRICS, Metric, MetricValue, Run
 from gym_extensions.scoring.scorecard import GroupScore, SuiteScore
 from gym_extensions.scoring.statistics import Summary, mean_of_groups, subtract, summary, to_interval
@@ -77,7 +77,7 @@ def joint_gap(final: MetricValue, joint: MetricValue, tasks: Sequence[Reference]
 
 
 def metric_values(
-    results: Results, references: References, protocol: str, runs: Sequence[Run]
+    results: GroupReturns, references: References, protocol: str, runs: Sequence[Run]
 ) -> dict[str, MetricValue]:
     """The value of every metric of a protocol by its name, in the order of the metrics' table.
 

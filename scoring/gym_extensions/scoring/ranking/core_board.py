@@ -117,7 +117,7 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
     return statistics.mean_of_groups(groups)
 
 
-def family(methods: Sequence[Method], metric: str) -> list[CorePair]:
+def compared_pairs(methods: Sequence[Method], metric: str) -> list[CorePair]:
     """All pairs of methods on one metric, in the order of ``itertools.combinations``.
 
     Each pair is compared at the last look that both have. p values are multiplied by .05 / (level of the
@@ -323,7 +323,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     ranked = [(entry, method) for entry in entries if entry.ranked and (method := methods[entry.name])]
     learners = [method for entry, method in ranked if not _learned_nothing(entry)]
     families = {FINAL.name: [method for _, method in ranked], FORGETTING: learners}
-    pairs = {metric: family(members, metric) for metric, members in families.items()}
+    pairs = {metric: compared_pairs(members, metric) for metric, members in families.items()}
     found = {
         metric: ranks([method.name for method in members], pairs[metric], BY_NAME[metric].better)
         for metric, members in families.items()
