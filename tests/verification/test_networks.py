@@ -103,11 +103,12 @@ def test_a_network_with_an_operator_that_is_not_allowed_is_a_problem_of_its_stag
     ],
     ids=["exchanged", "one missing", "all missing", "pointers"],
 )
-def test_what_is_wrong_with_the_files_of_networks_is_found_at_the_gate(
+def test_what_is_wrong_with_the_files_of_networks_is_found_to_score_and_at_the_gate(
     entry: Path, damage: Callable[..., object], rule: str, where: str
 ) -> None:
     damage(*network_files(entry, "hopper-wall", "sequential", 0))
-    problem = next(each for each in read(entry, policies=True).problems if each.rule == rule)
+    (problem,) = read(entry).problems
+    assert (problem.rule, problem in read(entry, policies=True).problems) == (rule, True)
     assert where in f"{problem.where} {problem.hint}"
     assert "npz" not in problem.where
 

@@ -11,7 +11,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.rollouts import layout, rules
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, Folder, run_file, run_key, scan
+from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
 from gym_extensions.rollouts.log import TableError, log_frame, log_of
 from gym_extensions.rollouts.manifest import Manifest, manifest_of, parse
 from gym_extensions.rollouts.policies.files import AnyPolicy, missing_networks, read_arrays
@@ -46,7 +46,8 @@ def read(
         groups: the groups that it may contain, by name.
         merge_runs: whether the runs are those that are scored: without runs after a gap, and identical ones
             of an agent without parameters count as one.
-        policies: whether the policies are read and checked, too. Without, their presence is.
+        policies: whether the policies are read and checked, too. Without, their presence is, and the digest
+            of those that are ONNX networks.
         only: the names of the groups whose runs are read; None for all.
     """
     wanted = groups if only is None else {name: group for name, group in groups.items() if name in only}
@@ -141,8 +142,7 @@ class _Reader:
         for log in logs.values():
             self._check("log", compared_rows(log), log)
         self._check("group", logs, _is_trainable(documents))
-        if policies:
-            self._policies(group, documents)
+        self._policies(group, documents, policies)
         if len(self.problems) > before:
             logs = {}
         notes = [
@@ -174,8 +174,8 @@ class _Reader:
         self._check("document", subject)
         return document, frame
 
-    def _policies(self, group: TaskGroup, documents: dict[str, dict[int, RunDocument]]) -> None:
-        """Checks the policies of a group."""
+    def _policies(self, group: TaskGroup, documents: dict[str, dict[int, RunDocument]], whole: bool) -> None:
+        """Checks the policies of a group; if not the whole, the digests of ONNX networks alone."""
         first: AnyPolicy | None = None
         observes_task = self._declared("observes", "task_in_evaluation")
         evaluation = self._declared("protocol", "evaluation")
@@ -184,15 +184,16 @@ class _Reader:
                 suffixes = self.folder.runs[group.name, protocol][run]
                 if document.policies is None or document.policies.url:
                     continue
-                if missing_networks(suffixes, group, protocol):
-                    continue  # which is a problem of the document
+                is_skipped = POLICIES in suffixes and not whole  # it would be unpacked
+                if is_skipped or missing_networks(suffixes, group, protocol):
+                    continue  # the latter is a problem of the document
                 try:
                     arrays = read_arrays(self.folder.root, group, protocol, run)
                 except BenchError as error:
                     path = Path(error.where).relative_to(self.folder.root).as_posix()
                     self._check("file", "malformed-policies", path, error.message)
                     continue
-                subject = RunPolicies(group, document, arrays, first, observes_task, evaluation)
+                subject = RunPolicies(group, document, arrays, whole, first, observes_task, evaluation)
                 self._check("policies", subject)
                 sized = (each for each in subject.policies.values() if each.num_inputs is not None)
                 first = first or next(sized, None)

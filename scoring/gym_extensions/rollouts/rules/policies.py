@@ -21,13 +21,15 @@ RESTORE = f"Restore the files of the run, which are written together. {CLONE}"
 class RunPolicies:
     """The arrays of a run's policies and its document.
 
-    ``first`` is the first policy of the group that uses observations, None if there is none;
-    ``observes_task`` and ``evaluation`` are those of the manifest, None if they are unknown.
+    Only the digest is compared if ``with_content`` is False. ``first`` is the first policy of the group that
+    uses observations, None if there is none; ``observes_task`` and ``evaluation`` are those of the manifest,
+    None if they are unknown.
     """
 
     group: TaskGroup
     document: RunDocument
     arrays: Arrays
+    with_content: bool = True
     first: AnyPolicy | None = None
     observes_task: bool | None = None
     evaluation: str | None = None
@@ -39,12 +41,13 @@ class RunPolicies:
     @functools.cached_property
     def errors(self) -> list[tuple[str, str]]:
         """What is wrong with the arrays, with the suffixes of the files."""
-        return list(files.run_errors(self.arrays, self.group, self.document.protocol))
+        found = files.run_errors(self.arrays, self.group, self.document.protocol)
+        return list(found) if self.with_content else []
 
     @functools.cached_property
     def policies(self) -> dict[str, AnyPolicy]:
         """The policies by their place; none unless all arrays are valid."""
-        if self.errors:
+        if self.errors or not self.with_content:
             return {}
         found = files.policies_of(self.arrays, self.group, self.document.protocol)
         return {f"{self.file('')}, {files.prefix(key)[:-1]}": policy for key, policy in found.items()}
@@ -62,8 +65,8 @@ def malformed_policy(run: RunPolicies) -> Iterator[Finding]:
 
 @rule("policies")
 def exchanged_policies(run: RunPolicies) -> Iterator[Finding]:
-    """The document of a run states the digest of the arrays of its policies. (The gate and `verify`
-    compare them.)"""
+    """The document of a run states the digest of the arrays of its policies. (The gate and `verify` compare
+    all; `score` compares those that are ONNX networks, and unpacks no .npz file.)"""
     stated, actual = run.document.policies, files.content_sha256(run.arrays)
     if stated is not None and stated.sha256 != actual:
         message = f"The policies have the digest {actual}; the document states {stated.sha256}."
