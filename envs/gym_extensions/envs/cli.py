@@ -42,7 +42,7 @@ def _list(names: list[str]) -> int:
     return 0
 
 
-HINT = "A changed task needs a new version number, a new one: gym-extensions envs fingerprint"
+HINT = "A changed task needs a new version number. Publish a new one with: gym-extensions envs fingerprint"
 
 
 def _check(names: list[str]) -> int:
