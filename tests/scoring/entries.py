@@ -42,10 +42,12 @@ def rewrite(folder: Path, run: str, text: str) -> None:
 
 
 def at_level(card: Scorecard, level: Level, *protocols: str) -> Scorecard:
-    """The scorecard with its logs (of these protocols, or all) at another level."""
+    """The scorecard with the runs of its logs (of these protocols, or all) at another level."""
     groups = {
         name: {
-            protocol: replace(score, level=level) if protocol in protocols or not protocols else score
+            protocol: replace(score, level=level, unverified=score.runs if level == "claimed" else ())
+            if protocol in protocols or not protocols
+            else score
             for protocol, score in scores.items()
         }
         for name, scores in card.groups.items()

@@ -173,6 +173,7 @@ class GroupScore:
     why_claimed: Annotated[str, about("why the log is not verified, in words; else empty")] = ""
     budget: Annotated[str, about("name of the budget")]
     runs: Annotated[tuple[int, ...], about("training seeds; empty in a reported entry")]
+    unverified: Annotated[tuple[int, ...], about("training seeds of the runs that are not verified")] = ()
     provenance: Annotated[tuple[RunProvenance, ...], about("how each run was trained")] = ()
     tasks: Annotated[tuple[str, ...], about("task ids in training order")]
     metrics: Annotated[dict[str, MetricValue], about("every metric of the protocol by name")]

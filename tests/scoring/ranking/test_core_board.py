@@ -261,6 +261,29 @@ def test_runs_beyond_a_look_and_different_numbers_are_noted_and_not_compared(on_
     assert row(exact, "b").notes == ()
 
 
+def test_runs_that_are_not_verified_yet_wait_and_change_nothing(on_core: OnCore) -> None:
+    ten = on_core("b", normal(1, 0.5, 10))
+    twelve = on_core("b", {group: (*values, 99.0, 99.0) for group, values in normal(1, 0.5, 10).items()})
+
+    def unverified(card: Scorecard, *runs: int) -> Scorecard:
+        logs = {
+            name: {"sequential": replace(log["sequential"], level="claimed", unverified=runs)}
+            for name, log in card.groups.items()
+        }
+        return replace(card, groups=logs)
+
+    other = on_core("a", normal(3, 0.5, 10))
+    before, after = (board_of([other, card]) for card in (ten, unverified(twelve, 10, 11)))
+    assert after.pairs == before.pairs
+    waiting = row(after, "b")
+    assert (waiting.ranked, waiting.level, waiting.look) == (True, "verified", 10)
+    assert waiting.metrics == row(before, "b").metrics
+    assert [note.partition(":")[0] for note in waiting.notes] == ["unverified-runs"]
+    assert row(board_of([unverified(ten, 7)]), "b").look == 5
+    few = row(board_of([unverified(ten, 3)]), "b")
+    assert (few.ranked, few.why.partition(":")[0], few.level) == (False, "Claimed", "claimed")
+
+
 def test_a_missing_number_keeps_the_earlier_look(on_core: OnCore) -> None:
     numbers = {GROUPS[0]: (0, 1, 2, 3, 4, 5, 6, 8, 9, 10)}
     entry = row(board_of([on_core("a", normal(1, 0.5, 10), runs=numbers)]), "a")
@@ -356,5 +379,5 @@ def test_the_reference_agent_in_other_ways_has_rows_without_a_rank(on_core: OnCo
     assert found.groups[GROUPS[0]].mean == pytest.approx(0.3 + 0.02)
     incomplete = dict(groups) | {GROUPS[0]: card.groups[GROUPS[0]]}
     assert board_of([replace(card, groups=incomplete)]).references == ()
-    logs = {name: {**each, "joint": replace(each["joint"], level="claimed")} for name, each in groups.items()}
-    assert board_of([replace(card, groups=logs)]).references == ()
+    claimed = at_level(replace(card, groups=groups), "claimed", "joint")
+    assert board_of([claimed]).references == ()

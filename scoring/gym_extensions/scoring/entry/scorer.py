@@ -54,6 +54,11 @@ def score(submission: Submission, references: References, only: Collection[str] 
                     *(returns, references, protocol, budget),
                     level=review_level(review, found),
                     why=f"No policies of run {without}." if without else why_claimed(review, found),
+                    unverified=tuple(
+                        run
+                        for run, (key, digest) in zip(runs, found.items(), strict=True)
+                        if why_claimed(review, {key: digest})
+                    ),
                     documents=documents,
                     sketches=run_sketches(entry, protocol) if protocol == "sequential" else (),
                 )
@@ -94,6 +99,7 @@ def score_group(
     *,
     level: Level = CLAIMED,
     why: str = "",
+    unverified: tuple[int, ...] = (),
     documents: Sequence[RunDocument] = (),
     sketches: tuple[Sketch, ...] = (),
 ) -> GroupScore:
@@ -106,6 +112,7 @@ def score_group(
         published=results.group.published,
         level=level,
         why_claimed=why if level == CLAIMED else "",
+        unverified=unverified,
         provenance=tuple(map(scorecard.RunProvenance.of, documents)),
         budget=budget,
         runs=tuple(results.runs[protocol]),

@@ -16,6 +16,7 @@ import numpy as np
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.rollouts.review import VERIFIED
 from gym_extensions.rollouts.submission import consecutive
 from gym_extensions.scoring import formulas, statistics
 from gym_extensions.scoring.entry.values import suite_anchors
@@ -187,13 +188,27 @@ def _parent(card: Scorecard) -> str:
     return (protocol.parent or protocol.algorithm) if protocol else ""
 
 
+def _verified(log: GroupScore) -> int:
+    """The number N of runs 0 to N − 1 that are all verified."""
+    return consecutive([run for run in log.runs if run not in log.unverified])
+
+
+def _counted(log: GroupScore) -> int:
+    """The number N of runs 0 to N − 1 that may be compared. Later ones wait until they are verified.
+
+    An entry that has verified too few for the first look has no rank, and shows all of its runs.
+    """
+    verified = _verified(log)
+    return verified if verified >= LOOKS[0] else consecutive(log.runs)
+
+
 def method_of(card: Scorecard) -> Method | None:
     """What an entry has on the core; None if it lacks a group or a value."""
     logs = _scores(card)
     has_values = all(log.metrics[metric].runs for log in logs.values() for metric in SHOWN)
     if len(logs) < len(CORES[CORE]) or not has_values:
         return None
-    counted = [(log, consecutive(log.runs)) for log in logs.values()]
+    counted = [(log, _counted(log)) for log in logs.values()]
     values = {metric: tuple(log.metrics[metric].runs[:count] for log, count in counted) for metric in SHOWN}
     starts = tuple(tuple(run[:2] for run in log.return_matrix[:count]) for log, count in counted)
     return Method(card.name, _parent(card), values, starts)
@@ -201,15 +216,20 @@ def method_of(card: Scorecard) -> Method | None:
 
 def _notes(logs: Mapping[str, GroupScore], look: int) -> tuple[str, ...]:
     """What of an entry is not compared, in words, with the name of the case."""
-    counts = {name: consecutive(log.runs) for name, log in logs.items()}
+    counts = {name: _counted(log) for name, log in logs.items()}
     missing = [name for name in CORES[CORE] if name not in logs]
     notes = [f"partial-core: It has no sequential runs of {', '.join(missing)}."] if missing else []
     if len(set(counts.values())) > 1:
         parts = ", ".join(f"{name} {count}" for name, count in counts.items())
         notes.append(f"different-numbers-of-runs: The groups have {parts} runs.")
-    beyond = [f"{name} {look} to {count - 1}" for name, count in counts.items() if count > look > 0]
+    beyond = {name: sorted({look, count - 1}) for name, count in counts.items() if count > look > 0}
     if beyond:
-        notes.append(f"runs-beyond-the-look: Not compared until the next look: {', '.join(beyond)}.")
+        parts = ", ".join(f"{name} {' to '.join(map(str, ends))}" for name, ends in beyond.items())
+        notes.append(f"runs-beyond-the-look: Not compared until the next look: {parts}.")
+    waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
+    if waiting and look:
+        parts = ", ".join(f"{name} {', '.join(map(str, runs))}" for name, runs in waiting.items())
+        notes.append(f"unverified-runs: Not compared until they are verified: {parts}.")
     return tuple(notes)
 
 
@@ -232,7 +252,7 @@ def _cost(logs: Mapping[str, GroupScore]) -> boards.CoreCost:
 
 
 def _group(log: GroupScore, look: int, metric: Metric = FINAL) -> boards.CoreGroup:
-    runs = consecutive(log.runs)
+    runs = _counted(log)
     values = log.metrics[metric.name].runs[: look or runs]
     if not values:
         return boards.CoreGroup(None, None, None, runs)
@@ -244,10 +264,8 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
     """The rows of ``IN_OTHER_WAYS`` that the reference agent has, verified, on every group of the core."""
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
         logs, metric = _scores(card, protocol), BY_NAME[metric_name]
-        runs = last_look(min((consecutive(log.runs) for log in logs.values()), default=0))
-        has_values = all(
-            log.metrics[metric_name].runs and boards.is_verified(log.level) for log in logs.values()
-        )
+        runs = last_look(min(map(_verified, logs.values()), default=0))
+        has_values = all(log.metrics[metric_name].runs for log in logs.values())
         if runs and has_values and len(logs) == len(CORES[CORE]):
             groups = {group: _group(log, runs, metric) for group, log in logs.items()}
             value = _over_groups(logs.values(), metric, runs)
@@ -264,7 +282,7 @@ def _why(logs: Mapping[str, GroupScore], method: Method | None, original: str | 
     """Why an entry, which may be a copy of another, is not compared; empty if it is."""
     if original is not None:
         return copy_of(original)
-    if claimed := [log for log in logs.values() if not boards.is_verified(log.level)]:
+    if claimed := [log for log in logs.values() if _verified(log) < min(LOOKS[0], consecutive(log.runs))]:
         return f"Claimed: {claimed[0].why_claimed or 'not verified.'}"
     if missing := [name for name in CORES[CORE] if name not in logs]:
         return f"It lacks {', '.join(missing)}."
@@ -275,7 +293,7 @@ def _why(logs: Mapping[str, GroupScore], method: Method | None, original: str | 
             for value in (log.metrics[metric] for metric in SHOWN)
             if not value.runs
         )
-    few = [name for name, log in logs.items() if consecutive(log.runs) < LOOKS[0]]
+    few = [name for name, log in logs.items() if _counted(log) < LOOKS[0]]
     return f"Fewer than {LOOKS[0]} runs in {', '.join(few)}." if few else ""
 
 
@@ -283,13 +301,14 @@ def _entry(card: Scorecard, method: Method | None, original: str | None) -> Core
     logs = _scores(card)
     look = method.look if method else 0
     why = _why(logs, method, original)
+    level = boards.board_level(card, KEY)
     metrics = dict.fromkeys(SHOWN, BoardMetric(None, None, None, why))
     if method and look:
         metrics = {name: _over_groups(logs.values(), BY_NAME[name], look) for name in SHOWN}
     return CoreEntry(
         name=card.name,
         title=card.title,
-        level=boards.board_level(card, KEY),
+        level=level if why or boards.is_verified(level) else VERIFIED,  # of the runs that are compared
         ranked=not why,
         why=why,
         observes=card.manifest.observes if card.manifest else None,
