@@ -70,7 +70,8 @@ def landscape(submissions: Path, entry: str = "cloning", group: str = "hopper-gr
 def main() -> None:
     """Writes the page and its figures."""
     submissions = ROOT / "submissions"
-    board = core_board(list(valid_scorecards(submissions, make_scorer(only=("core",))).values()))
+    cards = list(valid_scorecards(submissions, make_scorer(only=("core",))).values())
+    board = core_board(cards)
     core, metrics = core_frame(board), results.metrics(submissions)
     methods = tables.methods(core, core_pairs_frame(board))
     names = [name for name in core["name"] if name not in NOT_COMPARED]
@@ -96,6 +97,7 @@ def main() -> None:
         fine_tuning=FINE_TUNING,
         core=[group.name for group in CORE],
         methods=methods,
+        descriptions={card.name: card.manifest.description for card in cards if card.manifest},
         other_ways=other_ways,
         incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
         VERDICTS={"separated": "**significant**", "equivalent": "equivalent", "open": "not significant"},
