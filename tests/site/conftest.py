@@ -17,7 +17,7 @@ from gym_extensions.site.build import Built, build_site
 from .browser import typed
 from .made_boards import around
 
-QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776}
+QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776, 6: 2.571}
 """t(.975, N − 1), three digits, from a printed table."""
 
 Document = dict[str, Any]

@@ -149,6 +149,16 @@ def test_the_overview_has_twenty_methods_and_at_most_forty_kilobytes() -> None:
     assert "Final performance ( core score ) 0.82" in page["submissions/keeper.html"].text
 
 
+def test_the_page_has_the_notes_and_the_parameters_of_every_method() -> None:
+    more = method("more", 0.5, 0.5)
+    scores = sequential(GROUPS[0], [*_runs(GROUPS[0], 0.5, 0.5), *_runs(GROUPS[0], 0.4, 0.5)[:1]], "300k")
+    more["groups"][f"{GROUPS[0]}-v0"]["sequential"] |= scores | {"provenance": [MADE] * 6}
+    page = read({**everything(), "submissions": [KEEPER, more]})["core.html"].text
+    assert f"more : The groups have {GROUPS[0]}-v0 6, {GROUPS[1]}-v0 5," in page
+    assert f"more : Not compared until the next look: {GROUPS[0]}-v0 5." in page
+    assert page.count(f"{MADE['memory']['parameters_last']:,} parameters") == 2
+
+
 def test_a_cost_is_steps_and_where_some_runs_state_it_a_time() -> None:
     (card,) = typed({**everything(), "submissions": [method("part", 1, 1, GROUPS[:3])]}).submissions
     cost = ("4.5M steps in 3 groups", "21 min in 1 of 3 groups")
