@@ -153,9 +153,14 @@ def test_the_page_has_the_notes_and_the_parameters_of_every_method() -> None:
     more = method("more", 0.5, 0.5)
     scores = sequential(GROUPS[0], [*_runs(GROUPS[0], 0.5, 0.5), *_runs(GROUPS[0], 0.4, 0.5)[:1]], "300k")
     more["groups"][f"{GROUPS[0]}-v0"]["sequential"] |= scores | {"provenance": [MADE] * 6}
-    page = read({**everything(), "submissions": [KEEPER, more]})["core.html"].text
+    pages = read({**everything(), "submissions": [KEEPER, more]})
+    page = pages["core.html"].text
+    assert (
+        f"Core score: The groups have {GROUPS[0]}-v0 6, {GROUPS[1]}-v0 5,"
+        in pages["submissions/more.html"].text
+    )
     assert f"more : The groups have {GROUPS[0]}-v0 6, {GROUPS[1]}-v0 5," in page
-    assert f"more : Not compared until the next look: {GROUPS[0]}-v0 5." in page
+    assert f"5 runs. Not compared until the next look: {GROUPS[0]}-v0 5." in page
     assert page.count(f"{MADE['memory']['parameters_last']:,} parameters") == 2
 
 

@@ -46,6 +46,11 @@ def state(entry: CoreEntry) -> str:
     return entry.why
 
 
+def notes(entry: CoreEntry) -> str:
+    """What of a method is not compared, in sentences, without their codes."""
+    return " ".join(note.partition(": ")[2] for note in entry.notes)
+
+
 def scale(entries: Sequence[CoreEntry]) -> Scale:
     """The scale of the drawn column, with every interval and 0."""
     return scale_around(_ends(entries), MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
