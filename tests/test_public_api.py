@@ -26,7 +26,8 @@ PUBLIC = {
     """,
     "gym_extensions.experts": "Card card load names",
     "gym_extensions.metrics": """
-        FORMULAS Interval MetricValue Profile area compute difference interval iqm profile
+        FORMULAS Interval MetricValue Profile area compute difference interval iqm
+        probability_of_improvement profile
     """,
     "gym_extensions.policies": "OnnxPolicy Policy from_torch load",
     "gym_extensions.results": """

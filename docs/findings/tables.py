@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from gym_extensions import results
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
+from gym_extensions.metrics import iqm, probability_of_improvement
 from gym_extensions.references import load_references, trained_alone
 from gym_extensions.scoring.formulas import BY_NAME, MetricValue
 from gym_extensions.scoring.landscapes import SHARES
@@ -97,6 +100,22 @@ def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
                 value = Value(mean, low, high) if pair["first"] == row["name"] else Value(-mean, -high, -low)
                 against[pair["metric"]] = Against(value, pair["verdict"])
         found.append(Method(row, against))
+    return found
+
+
+def over_tasks(methods: Sequence[Method], submissions: Path) -> list[tuple[str, float, float, float]]:
+    """Name, mean, interquartile mean and probability of improvement over fine-tuning of every method.
+
+    They are over the tasks of the core, and the runs of the last look of both.
+    """
+    looks = {method.row["name"]: int(method.row["look"]) for method in methods}
+    scores = {name: results.score_matrix(submissions / name, "core") for name in looks}
+    found = []
+    for name, look in looks.items():
+        both = min(look, looks[FINE_TUNING])
+        own, others = (scores[each].loc[: both - 1] for each in (name, FINE_TUNING))
+        improvement = probability_of_improvement(own, others) if name != FINE_TUNING else math.nan
+        found.append((name, float(own.to_numpy().mean()), iqm(own) or math.nan, improvement))
     return found
 
 

@@ -114,6 +114,8 @@ def test_wrong_input_is_an_error_that_names_it(arguments: dict[str, Any], where:
     [
         (metrics.iqm, ([[1.0, float("nan"), 2.0]],), "bad-matrix"),
         (metrics.profile, ([[float("nan")]],), "bad-matrix"),
+        (metrics.probability_of_improvement, ([[1.0, 2.0]], [[1.0]]), "bad-matrix"),
+        (metrics.probability_of_improvement, ([[1.0]], [[float("nan")]]), "bad-matrix"),
         (metrics.interval, ([],), "no-values"),
         (metrics.difference, ([1.0, 2.0], []), "no-values"),
         (metrics.interval, ([1.0, float("nan")],), "bad-values"),

@@ -5,10 +5,19 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 from scipy import stats
 
-from gym_extensions.scoring.formulas import BOARD_METRICS, BY_NAME, METRICS, MetricValue, Run, iqm
+from gym_extensions.scoring.formulas import (
+    BOARD_METRICS,
+    BY_NAME,
+    METRICS,
+    MetricValue,
+    Run,
+    iqm,
+    probability_of_improvement,
+)
 from gym_extensions.scoring.statistics import Number
 
 Matrix = list[list[float]]
@@ -134,6 +143,14 @@ def test_the_interquartile_mean_is_scipys_trimmed_mean() -> None:
     for count in range(1, 40):
         values = [rng.gauss(0, 1) for _ in range(count)]
         assert iqm([values]) == pytest.approx(stats.trim_mean(values, 0.25), abs=1e-12)
+
+
+def test_the_probability_of_improvement_is_that_of_mann_whitney() -> None:
+    assert probability_of_improvement([[1, 5], [2, 5]], [[1, 9]]) == (0.75 + 0) / 2
+    rng = np.random.default_rng(5)
+    first, second = rng.integers(0, 9, (7, 3)), rng.integers(0, 9, (5, 3))
+    u = stats.mannwhitneyu(first, second, axis=0).statistic
+    assert probability_of_improvement(first, second) == pytest.approx(np.mean(u / (7 * 5)), abs=1e-12)
 
 
 @pytest.mark.parametrize(("episodes", "expected"), [(1, 0.0), (10, 0.0), (11, 0.5), (20, 0.5), (21, 1.0)])

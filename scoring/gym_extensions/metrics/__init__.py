@@ -19,7 +19,16 @@ from numpy.typing import ArrayLike, NDArray
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring import formulas
 from gym_extensions.scoring.entry.values import joint_gap, over_runs
-from gym_extensions.scoring.formulas import Metric, MetricValue, Profile, Run, area, iqm, profile
+from gym_extensions.scoring.formulas import (
+    Metric,
+    MetricValue,
+    Profile,
+    Run,
+    area,
+    iqm,
+    probability_of_improvement,
+    profile,
+)
 from gym_extensions.scoring.statistics import Interval, difference, interval
 
 __all__ = [
@@ -32,6 +41,7 @@ __all__ = [
     "difference",
     "interval",
     "iqm",
+    "probability_of_improvement",
     "profile",
 ]
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy.typing as npt
 import pandas as pd
 
-from gym_extensions.catalog.groups import GROUPS, SUITES, TaskGroup
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean, require_known
 from gym_extensions.metrics import compute
@@ -303,6 +304,8 @@ def score_matrix(
 
     Args:
         submission: one submission.
+        group: a group, or ``core``: the tasks of its groups, one group after the other, and the runs that
+            every group has.
         stage: one stage; -1 for the last one.
         values: ``normalized`` (0 = floor, 1 = expert) or ``return``.
 
@@ -317,6 +320,10 @@ def score_matrix(
         5
     """
     require_known("values", values, ("normalized", "return"), "values")
+    if group == "core":
+        options: dict[str, Any] = {"stage": stage, "groups": groups, "references": references}
+        parts = [score_matrix(submission, each, protocol, values, **options) for each in CORES[CORE]]
+        return pd.concat(parts, axis=1, join="inner")
     frame = scores(submission, group, protocol, stage=stage, groups=groups, references=references)
     if frame["submission"].nunique() != 1:
         message = f"There are {frame['submission'].nunique()} submissions with runs of this group and stage."

@@ -418,3 +418,26 @@ def iqm(scores: ArrayLike) -> Number:
     values = _sorted(scores)
     cut = len(values) // 4
     return mean(values[cut : len(values) - cut])
+
+
+def probability_of_improvement(scores: ArrayLike, others: ArrayLike) -> float:
+    """Mean over tasks of the probability that a run of ``scores`` is above a run of ``others``.
+
+    Ties count one half (Agarwal et al. 2021, "Deep Reinforcement Learning at the Edge of the Statistical
+    Precipice", section 4.3).
+
+    Args:
+        scores: shape (runs, tasks).
+        others: shape (runs, tasks), of the same tasks; the number of runs may differ.
+
+    Raises:
+        BenchError: ``bad-matrix`` for a score that is not finite, or for other shapes.
+    """
+    first, second = (np.asarray(each, dtype=np.float64) for each in (scores, others))
+    are_matrices = first.ndim == second.ndim == 2 and first.size and second.size
+    if not are_matrices or first.shape[1] != second.shape[1]:
+        message = f"The shapes {first.shape} and {second.shape} are not (runs, tasks) of the same tasks."
+        raise BenchError("bad-matrix", message, "scores", "Give one row per run and one column per task.")
+    _sorted(np.concatenate([first, second]))  # which refuses scores that are not finite
+    differences = first[:, None] - second[None]
+    return float(np.mean((np.sign(differences) + 1.0) / 2.0))
