@@ -18,7 +18,7 @@ from gym_extensions.baselines import Factory, train
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.references import cli as references_cli
 from gym_extensions.catalog.groups import with_custom
-from gym_extensions.envs import Gravity, TaskGroup, Wall, customize, load_group, make
+from gym_extensions.envs import TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.references import CURRENT, load_references, read_references
@@ -42,7 +42,6 @@ task = "Hopper"
 variations = [{kind = "Gravity", factor = 0.3}]
 max_steps = 20
 """
-LOG = "hopper-light/sequential/run0.csv"
 DOCUMENT = "hopper-light/sequential/run0.json"
 PAGE = (Path(__file__).parents[1] / "docs" / "custom-groups.md").read_text(encoding="utf-8")
 
@@ -74,17 +73,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def options(folder: Path) -> list[str]:
     return ["--groups", str(folder / "light.toml"), "--references", str(folder / "light-references.json")]
-
-
-def test_a_python_object_trains_the_same_submission_as_a_file(folder: Path, tmp_path: Path) -> None:
-    light = customize("Hopper", [Gravity(0.3)], max_steps=20)
-    group = TaskGroup("hopper-light", (customize("HopperGravityOneAndHalf"), light))
-    assert group == load_group(folder / "light.toml")
-
-    train("random", group, "sequential", "smoke", 0, out=tmp_path / "random")
-    run = (tmp_path / "random" / LOG).read_bytes()
-    assert run.count(b"\n") == 1 + 3 * 2 * 20
-    assert (folder / "random" / LOG).read_bytes() == run
 
 
 @pytest.mark.parametrize(

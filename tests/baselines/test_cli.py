@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +20,6 @@ def command(agent: str, **changed: str) -> list[str]:
     """The words of the command with these options added or changed."""
     options = OPTIONS | {f"--{name.replace('_', '-')}": value for name, value in changed.items()}
     return ["train", agent, *(word for pair in options.items() for word in pair)]
-
-
-def replace_train(monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any]) -> None:
-    """Makes the command call that function instead of training."""
-    monkeypatch.setattr(train_agent, "train", function)
 
 
 MISTAKES = [
@@ -116,7 +110,7 @@ def test_an_interrupted_command_continues_if_the_agent_can_be_saved(
     def in_this_process(_: str, *positional: Any, **options: Any) -> Any:
         return train(StopsInSecondTask, *positional, **(options | {"jobs": 0}))
 
-    replace_train(monkeypatch, in_this_process)
+    monkeypatch.setattr(train_agent, "train", in_this_process)
     words = command("trpo", groups="hopper-motor-noise", out=str(tmp_path / "mine"))
     assert main(words) == 130
     assert capsys.readouterr().out.splitlines()[-1].startswith("Interrupted. The same command continues")

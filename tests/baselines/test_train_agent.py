@@ -1,4 +1,4 @@
-"""Wrong arguments of ``train``, what results depend on, and runs that are trained again."""
+"""Wrong arguments of ``train``, and what results depend on."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import train
-from gym_extensions.baselines.train_agent import retrain
 from gym_extensions.errors import BenchError
 
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests
@@ -110,12 +109,3 @@ def test_an_agent_that_a_worker_process_cannot_receive_is_refused_before_trainin
         train(agent, "pusher", "joint", "smoke", 0, out=tmp_path / "mine", jobs=2)
     assert caught.value.code == "bad-agent"
     assert not (tmp_path / "mine").exists()
-
-
-def test_a_run_that_is_trained_again_has_the_same_bytes(trpo_submission: Path, tmp_path: Path) -> None:
-    from gym_extensions.catalog.groups import group
-
-    log = retrain(trpo_submission, group(SHORT_GROUP), "joint", 0, tmp_path / "again")
-    assert log == tmp_path / "again" / SHORT_GROUP / "joint/run0.csv"
-    expected = digests(trpo_submission)
-    assert {name: expected[name] for name in digests(tmp_path / "again")} == digests(tmp_path / "again")

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from gym_extensions.baselines.training.usage import processor
 from gym_extensions.files import write_text
 from gym_extensions.versions import version_or_none
 
@@ -114,13 +115,3 @@ def machine() -> dict[str, Any]:
         "python": platform.python_version(),
         "packages": {name: version for name in PACKAGES if (version := version_or_none(name))},
     }
-
-
-def processor() -> str:
-    """The name of the processor, if the system reports it."""
-    listing = Path("/proc/cpuinfo")
-    names = listing.read_text().splitlines() if listing.exists() else []
-    return next(
-        (line.partition(":")[2].strip() for line in names if line.startswith("model name")),
-        platform.machine(),
-    )

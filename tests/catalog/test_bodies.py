@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from gym_extensions.catalog.bodies import BODIES, body, body_of_model
+from gym_extensions.catalog.bodies import BODIES, body_of_model
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.envs.mujoco.env import IMPLEMENTATIONS
 from gym_extensions.envs.mujoco.model import base_spec
-from gym_extensions.errors import BenchError
 
 MUJOCO = [row for row in BODIES.values() if row.asset]
 
@@ -45,9 +44,3 @@ def test_every_mujoco_body_has_classes_and_no_other_body_has() -> None:
 )
 def test_return_bounds_cover_episodes_of_every_length(task: str, bounds: tuple[float, float]) -> None:
     assert TASKS[f"gym_extensions/{task}-v0"].return_bounds == bounds
-
-
-def test_an_unknown_body_raises_an_error_with_the_closest_name() -> None:
-    with pytest.raises(BenchError) as caught:
-        body("Hoper")
-    assert (caught.value.code, caught.value.hint) == ("unknown-base", "Did you mean 'Hopper'?")

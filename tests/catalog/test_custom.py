@@ -92,8 +92,3 @@ def test_a_limb_is_named_and_has_a_mass_that_mujoco_simulates() -> None:
         with pytest.raises(BenchError) as caught:
             envs.make("Hopper", variations=[variation])
         assert caught.value.code == code
-
-
-def test_another_time_limit_is_another_task() -> None:
-    assert customize("Hopper", max_steps=1000) is task("Hopper")
-    assert customize("Hopper", max_steps=999).name == "Hopper.steps-999"

@@ -54,11 +54,6 @@ def test_a_custom_group_has_an_id_and_is_not_published(tmp_path: Path) -> None:
     assert load_group(write(tmp_path, f"version = 2\n{LIGHT}")).id == "hopper-light-v2"
 
 
-def test_a_task_that_equals_a_published_one_is_the_published_one(tmp_path: Path) -> None:
-    text = LIGHT.replace("0.3", "0.5").replace("max_steps = 500\n", "")
-    assert load_group(write(tmp_path, text)).tasks[1] == task("HopperGravityHalf")
-
-
 @pytest.mark.parametrize("name", ["hopper-gravity", "hopper-gravity-v0"])
 def test_a_name_resolves_to_the_published_group(name: str) -> None:
     assert resolve_group(name) is group("hopper-gravity")

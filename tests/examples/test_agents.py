@@ -70,7 +70,7 @@ def test_the_log_has_every_stage_task_and_episode(submissions: Path, name: str) 
 
 @pytest.mark.parametrize("name", FACTORIES)
 def test_the_manifest_says_what_the_agent_observes(submissions: Path, name: str) -> None:
-    observes = _manifest(submissions / name)["observes"]
+    observes = tomllib.loads((submissions / name / "submission.toml").read_text("utf-8"))["observes"]
     assert {field for field, asked in observes.items() if asked} == OBSERVES.get(name, set())
 
 
@@ -110,7 +110,3 @@ def _spaces() -> tuple[Any, Any]:
     spaces = env.single_observation_space, env.single_action_space
     env.close()
     return spaces
-
-
-def _manifest(folder: Path) -> dict[str, Any]:
-    return tomllib.loads((folder / "submission.toml").read_text(encoding="utf-8"))

@@ -128,18 +128,6 @@ def test_seeds_are_prescribed() -> None:
     assert experts.seed(row, "measure", 7) == experts.seed("Hopper", "measure", 7) == expected
 
 
-@pytest.mark.parametrize(
-    ("floor", "floor_deviation", "expected"),
-    [
-        (70.0, 10.0, True),
-        (76.0, 10.0, False),  # below five standard errors
-        (70.0, 16.0, False),  # below two deviations of the floor's episodes
-    ],
-)
-def test_an_anchor_lies_clearly_above_the_floor(floor: float, floor_deviation: float, expected: bool) -> None:
-    assert (100.0 - floor > experts.floor_margin(5.0, floor_deviation)) is expected
-
-
 def test_a_card_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
     policy = make_policy()
     experts.write_described(

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gym_extensions import metrics, scoring
+from gym_extensions import metrics
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.formulas import TABLE
 
-KIT = Path(str(scoring.__file__)).parent / "conformance"
+from ..scoring.test_conformance import kit, named
+
 R = [[0.0, 0.1, 0.2], [0.6, 0.3, 0.2], [0.8, 0.7, 0.4], [0.5, 0.4, 0.9]]
-
-
-def cases(name: str) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = json.loads((KIT / f"{name}.json").read_text(encoding="utf-8"))["cases"]
-    return found
 
 
 def means(nested: Any, axes: int) -> Any:
@@ -29,7 +23,7 @@ def means(nested: Any, axes: int) -> Any:
     return float(np.mean(nested))
 
 
-@pytest.mark.parametrize("case", cases("sequential"), ids=lambda case: str(case["name"]))
+@pytest.mark.parametrize("case", kit("sequential")["cases"], ids=named)
 def test_the_conformance_kit_holds(case: dict[str, Any]) -> None:
     last = [run[-1] for run in case["sequential"]]
     counts = {len(cell) for run in last for cell in run if isinstance(cell, list)} or {1}

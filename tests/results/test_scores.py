@@ -22,11 +22,7 @@ from gym_extensions.scoring.ranking.group_board import board
 Write = Callable[..., Path]
 ROOT = Path(__file__).resolve().parents[2]
 SUBMISSIONS = ROOT / "submissions"
-
-
-@pytest.fixture(autouse=True)
-def synthetic(known: None) -> None:
-    """Scores with the synthetic references."""
+pytestmark = pytest.mark.usefixtures("known")
 
 
 def names(frame: pd.DataFrame) -> list[str]:
@@ -153,29 +149,12 @@ def test_scores_are_the_mean_returns_by_run_stage_and_task(submission: Write, re
     assert frame["normalized"].tolist() == expected
     last = results.scores(submission(), "hopper-gravity-v0", stage=-1)
     assert set(last["stage"]) == {5}
-    array = last.pivot_table(index="run", columns="task", values="normalized")[last["task"].unique()]
-    assert array.to_numpy().shape == (2, 5)
 
 
 def test_scores_of_a_suite_name_its_groups() -> None:
     with pytest.raises(BenchError, match="'gravity' is a suite") as error:
         results.scores(SUBMISSIONS, "gravity")
     assert (error.value.where, "hopper-gravity-v0" in error.value.hint) == ("group", True)
-
-
-R = [[[0.0, 0.0, 0.0], [1.0, 0.25, 0.0], [0.5, 1.0, 0.5], [0.25, 0.5, 1.0]]]
-
-
-def test_metrics_of_a_matrix_worked_by_hand() -> None:
-    frame = results.metrics_of(R, [0.5, 1.0, 1.0]).set_index("metric")
-    assert frame["mean"]["final_performance"] == pytest.approx((0.25 + 0.5 + 1) / 3)
-    assert frame["mean"]["forgetting"] == pytest.approx((0.75 + 0.5) / 2)
-    assert frame["mean"]["learning_performance"] == 1
-    assert frame["low"].isna().all()
-    assert pd.isna(frame["mean"]["cvar_10"])  # it needs episodes
-    without = results.metrics_of(R[0][1:]).set_index("metric")["mean"]
-    assert without["forgetting"] == frame["mean"]["forgetting"]
-    assert pd.isna(without["asymptotic_transfer"])
 
 
 def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:

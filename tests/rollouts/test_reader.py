@@ -47,12 +47,6 @@ def test_a_submission_has_its_logs_documents_and_review(submission: Callable[...
     assert read_.memory.parameters_last == 100
 
 
-def test_a_valid_submission_breaks_no_rule(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
-    put(".progress/half-done.csv", b"nothing yet")(folder)
-    assert read(folder, policies=True).problems == ()
-
-
 def test_every_rule_has_an_example() -> None:
     elsewhere = {"unreadable-file"}  # test_an_unreadable_file_is_named
     examples = [example.rule for module in TABLES for example in module.EXAMPLES]
@@ -80,14 +74,6 @@ def test_a_run_that_changed_after_its_verification_is_noted(submission: Callable
     redigest(cell(2, 5, "1.25"))(folder)
     (group,) = read(folder).groups.values()
     assert group.notes == (f"{GROUP}, sequential: run 0 changed after its verification.",)
-
-
-def test_only_the_groups_that_are_asked_for_are_read(submission: Callable[..., Path]) -> None:
-    folder = submission(groups=("hopper-gravity", "hopper-wall"))
-    put("hopper-wall/sequential/run0.csv", b"damaged")(folder)
-    assert list(read(folder, only=("hopper-gravity",)).groups) == ["hopper-gravity-v0"]
-    assert read(folder, only=("hopper-gravity",)).problems == ()
-    assert rules(read(folder).problems)[0] == "malformed-log"
 
 
 def test_problems_of_all_files_are_reported_at_once(submission: Callable[..., Path]) -> None:

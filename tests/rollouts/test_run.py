@@ -12,14 +12,8 @@ from gym_extensions.errors import BenchError
 from gym_extensions.rollouts import run as runs
 from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 
-VERSIONS = runs.Versions(
-    gym_extensions="1.0.0",
-    gymnasium="1.4.0",
-    mujoco="4.0.0",
-    numpy="2.4.6",
-    python="3.11.7",
-    platform="Linux",
-)
+from ..conftest import VERSIONS
+
 PLAIN = runs.RunDocument(
     group="pusher-v0",
     protocol="joint",

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import random
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module, metadata
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -30,19 +30,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.scoring.formulas import BY_NAME, Run
+from gym_extensions.scoring.formulas import Run
 from gym_extensions.scoring.statistics import Number, mean
+
+from .test_formulas import function
 
 torch = pytest.importorskip("torch")
 
 EXACT = 1e-12
-
-
-def function_of(name: str) -> Callable[[Run], Number]:
-    """The function of a metric."""
-    function = BY_NAME[name].of_run
-    assert function is not None
-    return function
 
 
 Cells = dict[tuple[int, int], list[float]]
@@ -159,9 +154,9 @@ def test_forgetting_and_zero_shot_transfer_of_returns_are_avalanches(avalanche: 
     for T, scored, cells in random_runs():
         run = run_of(T, scored, cells)
         for ours, plugin, sign in (
-            (function_of("forgetting")(run), "StreamForgetting", 1),
-            (function_of("forgetting")(run), "StreamBWT", -1),
-            (function_of("zero_shot_transfer")(run), "StreamForwardTransfer", 1),
+            (function("forgetting")(run), "StreamForgetting", 1),
+            (function("forgetting")(run), "StreamBWT", -1),
+            (function("zero_shot_transfer")(run), "StreamForwardTransfer", 1),
         ):
             same(ours, sign * emitted(of_returns(avalanche, plugin), T, scored, cells))
 
@@ -176,9 +171,9 @@ def test_forgetting_at_every_later_stage_is_a_mean_of_avalanches_forgetting_matr
         columns = [drops[j + 1 :, place] for place, j in enumerate(scored) if j < T]
         run = run_of(T, scored, cells)
         if not columns:
-            assert function_of("mean_later_forgetting")(run) is None
+            assert function("mean_later_forgetting")(run) is None
             continue
         later = float(np.mean([column.mean() for column in columns]))
-        assert function_of("mean_later_forgetting")(run) == pytest.approx(later, abs=EXACT)
+        assert function("mean_later_forgetting")(run) == pytest.approx(later, abs=EXACT)
         last = float(np.mean([column[-1] for column in columns]))
-        assert function_of("forgetting")(run) == pytest.approx(last, abs=EXACT)
+        assert function("forgetting")(run) == pytest.approx(last, abs=EXACT)

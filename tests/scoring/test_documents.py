@@ -28,10 +28,6 @@ def document(tmp_path_factory: pytest.TempPathFactory, references: References) -
     return score_folders([folder], references)
 
 
-def test_a_scorecard_document_is_the_same_after_writing_and_reading(document: ScorecardDocument) -> None:
-    assert ScorecardDocument.from_json(document.to_json()) == document
-
-
 def test_boards_and_comparisons_are_the_same_after_writing_and_reading(
     submission: Write, references: References
 ) -> None:

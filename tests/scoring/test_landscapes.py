@@ -51,7 +51,3 @@ def test_interpolation_and_extrapolation_are_mean_shares_with_an_interval_over_r
     # five of the six values beyond have the run's share; at .3 g both runs have half of the best
     assert found["extrapolation"].runs == pytest.approx(((5 * 0.25 + 0.5) / 6, (5 * 0.75 + 0.5) / 6))
     assert summary(landscape(100.0), GROUP, best_of(one))["interpolation"].ends is None
-
-
-def test_a_document_is_read_back_as_it_was_written() -> None:
-    assert Landscape.from_json(landscape(1.5, 2.5).to_json()) == landscape(1.5, 2.5)

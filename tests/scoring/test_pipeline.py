@@ -11,7 +11,7 @@ import pytest
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
-from gym_extensions.references import References, load_references, path_of
+from gym_extensions.references import References, path_of
 from gym_extensions.rollouts.layout import submission_folders
 from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import pipeline
@@ -74,8 +74,3 @@ def test_every_task_of_a_custom_group_needs_a_reference(tmp_path: Path) -> None:
     with pytest.raises(BenchError, match="MyHopper") as raised:
         make_scorer([group], path)
     assert (raised.value.code, raised.value.where) == ("missing-reference", str(path))
-
-
-def test_the_ruler_alone_has_the_references_of_version_1() -> None:
-    assert make_scorer(ruler="alone").references == load_references("1")
-    assert make_scorer().references == load_references()

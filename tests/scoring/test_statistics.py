@@ -63,21 +63,6 @@ def samples(count: int) -> list[tuple[list[float], list[float]]]:
     ]
 
 
-def test_an_interval_by_hand() -> None:
-    # s = 1, standard error 1/√3, t(.975, 2) = .95 √(2 / .0975).
-    half_width = 0.95 * math.sqrt(2 / 0.0975) / math.sqrt(3)
-    result = interval([1.0, 2.0, 3.0])
-    assert (result.low, result.high) == pytest.approx((2 - half_width, 2 + half_width), rel=1e-11)
-    assert result.standard_error == pytest.approx(1 / math.sqrt(3), rel=1e-15)
-    assert result.df == 2
-
-
-def test_a_single_run_has_no_interval() -> None:
-    assert interval([0.5]) == Interval(0.5)
-    assert difference([0.5], [0.25, 0.5]) == Interval(0.125)
-    assert to_interval(mean_of_groups([summary([1.0]), summary([2.0, 4.0])])) == Interval(2.0)
-
-
 def test_runs_without_variance_have_an_interval_without_width() -> None:
     assert interval([0.25] * 3) == Interval(0.25, 0.25, 0.25, 0.0, 2)
     assert difference([1.0, 1.0], [3.0, 3.0]) == Interval(-2.0, -2.0, -2.0, 0.0, 2.0)

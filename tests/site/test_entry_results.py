@@ -32,12 +32,9 @@ REFERENCE = {"a": ReferenceValue(0.0, 100.0, False), "b": ReferenceValue(0.0, No
 
 def score(*runs: tuple[float, float]) -> GroupScore:
     """Two tasks; per run the return on the first right after its training and at the end."""
-    return GroupScore(
-        level="verified",
-        budget="smoke",
+    return replace(
+        SCORE,
         runs=tuple(range(len(runs))),
-        tasks=("a", "b"),
-        metrics={},
         reference=REFERENCE,
         return_matrix=tuple(((0.0, 0.0), (after, 0.0), (end, 9.0)) for after, end in runs),
     )

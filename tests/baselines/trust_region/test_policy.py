@@ -86,18 +86,11 @@ def test_merged_moments_are_those_of_all_observations_at_once(cuts: list[int], o
     np.testing.assert_allclose(moments.squares / 1000, observations.var(axis=0), rtol=1e-6)
 
 
-def test_standardized_observations_have_mean_zero_and_deviation_one() -> None:
-    observations = 5 + 3 * np.random.default_rng(0).standard_normal((1000, 2))
-    scaled = standardize(merge(no_moments(2), observations), observations)
-    assert scaled.dtype == np.float32
-    np.testing.assert_allclose(scaled.mean(axis=0), 0, atol=1e-6)
-    np.testing.assert_allclose(scaled.std(axis=0), 1, rtol=1e-6)
-
-
 def test_outliers_are_clipped() -> None:
     moments = Moments(100, np.array([1.0]), np.array([400.0]))  # Standard deviation 2.
     scaled = standardize(moments, np.array([[1.0], [5.0], [1e6], [-1e6]]))
     np.testing.assert_allclose(scaled.ravel(), [0, 2, CLIP, -CLIP], rtol=1e-6)
+    assert scaled.dtype == np.float32
 
 
 each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
@@ -137,20 +130,6 @@ def test_the_gradient_of_a_batch_of_several_blocks_is_the_mean_of_its_parts(
     ]
     expected = np.mean([surrogate_gradient(architecture, theta, half) for half in halves], axis=0)
     np.testing.assert_allclose(surrogate_gradient(architecture, theta, batch), expected, atol=1e-12)
-
-
-@each_architecture
-def test_the_divergences_gradient_is_zero_at_the_old_policy_and_agrees_elsewhere(
-    architecture: Architecture,
-) -> None:
-    theta, observations = random_policy(architecture), random_batch().observations
-    old = mean_and_log_sigma(architecture, theta, observations)
-
-    def kl(at: Array) -> float:
-        return divergence(*old, *mean_and_log_sigma(architecture, at, observations))
-
-    np.testing.assert_allclose(numeric_gradient(kl, theta), 0, atol=1e-8)
-    assert kl(random_policy(architecture, seed=1)) > 0.1
 
 
 def test_the_divergence_of_two_gaussians_by_hand() -> None:

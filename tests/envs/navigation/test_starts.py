@@ -62,13 +62,6 @@ def test_the_option_start_sets_the_start() -> None:
     assert observation[:2].tolist() == np.float32(point).tolist()
 
 
-def test_the_option_start_may_be_within_100_units_of_the_goal() -> None:
-    env = Navigation(task(TASK))
-    goal_x, goal_y = env.arena.goal
-    env.reset(options={"start": (goal_x + 1, goal_y)})
-    assert env.step(np.zeros(2, np.float32))[1:3] == (9.0, True)
-
-
 @pytest.mark.parametrize(
     ("start", "fact"),
     [

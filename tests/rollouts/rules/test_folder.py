@@ -24,8 +24,6 @@ from ..examples import (
     remove,
 )
 
-MARK = b"\xef\xbb\xbf"
-
 
 def rename(old: str, new: str) -> Change:
     return lambda folder: (folder / old).rename(folder / new)
@@ -45,10 +43,6 @@ def rename_runs(old: int, new: int, *protocols: str) -> Change:
 
 def prefixed(data: bytes, path: str = LOG) -> Change:
     return lambda folder: (folder / path).write_bytes(data + (folder / path).read_bytes())
-
-
-def cut(folder: Path) -> None:
-    (folder / LOG).write_bytes((folder / LOG).read_bytes()[:-30])
 
 
 EXAMPLES = (
@@ -109,12 +103,8 @@ EXAMPLES = (
     *(
         Example("malformed-log", title, change, f"{LOG}, line {line}", fact, also=("different-log",))
         for title, change, line, fact in (
-            ("a byte order mark", prefixed(MARK), 1, "byte order mark"),
             ("empty", put(LOG, b""), 1, "header"),
-            ("cut", cut, 601, "cell"),
             ("a conflict of a merge", edit("\n0,", "\n<<<<<<< ours\n0,", count=2), 2, "'<'"),
-            ("Python's digits", edit(",1000,", ",1_000,"), 2, "`length`"),
-            ("line ends of Windows", edit("\n", "\r\n"), 1, "header"),
         )
     ),
     Example("malformed-review", "no such key", put("review.toml", b"rank = 1\n"), "review.toml", "rank"),

@@ -72,11 +72,8 @@ EXAMPLES = (
         count=4,
     ),
     Example("not-finite", "an infinite return", logged(4, 5, "inf"), line(4), "is inf"),
-    Example("not-finite", "not a number", logged(4, 5, "nan"), line(4), "is nan"),
     Example("impossible-length", "longer than the time limit", logged(4, 4, "1001"), line(4), "1 to 1000"),
-    Example("impossible-length", "no steps", logged(4, 4, "0"), line(4), "is 0"),
     Example("unfinished-episode", "cut off", logged(4, 4, "999"), line(4), "999 of 1000 steps"),
-    Example("unfinished-episode", "one step", logged(4, 4, "1"), line(4), "1 of"),
     Example(
         "impossible-end",
         "the time limit written as an end",
@@ -142,20 +139,6 @@ def test_many_bad_rows_are_counted_not_listed(submission: Callable[..., Path]) -
     found = [p for p in read(folder).problems if p.rule == "impossible-length"]
     assert [problem.where for problem in found] == [line(2), line(3), line(4), "hopper-gravity/sequential"]
     assert found[-1].message.startswith("597 more rows")
-
-
-def test_lines_are_those_of_the_file_of_the_run(submission: Callable[..., Path]) -> None:
-    folder = submission()
-    path = "hopper-gravity/sequential/run1.csv"
-    logged(9, 4, "0", path)(folder)
-    assert [problem.where for problem in read(folder).problems] == [f"{path}, line 9"]
-
-
-def test_copies_with_noise_below_the_tolerance_are_identical(submission: Callable[..., Path]) -> None:
-    def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
-        return 100.0 * stage + position + episode + run * 1e-7
-
-    assert {problem.rule for problem in read(submission(value=value)).problems} == {"identical-runs"}
 
 
 def test_runs_of_an_agent_without_parameters_may_be_identical(submission: Callable[..., Path]) -> None:

@@ -61,7 +61,6 @@ EXAMPLES = (
             ("another format", "format = 1", "format = 2", "format", "The value is 2"),
             ("no such budget", '"smoke"', '"smokes"', "[protocol] budget", "'smoke'"),
             ("a number for a text", '"An entry"', "7", "title", "7"),
-            ("a long title", "An entry", "x" * 101, "title", "(it has 101)"),
             ("no flag", "boundaries = false", 'boundaries = "no"', "[observes] boundaries", "true or false"),
             ("a flag for a number", "steps = 0", "steps = true", "[tuning] steps", "integer from 0"),
             ("a negative number", "steps = 0", "steps = -1", "[tuning] steps", "integer from 0"),
@@ -99,9 +98,6 @@ EXAMPLES = (
     Example("empty-title", "spaces", title("   "), f"{TOML}, title", "no visible character"),
     Example(
         "empty-title", "no glyph", title("\u3164"), f"{TOML}, title", "visible", also=("control-character",)
-    ),
-    Example(
-        "control-character", "six marks on a letter", title(STACKED), f"{TOML}, title", "cover other texts"
     ),
     *(
         Example("control-character", name, title(text), f"{TOML}, title", "invisible")

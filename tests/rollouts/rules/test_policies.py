@@ -44,14 +44,16 @@ FULL = Policy(np.zeros(3), np.ones(3), weights=(np.ones((5, 11, 3)),), biases=(n
 MANY = Policy(np.zeros(3), np.ones(3), weights=(np.ones((9, 11, 3)),), biases=(np.zeros(3),))
 
 
-def policies(policy: Policy, **others: Policy) -> Change:
+def policies(policy: Policy, run: str = "run0", **others: Policy) -> Change:
     """Writes a policy for every stage but those that are named (``stage3``), and its digest."""
+    path = POLICIES.replace("run0", run)
 
     def change(folder: Path) -> None:
         keys = policy_keys("sequential", group("hopper-gravity"))
         by_key: dict[Key, Policy] = {key: others.get(f"stage{key[0]}", policy) for key in keys}
-        write_policies(folder / POLICIES, by_key)
-        document(policies__sha256=content_sha256(run_arrays(by_key)))(folder)
+        write_policies(folder / path, by_key)
+        digest = content_sha256(run_arrays(by_key))
+        document(path.replace(".npz", ".json"), policies__sha256=digest)(folder)
 
     return change
 
@@ -96,7 +98,7 @@ EXAMPLES = (
     Example(
         "policies-of-another-group",
         "other observations",
-        all_of(policies(PLAIN), lambda folder: other_run(folder, WIDE)),
+        all_of(policies(PLAIN), policies(WIDE, "run1")),
         "hopper-gravity/sequential/run1, stage0",
         "12 observations and 3 actions; the first has 11",
         count=6,
@@ -104,7 +106,7 @@ EXAMPLES = (
     Example(
         "policies-of-another-group",
         "other actions",
-        all_of(policies(PLAIN), lambda folder: other_run(folder, FEW)),
+        all_of(policies(PLAIN), policies(FEW, "run1")),
         "hopper-gravity/sequential/run1, stage0",
         "11 observations and 2 actions",
         count=6,
@@ -119,14 +121,6 @@ EXAMPLES = (
     ),
     Example("sampled-policy", "a uniform one", DETERMINISTIC, f"{RUN}, stage0", "'uniform'", count=21),
 )
-
-
-def other_run(folder: Path, policy: Policy) -> None:
-    """Writes the policies of run 1 and their digest."""
-    by_key = dict.fromkeys(policy_keys("sequential", group("hopper-gravity")), policy)
-    write_policies(folder / "hopper-gravity/sequential/run1.npz", by_key)
-    digest = content_sha256(run_arrays(by_key))
-    document("hopper-gravity/sequential/run1.json", policies__sha256=digest)(folder)
 
 
 @parametrize(EXAMPLES)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
-
-from gym_extensions.rollouts.reader import read
 
 from ..examples import (
     DOCUMENT,
@@ -13,7 +10,6 @@ from ..examples import (
     LOG,
     POLICIES,
     Check,
-    CopySubmission,
     Example,
     document,
     edit,
@@ -130,9 +126,3 @@ EXAMPLES = (
 @parametrize(EXAMPLES)
 def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
     check(example)
-
-
-def test_evaluations_during_training_are_no_problem(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good("hopper-gravity", tmp_path)
-    evaluation()(folder)
-    assert read(folder).problems == ()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
 
 import msgspec
 import numpy as np
@@ -18,7 +17,6 @@ from gym_extensions.rollouts.submission import consecutive
 from gym_extensions.scoring.formulas import METRICS, MetricValue
 from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
 from gym_extensions.scoring.ranking.core_board import (
-    LOOK_LEVELS,
     LOOKS,
     MARGIN,
     Method,
@@ -46,15 +44,6 @@ def normal(seed: int, mean: float, runs: int = 5, deviation: float = 0.1) -> dic
     """Runs of every group of the core around a mean."""
     rng = np.random.default_rng(seed)
     return {group: tuple(rng.normal(mean, deviation, runs).tolist()) for group in GROUPS}
-
-
-def welch(first: Values, second: Values, runs: int) -> tuple[float, float, float]:
-    """The pooled difference of means, its standard error and its degrees of freedom, from the definition."""
-    parts = [np.array([values[group][:runs] for group in GROUPS]) for values in (first, second)]
-    squares = np.array([part.var(axis=1, ddof=1) / runs for part in parts]) / len(GROUPS) ** 2
-    difference = float(parts[0].mean() - parts[1].mean())
-    df = squares.sum() ** 2 / (squares**2 / (runs - 1)).sum()
-    return difference, math.sqrt(squares.sum()), float(df)
 
 
 def method(name: str, values: Values, parent: str = "", starts: object = None) -> Method:
@@ -87,25 +76,6 @@ def test_one_group_is_welchs_test_or_the_paired_test_of_scipy() -> None:
         found = pooled_difference([a], [b], 10, paired=paired)  # type: ignore[arg-type]
         assert found.mean / math.sqrt(found.squared_error) == pytest.approx(test.statistic, rel=1e-12)
         assert found.df == pytest.approx(test.df, rel=1e-12)
-
-
-def test_intervals_and_p_values_of_a_family_agree_with_scipy() -> None:
-    boards = {name: normal(seed, 0.02 * seed, 20 if seed % 2 else 10) for seed, name in enumerate("abcde")}
-    found = compared_pairs([method(name, values) for name, values in boards.items()], FINAL)
-    p_values, expected = [], []
-    for first, second in combinations("abcde", 2):
-        runs = min(len(boards[name][GROUPS[0]]) for name in (first, second))
-        difference, error, df = welch(boards[first], boards[second], runs)
-        p_values.append(min(1.0, 2 * stats.t.sf(abs(difference) / error, df) * ALPHA / LOOK_LEVELS[runs]))
-        width = stats.t.isf(LOOK_LEVELS[runs] / 10 / 2, df) * error
-        expected.append((first, second, runs, difference, width))
-    order = np.argsort(p_values)
-    holm = np.minimum(1, np.maximum.accumulate(np.array(p_values)[order] * np.arange(10, 0, -1)))
-    assert [found[index].p_value for index in order] == pytest.approx(holm.tolist(), rel=1e-9)
-    assert [(pair.first, pair.second, pair.look) for pair in found] == [each[:3] for each in expected]
-    numbers = [value for pair in found for value in (pair.mean, (pair.high - pair.low) / 2)]
-    assert numbers == pytest.approx([value for each in expected for value in each[3:]], rel=1e-9)
-    assert {pair.verdict for pair in found} == {"separated", "open"}
 
 
 def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone() -> None:

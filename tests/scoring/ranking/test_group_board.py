@@ -252,7 +252,8 @@ KEY_300K = BoardKey(GROUP, "sequential", "300k", False)
 
 
 def test_the_reference_agent_on_each_task_alone_is_a_row(enter: Enter, references: References) -> None:
-    known = with_error(references)
+    first = group("hopper-gravity").task_ids[0]
+    known = References("x", {**references.tasks, first: Reference(0.0, 1000.0, {}, 100.0, 999.0)})
     made = board([at_300k(enter("a", 300))], KEY_300K, known)
     (alone,) = [row for row in made.computed if row.name == "alone"]
     final = alone.metrics["final_performance"]
@@ -269,12 +270,6 @@ def test_the_reference_agent_on_each_task_alone_is_a_row(enter: Enter, reference
     assert forgetting.mean is None
     assert "only its returns at the end" in forgetting.why
     assert made.ranked == 1
-
-
-def with_error(references: References) -> References:
-    """The references with an error of the expert on the first task."""
-    first = group("hopper-gravity").task_ids[0]
-    return References("x", {**references.tasks, first: Reference(0.0, 1000.0, {}, 100.0, 999.0)})
 
 
 def test_without_its_budget_or_beside_an_entry_of_that_name_there_is_no_row_alone(

@@ -12,7 +12,7 @@ from gym_extensions.site.charts import profiles, task_curves
 from gym_extensions.site.charts.svg import Scale
 from gym_extensions.site.entry_results import results_of
 
-from ..browser import files, typed
+from ..browser import Reader, files, typed
 
 X = Scale(0.0, 1.0, 0.0, 100.0)
 Y = Scale(0.0, 1.0, 100.0, 0.0)
@@ -49,28 +49,10 @@ def scores(document: dict[str, Any], entry: int = 0) -> dict[str, Any]:
     return sequential
 
 
-def profiled(document: dict[str, Any], *entries: int) -> dict[str, str]:
-    """The site, with that profile and an interquartile mean for these entries."""
-    for entry in entries:
-        scores(document, entry).update(profile={"tau": TAUS, "fraction": SHARES}, iqm=0.4321)
-    return dict(files(document))
-
-
-def text(page: str) -> str:
-    """The text of a page, with single spaces."""
-    return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", page))
-
-
-def of_profile(document: dict[str, Any], profile: tuple[tuple[float, float], ...]) -> ElementTree.Element:
-    """The drawing of an entry with this profile."""
-    taus, shares = (list(side) for side in zip(*profile, strict=True))
-    scores(document).update(profile={"tau": taus, "fraction": shares}, iqm=0.4)
-    (result, *_) = results_of(typed(document).submissions[0].groups)
-    return ElementTree.fromstring(profiles.of_result(result))
-
-
 def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, Any]) -> None:
-    drawing = of_profile(document, HALVES)
+    scores(document).update(profile={"tau": TAUS, "fraction": SHARES}, iqm=0.4)
+    (result, *_) = results_of(typed(document).submissions[0].groups)
+    drawing = ElementTree.fromstring(profiles.of_result(result))
     assert [polyline.get("points") for polyline in drawing.findall("polyline")] == [
         "40.0,24.0 106.4,24.0 172.8,94.0 239.2,129.0 305.6,164.0 372.0,164.0"
     ]
@@ -84,7 +66,8 @@ def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, A
 @pytest.mark.parametrize("entry", ["Title & sons", HOSTILE])
 def test_the_title_of_an_entry_is_escaped_in_the_drawing(document: dict[str, Any], entry: str) -> None:
     document["submissions"][0]["title"] = entry
-    page = profiled(document, 0)[GROUP]
+    scores(document).update(profile={"tau": TAUS, "fraction": SHARES}, iqm=0.4321)
+    page = dict(files(document))[GROUP]
     assert page.count("<script") == page.count("static/regions.js")
     svg = '<svg class="profile"' + page.split('<svg class="profile"')[1].split("</svg>")[0] + "</svg>"
     assert ElementTree.fromstring(svg).findtext("polyline/title") == entry
@@ -96,10 +79,10 @@ def test_without_a_profile_the_page_says_why(document: dict[str, Any]) -> None:
     scores(document)["metrics"]["final_performance"] = null
     page = dict(files(document))["submissions/agile.html"]
     assert '<svg class="profile"' not in page
-    assert f"No performance profile. {OPEN}" in text(page)
+    assert f"No performance profile. {OPEN}" in Reader(page).text
     scores(document)["metrics"] = dict.fromkeys(scores(document)["metrics"], null)
     page = dict(files(document))["submissions/agile.html"]
-    assert f"No metrics. {OPEN} There is no performance profile either." in text(page)
+    assert f"No metrics. {OPEN} There is no performance profile either." in Reader(page).text
 
 
 @pytest.mark.parametrize(("points", "drawn"), [(80, 80), (81, 41), (700, 78)])

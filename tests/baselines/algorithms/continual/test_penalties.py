@@ -89,14 +89,6 @@ def test_online_ewc_adds_the_normalized_importance_of_each_task_and_decays_the_s
     np.testing.assert_allclose(agent._penalty().value(gap), np.sum((first + np.arange(3)) * gap**2))
 
 
-@pytest.mark.parametrize("scale", [0.1, 10.0])
-def test_the_importance_does_not_depend_on_the_scale_of_the_means_part(scale: float) -> None:
-    """One task's importance has the mean 1 before the decay, whatever the size of the Fisher matrix."""
-    agent = on_a_line("online-ewc", 1.0, 0.0, 0.0, 0.0)
-    end_task(agent, np.array([0.0, 0.0, np.log(scale)]), np.array([[1.0], [3.0]]))
-    assert agent._stored["importance"].mean() == pytest.approx(agent.decay)
-
-
 @pytest.mark.parametrize(
     ("size", "steps", "batch", "sampled"),
     [
