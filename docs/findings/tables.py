@@ -106,16 +106,19 @@ def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
 def over_tasks(methods: Sequence[Method], submissions: Path) -> list[tuple[str, float, float, float]]:
     """Name, mean, interquartile mean and probability of improvement over fine-tuning of every method.
 
-    They are over the tasks of the core, and the runs of the last look of both.
+    Means are over the tasks of the core and the runs of the method's last look. The probability is over the
+    runs of the last look that both have.
     """
     looks = {method.row["name"]: int(method.row["look"]) for method in methods}
     scores = {name: results.score_matrix(submissions / name, "core") for name in looks}
     found = []
     for name, look in looks.items():
-        both = min(look, looks[FINE_TUNING])
-        own, others = (scores[each].loc[: both - 1] for each in (name, FINE_TUNING))
-        improvement = probability_of_improvement(own, others) if name != FINE_TUNING else math.nan
-        found.append((name, float(own.to_numpy().mean()), iqm(own) or math.nan, improvement))
+        own = scores[name].loc[: look - 1]
+        both = (scores[each].loc[: min(look, looks[FINE_TUNING]) - 1] for each in (name, FINE_TUNING))
+        improvement = probability_of_improvement(*both) if name != FINE_TUNING else math.nan
+        middle = iqm(own)
+        assert middle is not None
+        found.append((name, float(own.to_numpy().mean()), middle, improvement))
     return found
 
 

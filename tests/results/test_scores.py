@@ -11,6 +11,7 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 from gym_extensions import results
+from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.errors import BenchError
 from gym_extensions.references import References
 from gym_extensions.rollouts.review import Decision, Review, write_review
@@ -155,6 +156,32 @@ def test_scores_of_a_suite_name_its_groups() -> None:
     with pytest.raises(BenchError, match="'gravity' is a suite") as error:
         results.scores(SUBMISSIONS, "gravity")
     assert (error.value.where, "hopper-gravity-v0" in error.value.hint) == ("group", True)
+
+
+def test_a_matrix_of_several_groups_has_their_tasks_in_order_and_the_runs_of_all(submission: Write) -> None:
+    names = ("walker2d-gravity", "hopper-gravity")
+    folder = submission(groups=names, runs=(0, 1, 2))
+    for file in (folder / "hopper-gravity" / "sequential").glob("run2.*"):
+        file.unlink()
+    walker, hopper = (results.score_matrix(folder, name) for name in names)
+    matrix = results.score_matrix(folder, names)
+    assert [*matrix.columns] == [*walker.columns, *hopper.columns]
+    assert (walker.index.tolist(), matrix.index.tolist()) == ([0, 1, 2], [0, 1])
+    assert_frame_equal(matrix[hopper.columns], hopper)
+
+
+def test_a_matrix_of_the_core_or_a_suite_has_the_tasks_of_its_groups() -> None:
+    for name, groups in {"core": CORES[CORE], "wall": SUITES["wall"]}.items():
+        tasks = [task for each in groups for task in results.score_matrix(SUBMISSIONS / "trpo", each).columns]
+        assert [*results.score_matrix(SUBMISSIONS / "trpo", name).columns] == tasks
+
+
+def test_a_matrix_is_of_one_submission_that_has_every_group(submission: Write) -> None:
+    first = submission(name="first", groups=("walker2d-gravity",))
+    submission(name="second", groups=("hopper-gravity",))
+    for path in (first, first.parent):  # the second path has each group once, but of two submissions
+        with pytest.raises(BenchError, match=r"walker2d-gravity: first; hopper-gravity: (none|second)"):
+            results.score_matrix(path, ["walker2d-gravity", "hopper-gravity"])
 
 
 def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy.typing as npt
 import pandas as pd
@@ -289,7 +289,7 @@ def scores(
 
 def score_matrix(
     submission: str | Path,
-    group: str | TaskGroup,
+    group: str | TaskGroup | Sequence[str | TaskGroup],
     protocol: str = "sequential",
     values: str = "normalized",
     *,
@@ -304,15 +304,15 @@ def score_matrix(
 
     Args:
         submission: one submission.
-        group: a group, or ``core``: the tasks of its groups, one group after the other, and the runs that
-            every group has.
+        group: a group, several groups, a suite, or ``core``. Of several groups: the tasks of one group after
+            the other, and the runs that every group has.
         stage: one stage; -1 for the last one.
         values: ``normalized`` (0 = floor, 1 = expert) or ``return``.
 
     The other arguments are those of :func:`scores`.
 
     Raises:
-        BenchError: as in :func:`scores`; or the path contains several submissions, or none with such runs.
+        BenchError: as in :func:`scores`; or there is not exactly one submission with runs of every group.
 
     Example:
         >>> runs, tasks = score_matrix("submissions/trpo", "hopper-gravity").shape
@@ -320,15 +320,26 @@ def score_matrix(
         5
     """
     require_known("values", values, ("normalized", "return"), "values")
-    if group == "core":
-        options: dict[str, Any] = {"stage": stage, "groups": groups, "references": references}
-        parts = [score_matrix(submission, each, protocol, values, **options) for each in CORES[CORE]]
-        return pd.concat(parts, axis=1, join="inner")
-    frame = scores(submission, group, protocol, stage=stage, groups=groups, references=references)
-    if frame["submission"].nunique() != 1:
-        message = f"There are {frame['submission'].nunique()} submissions with runs of this group and stage."
-        raise BenchError("no-matrix", message, str(submission), "Name one submission.")
-    return frame.pivot(index="run", columns="task", values=values)[list(dict.fromkeys(frame["task"]))]
+    if isinstance(group, str):
+        group = {**SUITES, "core": CORES[CORE]}.get(group, (group,))
+    several = (group,) if isinstance(group, TaskGroup) else group
+    parts = [
+        scores(submission, each, protocol, stage=stage, groups=groups, references=references)
+        for each in several
+    ]
+    found = [sorted(set(part["submission"])) for part in parts]
+    if len({name for names in found for name in names}) != 1 or not all(found):
+        which = (each.id if isinstance(each, TaskGroup) else each for each in several)
+        text = [f"{each}: {', '.join(names) or 'none'}" for each, names in zip(which, found, strict=True)]
+        message = f"The submissions with runs at this stage are not one ({'; '.join(text) or 'no group'})."
+        raise BenchError(
+            "no-matrix", message, str(submission), "Name one submission with runs of every group."
+        )
+    matrices = [
+        part.pivot(index="run", columns="task", values=values)[list(dict.fromkeys(part["task"]))]
+        for part in parts
+    ]
+    return pd.concat(matrices, axis=1, join="inner")
 
 
 def metrics_of(matrix: npt.ArrayLike, single: npt.ArrayLike | None = None) -> pd.DataFrame:
