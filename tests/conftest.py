@@ -213,8 +213,8 @@ def verification(digests: dict[str, str], **changes: object) -> Verification:
 
 
 @pytest.fixture
-def submission(tmp_path: Path) -> Callable[..., Path]:
-    """Writes a submission below the test's folder: ``submission(name=…, runs=…, value=…)``."""
+def make_submission(tmp_path: Path) -> Callable[..., Path]:
+    """Writes a submission below the test's folder: ``make_submission(name=…, runs=…, value=…)``."""
 
     def write(**changes: object) -> Path:
         return write_submission(tmp_path, **changes)  # type: ignore[arg-type]

@@ -235,9 +235,9 @@ def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
     assert changed(copy) == listed("Run-time variation")
 
 
-def test_a_metric_is_a_formula_with_its_name(copy: Path, submission: Callable[..., Path]) -> None:
+def test_a_metric_is_a_formula_with_its_name(copy: Path, make_submission: Callable[..., Path]) -> None:
     edit(copy / "scoring/gym_extensions/scoring/formulas.py", "\n    JOINT_GAP,\n", METRIC)
-    groups = json.loads(run(copy, USE_METRIC, submission()))["submissions"][0]["groups"]
+    groups = json.loads(run(copy, USE_METRIC, make_submission()))["submissions"][0]["groups"]
     score = groups["hopper-gravity-v0"]["sequential"]
     assert score["metrics"]["best_task"]["mean"] >= score["metrics"]["final_performance"]["mean"]
     assert changed(copy) == listed("Metric")

@@ -97,10 +97,10 @@ def test_targets_extras_and_files_of_a_command_exist(command: str) -> None:
     assert all((ROOT / file).exists() for file in files)
 
 
-def test_the_documented_manifest_breaks_no_rule(submission: Callable[..., Path]) -> None:
+def test_the_documented_manifest_breaks_no_rule(make_submission: Callable[..., Path]) -> None:
     manifest, _ = blocks(ROOT / "docs/rollout-log.md", "toml")
     manifest = manifest.replace('"https://…"', '"https://example.org/mine"')
-    assert read(submission(manifest=manifest)).problems == ()
+    assert read(make_submission(manifest=manifest)).problems == ()
 
 
 def test_the_documented_review_can_be_read() -> None:
@@ -111,10 +111,10 @@ def test_the_documented_review_can_be_read() -> None:
 
 
 def test_the_documented_way_to_a_policy_leads_to_an_action(
-    submission: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+    make_submission: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (code,) = blocks(ROOT / "docs/rollout-log.md", "python")
-    folder = submission(name="submissions/trpo", runs=(0,))
+    folder = make_submission(name="submissions/trpo", runs=(0,))
     monkeypatch.chdir(folder.parents[1])
     names: dict[str, object] = {}
     exec(

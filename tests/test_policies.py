@@ -19,8 +19,8 @@ RUN = "hopper-gravity/sequential/run0.json"
 
 
 @pytest.fixture
-def entry(submission: Callable[..., Path]) -> Path:
-    return submission(runs=(0,))
+def entry(make_submission: Callable[..., Path]) -> Path:
+    return make_submission(runs=(0,))
 
 
 def test_a_policy_is_loaded_by_run_and_stage_and_the_last_stage_is_the_default(entry: Path) -> None:

@@ -72,8 +72,8 @@ def test_a_public_name_has_a_docstring_of_its_own(package: str, name: str) -> No
     assert not (dataclasses.is_dataclass(thing) and docstring.startswith(f"{name}("))
 
 
-def test_what_scoring_returns_is_short_in_a_notebook(submission: Callable[..., Path]) -> None:
-    folder = submission()
+def test_what_scoring_returns_is_short_in_a_notebook(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission()
     card = score_folder(folder)
     read_back = read(folder)
     (group,), (logs,) = card.groups.values(), read_back.groups.values()

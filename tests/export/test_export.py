@@ -75,8 +75,8 @@ def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(reposito
     assert subprocess.check_output([sys.executable, "-c", code], cwd=here, text=True).strip() == "3"
 
 
-def test_a_decision_is_stated(submission: Callable[..., Path], tmp_path: Path) -> None:
-    entry = submission(groups=(GROUP,))
+def test_a_decision_is_stated(make_submission: Callable[..., Path], tmp_path: Path) -> None:
+    entry = make_submission(groups=(GROUP,))
     decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
     write_review(entry, Review(decisions=[decision]))
     doubt = "withdrawn from all boards on 2026-01-02: An error."
@@ -140,14 +140,14 @@ def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_minari_gets_nothing_but_a_verified_policy(
     wanted: dict[str, Any],
     code: str,
-    submission: Callable[..., Path],
+    make_submission: Callable[..., Path],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "minari", ModuleType("minari"))
     with pytest.raises(BenchError) as error:
         minari_dataset.write_dataset(
-            tmp_path, submission(groups=(GROUP,)), **({"group_name": GROUP} | wanted)
+            tmp_path, make_submission(groups=(GROUP,)), **({"group_name": GROUP} | wanted)
         )
     assert error.value.code == code
 

@@ -38,21 +38,21 @@ def installed(dtype: str) -> str:
 
 
 @pytest.mark.parametrize("name", ["episodes", "curves", "evaluations", "metrics"])
-def test_the_documented_columns_are_those_of_the_frame(name: str, submission: Callable[..., Path]) -> None:
-    frame = getattr(results, name)(submission(curves=12))
+def test_the_documented_columns_are_those_of_the_frame(name: str, make_submission: Callable[..., Path]) -> None:
+    frame = getattr(results, name)(make_submission(curves=12))
     documented = [(column, installed(dtype)) for column, dtype, _ in column_rows(name)]
     assert documented == [(column, str(dtype)) for column, dtype in frame.dtypes.items()]
 
 
 @pytest.mark.parametrize("protocol", BOARD_METRICS)
 def test_the_documented_columns_of_a_board_are_repeated_per_metric(
-    protocol: str, submission: Callable[..., Path]
+    protocol: str, make_submission: Callable[..., Path]
 ) -> None:
-    *entry, mean, low, high = ((column, installed(dtype)) for column, dtype, _ in column_rows("board"))
-    frame = results.board("hopper-gravity", submission(), protocol, "smoke")
+    *first, mean, low, high = ((column, installed(dtype)) for column, dtype, _ in column_rows("board"))
+    frame = results.board("hopper-gravity", make_submission(), protocol, "smoke")
     expected = [
         (column.replace("METRIC", metric.name), dtype)
         for metric in BOARD_METRICS[protocol]
         for column, dtype in (mean, low, high)
     ]
-    assert [(column, str(dtype)) for column, dtype in frame.dtypes.items()] == [*entry, *expected]
+    assert [(column, str(dtype)) for column, dtype in frame.dtypes.items()] == [*first, *expected]

@@ -74,9 +74,9 @@ def test_retention_is_a_line_per_task_over_the_trained_tasks(entry: pd.DataFrame
 
 
 def test_evaluations_during_training_are_points_within_the_stages(
-    submission: Callable[..., Path],
+    make_submission: Callable[..., Path],
 ) -> None:
-    folder = with_evaluations(submission(runs=(0, 1)))
+    folder = with_evaluations(make_submission(runs=(0, 1)))
     _, ax = pyplot.subplots()
     axes = results.plot_retention(folder, ax=ax)
     assert axes is ax

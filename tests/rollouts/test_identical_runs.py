@@ -89,8 +89,8 @@ def test_each_set_of_identical_runs_is_merged_and_joint_runs_by_themselves() -> 
     )
 
 
-def test_the_reader_reports_a_pair_with_one_identical_log(submission: Callable[..., Path]) -> None:
-    folder = submission(
+def test_the_reader_reports_a_pair_with_one_identical_log(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission(
         value=lambda protocol, run, stage, position, episode: (
             position + (run if protocol == "single" else 0.0)
         ),

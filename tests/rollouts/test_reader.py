@@ -30,8 +30,8 @@ from .rules import test_folder, test_log, test_manifest, test_policies, test_run
 TABLES = (test_folder, test_manifest, test_run_document, test_log, test_policies)
 
 
-def test_a_submission_has_its_logs_documents_and_review(submission: Callable[..., Path]) -> None:
-    read_ = read(submission(runs=(0, 1, 2, 3, 4), curves=3))
+def test_a_submission_has_its_logs_documents_and_review(make_submission: Callable[..., Path]) -> None:
+    read_ = read(make_submission(runs=(0, 1, 2, 3, 4), curves=3))
     assert read_.problems == ()
     assert read_.name == "entry"
     (group,) = read_.groups.values()
@@ -53,8 +53,8 @@ def test_every_rule_has_an_example() -> None:
     assert {*examples, *elsewhere} == set(RULES)
 
 
-def test_a_log_without_policies_is_claimed_and_a_note_says_why(submission: Callable[..., Path]) -> None:
-    folder = submission()
+def test_a_log_without_policies_is_claimed_and_a_note_says_why(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission()
     document(policies=None)(folder)
     remove(POLICIES)(folder)
     submitted = read(folder, policies=True)
@@ -63,21 +63,21 @@ def test_a_log_without_policies_is_claimed_and_a_note_says_why(submission: Calla
     assert ["no policies of run 0" in note for note in group.notes] == [True]
 
 
-def test_the_only_run_without_its_document_is_a_problem(submission: Callable[..., Path]) -> None:
-    folder = submission(runs=(0,))
+def test_the_only_run_without_its_document_is_a_problem(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission(runs=(0,))
     remove(DOCUMENT)(folder)
     assert {problem.rule for problem in read(folder).problems} == {"missing-file"}
 
 
-def test_a_run_that_changed_after_its_verification_is_noted(submission: Callable[..., Path]) -> None:
-    folder = submission(verified=True)
+def test_a_run_that_changed_after_its_verification_is_noted(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission(verified=True)
     redigest(cell(2, 5, "1.25"))(folder)
     (group,) = read(folder).groups.values()
     assert group.notes == (f"{GROUP}, sequential: run 0 changed after its verification.",)
 
 
-def test_problems_of_all_files_are_reported_at_once(submission: Callable[..., Path]) -> None:
-    folder = submission()
+def test_problems_of_all_files_are_reported_at_once(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission()
     cell(2, 5, "nan")(folder)
     cell(3, 3, "7")(folder)
     edit("boundaries = false\n", "", TOML)(folder)

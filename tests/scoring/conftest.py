@@ -23,7 +23,7 @@ def cards() -> dict[object, Scorecard]:
 
 @pytest.fixture
 def enter(
-    submission: Callable[..., Path],
+    make_submission: Callable[..., Path],
     references: References,
     cards: dict[object, Scorecard],
 ) -> Enter:
@@ -46,7 +46,7 @@ def enter(
         def around_level(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
             return stage * level / 5 + 10.0 * (run * 3 % 5) + position - episode / 20
 
-        folder = submission(
+        folder = make_submission(
             name=name, runs=runs, manifest=manifest, protocols=protocols, value=value or around_level
         )
         cards[key] = score_folder(folder, references)

@@ -25,15 +25,15 @@ PROTOCOLS = ("sequential", "single", "joint")
 def many(submission: Write) -> Path:
     """A folder of three submissions, one of them broken."""
     for name in ("b", "a", "c"):
-        folder = submission(name=f"all/{name}", runs=(0, 1, 2), curves=12, protocols=PROTOCOLS)
+        folder = make_submission(name=f"all/{name}", runs=(0, 1, 2), curves=12, protocols=PROTOCOLS)
     (folder / "notes.txt").write_text("")
     return folder.parent
 
 
 def test_an_unforeseen_error_is_a_problem_of_that_submission_alone(
-    submission: Callable[..., Path], references: References, monkeypatch: pytest.MonkeyPatch
+    make_submission: Callable[..., Path], references: References, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folders = [submission(name=name) for name in "ab"]
+    folders = [make_submission(name=name) for name in "ab"]
 
     def failing(path: Path, *arguments: Any, **options: Any) -> object:
         if path.name == "a":

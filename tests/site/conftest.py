@@ -140,7 +140,7 @@ MADE: Document = {
 """How a run was trained."""
 
 
-def submission(name: str, groups: Document, title: str = "", **manifest: Any) -> Document:
+def make_submission(name: str, groups: Document, title: str = "", **manifest: Any) -> Document:
     """A submission without problems."""
     facts = {
         "authors": ["A. Researcher"],
@@ -178,8 +178,8 @@ def everything() -> Document:
         "format": 1,
         "references": {"version": "provisional", "sha256": "0f" * 32},
         "submissions": [
-            submission("agile", hopper, "Agile"),
-            submission(
+            make_submission("agile", hopper, "Agile"),
+            make_submission(
                 "keeper",
                 {
                     "hopper-gravity-v0": {"sequential": sequential("hopper-gravity", learner(0.7, 0.97, 2))},
@@ -189,13 +189,13 @@ def everything() -> Document:
                 },
                 "Keeper",
             ),
-            submission(
+            make_submission(
                 "zero",
                 {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", blind(2))}},
                 "Zero action",
             ),
-            submission("oracle", copy.deepcopy(hopper), "Oracle", observes=conditioned),
-            submission(
+            make_submission("oracle", copy.deepcopy(hopper), "Oracle", observes=conditioned),
+            make_submission(
                 "trial",
                 {
                     "hopper-gravity-v0": {

@@ -27,7 +27,7 @@ def value(_protocol: str, run: int, stage: int, position: int, episode: int) -> 
     return 20.0 + 30 * (stage >= position) + run + episode / 7
 
 
-def submission(root: Path, name: str, runs: int = 2) -> Path:
+def make_submission(root: Path, name: str, runs: int = 2) -> Path:
     """A sequential entry on hopper-gravity with the budget 100k, and its folder."""
     manifest = MANIFEST.replace('"smoke"', '"100k"').replace("Made up", name.title())
     title = next(line for line in MANIFEST.splitlines() if line.startswith("title"))

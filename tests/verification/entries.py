@@ -146,10 +146,10 @@ def verify(entry: Path, *options: str) -> int:
 
 def level_of(entry: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> str:
     """The level of the only sequential log of an entry without problems."""
-    submission = read(entry, groups, policies=True)
-    assert submission.problems == ()
-    (submitted,) = submission.groups.values()
-    return level(submission.review, submitted.digests("sequential"))
+    found = read(entry, groups, policies=True)
+    assert found.problems == ()
+    (submitted,) = found.groups.values()
+    return level(found.review, submitted.digests("sequential"))
 
 
 def change_log(entry: Path, edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Path:

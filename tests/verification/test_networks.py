@@ -126,8 +126,8 @@ def test_where_the_runtime_is_missing_nothing_is_decided(
     entry: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    submission = read(entry, merge_runs=False)
-    (run,) = runs_of(submission).values()
-    request = run.request(submission, entry, run.prescribed[:1])
+    found = read(entry, merge_runs=False)
+    (run,) = runs_of(found).values()
+    request = run.request(found, entry, run.prescribed[:1])
     with pytest.raises(BenchError, match=r"gym-extensions\[onnx\]"):
         episodes.played(request, group("hopper-wall"))

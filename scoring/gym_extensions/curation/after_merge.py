@@ -32,12 +32,12 @@ def undecided_runs(entry: Path) -> dict[str, str]:
 
     Raises ``BenchError`` if the entry has problems.
     """
-    submission = read(entry, merge_runs=False)
-    if submission.problems:
-        first = submission.problems[0]
-        raise BenchError(first.rule, first.message, f"{submission.name}: {first.where}", first.hint)
-    runs = {name: run for name, run in runs_of(submission).items() if run.document.policies is not None}
-    decided = verified_before(submission.review, runs)
+    found = read(entry, merge_runs=False)
+    if found.problems:
+        first = found.problems[0]
+        raise BenchError(first.rule, first.message, f"{found.name}: {first.where}", first.hint)
+    runs = {name: run for name, run in runs_of(found).items() if run.document.policies is not None}
+    decided = verified_before(found.review, runs)
     return {name: run.document.digest for name, run in runs.items() if name not in decided}
 
 

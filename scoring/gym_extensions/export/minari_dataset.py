@@ -71,8 +71,8 @@ def write_dataset(
     policy = policies.load(entry, members, run=run, stage=stage, task=trained, protocol=protocol)
     position = names.index(name)
     require_published_engine()
-    submission = entry.resolve().name
-    dataset = f"gym-extensions/{name}/{submission}-{protocol}-run{run}-stage{stage}-v0"
+    title = entry.resolve().name
+    dataset = f"gym-extensions/{name}/{title}-{protocol}-run{run}-stage{stage}-v0"
     with _root(folder), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it asks for an e-mail address and for a link to code
         env: Any = minari.DataCollector(make(members.tasks[position]))
@@ -81,7 +81,7 @@ def write_dataset(
             _play(env, policy, position, seed, np.random.default_rng(seed) if sampled else None)
         env.create_dataset(
             dataset,
-            algorithm_name=submission,
+            algorithm_name=title,
             author=", ".join(manifest.authors),
             requirements=[f"gym-extensions=={version('gym-extensions')}"],
             description=f"The policy of {run_key(group_name, protocol, run)}, stage {stage}, "
@@ -106,18 +106,18 @@ def _play(env: Any, policy: AnyPolicy, position: int, seed: int, noise: np.rando
 
 def _verified(entry: Path, tasks: TaskGroup, protocol: str, run: int) -> Manifest:
     """The manifest of an entry that has the run, with a verification that passed."""
-    submission = read(entry, GROUPS, only=(tasks.name,), merge_runs=False)
-    refuse_problems(entry, submission.problems)
-    found = submission.groups.get(tasks.id)
+    found = read(entry, GROUPS, only=(tasks.name,), merge_runs=False)
+    refuse_problems(entry, found.problems)
+    found = found.groups.get(tasks.id)
     key = run_key(tasks.name, protocol, run)
     digests = found.digests(protocol) if found and protocol in found.logs else {}
-    if key not in digests or submission.manifest is None:
+    if key not in digests or found.manifest is None:
         raise BenchError("unknown-run", f"It has no run {key}.", str(entry), "Name one of its runs.")
-    if level(submission.review, {key: digests[key]}) == CLAIMED:
+    if level(found.review, {key: digests[key]}) == CLAIMED:
         command = f"gym-extensions verify {entry} --seeds HEX --write"
         hint = f"Run: {command}, with 40 to 128 random hexadecimal digits"
         raise BenchError("not-verified", f"No verification of {key} has passed.", str(entry), hint)
-    return submission.manifest
+    return found.manifest
 
 
 @contextmanager

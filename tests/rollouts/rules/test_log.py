@@ -133,16 +133,16 @@ def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, 
     check(example)
 
 
-def test_many_bad_rows_are_counted_not_listed(submission: Callable[..., Path]) -> None:
-    folder = submission(runs=(0,), protocols=("sequential",))
+def test_many_bad_rows_are_counted_not_listed(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission(runs=(0,), protocols=("sequential",))
     (folder / LOG).write_text((folder / LOG).read_text().replace(",1000,", ",1001,"))
     found = [p for p in read(folder).problems if p.rule == "impossible-length"]
     assert [problem.where for problem in found] == [line(2), line(3), line(4), "hopper-gravity/sequential"]
     assert found[-1].message.startswith("597 more rows")
 
 
-def test_runs_of_an_agent_without_parameters_may_be_identical(submission: Callable[..., Path]) -> None:
-    folder = submission(value=lambda protocol, run, stage, position, episode: 5.0, parameters=0)
+def test_runs_of_an_agent_without_parameters_may_be_identical(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission(value=lambda protocol, run, stage, position, episode: 5.0, parameters=0)
     read_ = read(folder)
     assert read_.problems == ()
     (group,) = read_.groups.values()

@@ -128,8 +128,8 @@ def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, 
     check(example)
 
 
-def test_policies_are_read_only_if_that_is_asked(submission: Callable[..., Path]) -> None:
-    folder = submission()
+def test_policies_are_read_only_if_that_is_asked(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission()
     put(POLICIES, NOT_A_ZIP)(folder)
     assert read(folder).problems == ()
     assert [problem.where for problem in read(folder, policies=True).problems] == [POLICIES]

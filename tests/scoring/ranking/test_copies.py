@@ -35,9 +35,9 @@ def honest(protocol: str, run: int, stage: int, position: int, episode: int) -> 
 
 
 @pytest.fixture
-def sketches(submission: Callable[..., Path]) -> Callable[..., tuple[Sketch, ...]]:
+def sketches(make_submission: Callable[..., Path]) -> Callable[..., tuple[Sketch, ...]]:
     def make(name: str, value: Value = honest, runs: tuple[int, ...] = RUNS) -> tuple[Sketch, ...]:
-        folder = submission(name=name, value=value, runs=runs, protocols=("sequential",))
+        folder = make_submission(name=name, value=value, runs=runs, protocols=("sequential",))
         return run_sketches(read(folder).groups[GROUP], "sequential")
 
     return make
@@ -76,9 +76,9 @@ def test_a_copy_with_further_runs_is_recognized(sketches: Callable[..., tuple[Sk
     assert duplicate_entries(entries) == {"original": "copy"}
 
 
-def test_in_navigation_a_copy_has_the_same_policies(submission: Callable[..., Path]) -> None:
+def test_in_navigation_a_copy_has_the_same_policies(make_submission: Callable[..., Path]) -> None:
     """Agents that stand still have equal episodes there: those show nothing."""
-    folder = submission(value=lambda protocol, run, *_: 1.0 + run, runs=RUNS, protocols=("sequential",))
+    folder = make_submission(value=lambda protocol, run, *_: 1.0 + run, runs=RUNS, protocols=("sequential",))
     entry = replace(read(folder).groups[GROUP], group=GROUPS["nav-state"])
 
     def published(digest: str | None) -> tuple[Sketch, ...]:

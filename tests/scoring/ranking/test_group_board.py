@@ -300,7 +300,7 @@ def test_every_pair_has_welchs_interval_and_p_value_of_every_metric_of_both(ente
 
 
 def test_a_row_names_the_other_entries_of_its_author_and_family(
-    tmp_path: Path, submission: Callable[..., Path]
+    tmp_path: Path, make_submission: Callable[..., Path]
 ) -> None:
     for name, author, algorithm in [
         ("a", "A. Author", "trpo"),
@@ -310,6 +310,6 @@ def test_a_row_names_the_other_entries_of_its_author_and_family(
     ]:
         manifest = MANIFEST.replace('"smoke"', '"100k"').replace("A. Nonymous", author)
         manifest = manifest.replace('algorithm = "formula"', f'algorithm = "{algorithm}"')
-        submission(name=name, protocols=("single",), runs=(0,), manifest=manifest)
+        make_submission(name=name, protocols=("single",), runs=(0,), manifest=manifest)
     (board,) = boards(score_folders([tmp_path]).submissions).boards
     assert {row.name: row.related for row in board.rows} == {"a": ("b",), "b": ("a",), "c": (), "d": ()}

@@ -59,24 +59,24 @@ class GroupReturns:
         return rates if is_defined else ()
 
 
-def group_returns(entry: SubmittedGroup, budget: str) -> GroupReturns:
+def group_returns(submitted: SubmittedGroup, budget: str) -> GroupReturns:
     """The returns of a group's checked logs."""
-    tasks = len(entry.group.tasks)
+    tasks = len(submitted.group.tasks)
 
     def cells(column: str) -> dict[str, Any]:
         """A column by protocol, [run][stage][task][episode]."""
-        shapes = {name: (-1, len(stages(name, tasks)), tasks, EVALUATION_EPISODES) for name in entry.logs}
-        columns = ((name, log.rows[column].to_numpy()) for name, log in entry.logs.items())
+        shapes = {name: (-1, len(stages(name, tasks)), tasks, EVALUATION_EPISODES) for name in submitted.logs}
+        columns = ((name, log.rows[column].to_numpy()) for name, log in submitted.logs.items())
         return {name: values.reshape(shapes[name]).tolist() for name, values in columns}
 
     return GroupReturns(
-        group=entry.group,
-        steps=BUDGETS[budget].steps_for(entry.group.name),
-        runs={protocol: log.runs for protocol, log in entry.logs.items()},
+        group=submitted.group,
+        steps=BUDGETS[budget].steps_for(submitted.group.name),
+        runs={protocol: log.runs for protocol, log in submitted.logs.items()},
         returns=cells("return"),
         curves={
             (protocol, run, curve.task): (curve.steps, curve.returns)
-            for protocol, documents in entry.runs.items()
+            for protocol, documents in submitted.runs.items()
             for run, document in documents.items()
             for curve in document.curves
         },

@@ -43,11 +43,11 @@ def score(submission: Submission, references: References, only: Collection[str] 
         if manifest.reported:
             reported = reported_groups(manifest.reported, budget)
             groups = {id_: each for id_, each in reported.items() if not only or group(id_).name in only}
-        for name, entry in submission.groups.items():
-            returns = group_returns(entry, budget)
+        for name, submitted in submission.groups.items():
+            returns = group_returns(submitted, budget)
             groups[name] = {}
             for protocol, runs in returns.runs.items():
-                documents, found = [entry.runs[protocol][run] for run in runs], entry.digests(protocol)
+                documents, found = [submitted.runs[protocol][run] for run in runs], submitted.digests(protocol)
                 without = ", ".join(str(each.run) for each in documents if each.policies is None)
                 digests |= found
                 groups[name][protocol] = score_group(
@@ -60,7 +60,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
                         if why_claimed(review, {key: digest})
                     ),
                     documents=documents,
-                    sketches=run_sketches(entry, protocol) if protocol == "sequential" else (),
+                    sketches=run_sketches(submitted, protocol) if protocol == "sequential" else (),
                 )
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=level)
@@ -71,7 +71,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
         problems=submission.problems,
         manifest=filled(ManifestSummary, manifest, memory=submission.memory) if manifest else None,
         readme=submission.readme,
-        notes=tuple(f"{name}: {note}" for name, entry in submission.groups.items() for note in entry.notes),
+        notes=tuple(f"{name}: {note}" for name, submitted in submission.groups.items() for note in submitted.notes),
         verifications=tuple(_verification(part, digests) for part in review.verifications),
         decisions=tuple(review.decisions),
         groups=groups,

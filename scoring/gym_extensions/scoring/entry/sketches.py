@@ -17,17 +17,17 @@ SHARE = 0.5
 Sketch = tuple[str, ...]
 
 
-def run_sketches(entry: SubmittedGroup, protocol: str) -> tuple[Sketch, ...]:
+def run_sketches(submitted: SubmittedGroup, protocol: str) -> tuple[Sketch, ...]:
     """What two equal runs have in common: the sketch of the last episodes of each run of a log.
 
     In navigation, returns are whole numbers, and different agents that stand still have equal episodes.
     Episodes cannot show a copy there. A run's sketch is the digest of its policies instead, and is empty
     without them.
     """
-    log = entry.logs[protocol]
-    if any(task.body.family != "navigation" for task in entry.group.tasks):
+    log = submitted.logs[protocol]
+    if any(task.body.family != "navigation" for task in submitted.group.tasks):
         return episode_sketches(log)
-    policies = [entry.runs[protocol][run].policies for run in log.runs]
+    policies = [submitted.runs[protocol][run].policies for run in log.runs]
     return tuple((each.sha256,) if each else () for each in policies)
 
 
