@@ -27,7 +27,7 @@ browser: .venv/everything.installed .venv/docs.installed site-assets  ## run the
 extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, examples, minari and parquet (needs EGL and OSMesa); none may be skipped
 	$(PIP) -e '.[dev,onnx,sbx,examples,minari,parquet]' mlcroissant
 	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/adapters tests/envs/test_wrappers.py \
-	  tests/export tests/results/test_frames.py tests/rollouts/policies tests/verification/test_networks.py tests/test_policies.py
+	  tests/export tests/results/test_frames.py tests/submissions/policies tests/verification/test_networks.py tests/test_policies.py
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow

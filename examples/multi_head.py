@@ -1,8 +1,8 @@
 """A multi-head agent in PyTorch: a shared hidden layer, and an output layer per task.
 
-Run `python examples/multi_head.py`. The agent asks for the task in training and in evaluation, so its entries
-have separate boards. It learns by PPO's clipped policy gradients without a value function. In the protocol
-`joint`, the environments run different tasks.
+Run `python examples/multi_head.py`. The agent asks for the task in training and in evaluation, so its
+submissions have separate boards. It learns by PPO's clipped policy gradients without a value function. In the
+protocol `joint`, the environments run different tasks.
 """
 
 from typing import Any

@@ -22,14 +22,19 @@ import pytest
 
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup, group
-from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, FULL_ENTRY_RUNS, evaluation_seed
+from gym_extensions.catalog.protocol import (
+    BUDGETS,
+    EVALUATION_EPISODES,
+    FULL_SUBMISSION_RUNS,
+    evaluation_seed,
+)
 from gym_extensions.references import Reference, References
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
-from gym_extensions.rollouts.log import Episode, write_log
-from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.review import Review, Verification, write_review
-from gym_extensions.rollouts.run import (
+from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
+from gym_extensions.submissions.log import Episode, write_log
+from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.review import Review, Verification, write_review
+from gym_extensions.submissions.run import (
     Curve,
     Memory,
     PolicyFile,
@@ -54,7 +59,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 
 MANIFEST = """format = 1
-title = "An entry"
+title = "A submission"
 authors = ["A. Nonymous"]
 description = "Made up by a formula."
 
@@ -102,7 +107,7 @@ def formula(protocol: str, run: int, stage: int, position: int, episode: int) ->
 def write_submission(
     root: Path,
     *,
-    name: str = "entry",
+    name: str = "submission",
     groups: tuple[str, ...] = ("hopper-gravity",),
     runs: tuple[int, ...] = (0, 1),
     protocols: tuple[str, ...] = ("sequential", "single"),
@@ -150,7 +155,7 @@ def write_submission(
         write_run(document_path, document)
         digests[run_key(group_name, protocol, run)] = document.digest
     (folder / "submission.toml").write_text(manifest, encoding="utf-8", newline="\n")
-    if len(runs) >= FULL_ENTRY_RUNS if verified is None else verified:
+    if len(runs) >= FULL_SUBMISSION_RUNS if verified is None else verified:
         write_review(folder, Review(verifications=[verification(digests)]))
     return folder
 
@@ -231,7 +236,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Path], Path
         if group_name not in made:
             place = tmp_path_factory.mktemp("good")
             made[group_name] = write_submission(place, groups=(group_name,), curves=12)
-        return Path(shutil.copytree(made[group_name], root / "entry"))
+        return Path(shutil.copytree(made[group_name], root / "submission"))
 
     return copy
 
@@ -243,7 +248,7 @@ JOBS += ("verification.episodes", "verification.verify_record")
 
 @pytest.fixture
 def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Jobs on files of an entry run in this process: starting one with limits takes a second."""
+    """Jobs on files of a submission run in this process: starting one with limits takes a second."""
 
     def answers(job: str, call: dict[str, Any], _: object) -> Iterator[Any]:
         module, _, name = job.partition(":")

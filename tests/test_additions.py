@@ -38,7 +38,7 @@ ROW = """
 )
 """
 TEXTS = '[Monopod]\nsummary = "S."\nreward = "R."\nstart = "T."\nend = "E."\nsource = "Q."\n\n'
-ENTRY = '    "Monopod": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
+SUBMISSION = '    "Monopod": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
 USE_BODY = """
 import numpy as np
 from gym_extensions.catalog.tasks import TASKS
@@ -211,11 +211,11 @@ def test_a_version_of_a_task_leaves_the_old_one_and_its_groups(copy: Path) -> No
     run(copy, USE_VERSION)
 
 
-def test_a_base_body_is_data_and_an_entry_in_the_registry_of_classes(copy: Path) -> None:
+def test_a_base_body_is_data_and_a_submission_in_the_registry_of_classes(copy: Path) -> None:
     catalog, envs = (copy / "envs" / "gym_extensions" / name for name in ("catalog", "envs"))
     edit(catalog / "bodies.py", "\n)\n\n\nBODIES", f"{ROW}\n\nBODIES")
     edit(catalog / "prose.toml", "[Hopper]", f"{TEXTS}[Hopper]")
-    edit(envs / "mujoco" / "env.py", '    "Pusher"', ENTRY + '    "Pusher"')
+    edit(envs / "mujoco" / "env.py", '    "Pusher"', SUBMISSION + '    "Pusher"')
     run(copy, USE_BODY)
     assert changed(copy) == listed("Base body")
 
@@ -236,7 +236,7 @@ def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
 
 
 def test_a_metric_is_a_formula_with_its_name(copy: Path, make_submission: Callable[..., Path]) -> None:
-    edit(copy / "scoring/gym_extensions/scoring/formulas.py", "\n    JOINT_GAP,\n", METRIC)
+    edit(copy / "scoring/gym_extensions/metrics/formulas.py", "\n    JOINT_GAP,\n", METRIC)
     groups = json.loads(run(copy, USE_METRIC, make_submission()))["submissions"][0]["groups"]
     score = groups["hopper-gravity-v0"]["sequential"]
     assert score["metrics"]["best_task"]["mean"] >= score["metrics"]["final_performance"]["mean"]

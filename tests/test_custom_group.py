@@ -22,12 +22,12 @@ from gym_extensions.envs import TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.references import CURRENT, load_references, read_references
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.run import read_run, write_run
 from gym_extensions.scoring import cli as score_cli
 from gym_extensions.scoring.pipeline import make_scorer, score_folder
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.run import read_run, write_run
 
 from .baselines.references.conftest import make_quick
 
@@ -141,7 +141,7 @@ def test_a_board_of_a_custom_group_says_so(folder: Path) -> None:
     assert card.problems == ()
     key = BoardKey("hopper-light-v0", "sequential", "smoke", False)
     assert board([card], key).published is False
-    assert [entry.name for entry in board([card], key).rows] == ["random"]
+    assert [submission.name for submission in board([card], key).rows] == ["random"]
 
 
 def test_runs_with_two_fingerprints_of_a_custom_task_are_a_problem(folder: Path, tmp_path: Path) -> None:

@@ -81,8 +81,8 @@ def test_the_search_finds_pages_of_the_board_and_escapes_their_text(tmp_path: Pa
     (tmp_path / "tasks").mkdir()
     for path in ("metrics.html", "tasks/a.html"):
         (tmp_path / path).write_text(BOARD_PAGE, encoding="utf-8")
-    entries = [tuple(entry.values()) for entry in hooks.board_entries(tmp_path)]
-    assert entries == [
+    submissions = [tuple(submission.values()) for submission in hooks.board_submissions(tmp_path)]
+    assert submissions == [
         ("../metrics.html", "Hopper &lt;b&gt;", "HopperWall hops"),
         ("../metrics.html#facts", "Facts", "all it weighs"),
         ("../metrics.html#forgetting", "Forgetting", "p[j] &lt; 1"),

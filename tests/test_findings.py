@@ -98,15 +98,16 @@ def test_the_numbers_and_words_of_the_readme_are_in_the_findings() -> None:
     assert "lies above 0 on: none" in text
 
 
-def test_the_landscape_of_the_readme_is_that_of_the_committed_entry(tmp_path: Path) -> None:
+def test_the_landscape_of_the_readme_is_that_of_the_committed_submission(tmp_path: Path) -> None:
     (axis,) = build.landscape(ROOT / "submissions").axes
     build.write_picture(axis.large, "landscape", tmp_path / "landscape.svg")
     committed, drawn = ((each / "landscape.svg").read_text("utf-8") for each in (build.IMAGES, tmp_path))
-    # Later entries may change the best return, and with it tints and scale; the entry's own returns stay.
+    # Later submissions may change the best return, and with it tints and scale; the submission's own returns
+    # stay.
     own = [re.findall(r"[\d.]+ at [\d.]+ g", text) for text in (committed, drawn)]
     assert own[0] == own[1], "run `make findings`"
     assert len(own[0]) == 7
-    assert "best of all entries" in committed
+    assert "best of all submissions" in committed
 
 
 CELL = reproduction.PaperCell(1000.0, 100.0)
@@ -157,5 +158,5 @@ def test_a_finding_of_the_paper_holds_by_the_number_of_tasks_that_end_lower(
     is_forgotten: bool, final: float, answer: str
 ) -> None:
     shown = reproduction.table(paper_rows(final, 1000.0))
-    group = reproduction.Group("hopper-gravity", is_forgotten, "an-entry", shown, shown)
+    group = reproduction.Group("hopper-gravity", is_forgotten, "an-submission", shown, shown)
     assert reproduction.verdict(group, shown) == answer

@@ -1,4 +1,4 @@
-"""Loading the policies of entries, and converting them."""
+"""Loading the policies of submissions, and converting them."""
 
 from __future__ import annotations
 
@@ -12,33 +12,35 @@ import pytest
 
 from gym_extensions import policies
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.run import read_run, write_run
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.run import read_run, write_run
 
 RUN = "hopper-gravity/sequential/run0.json"
 
 
 @pytest.fixture
-def entry(make_submission: Callable[..., Path]) -> Path:
+def submission(make_submission: Callable[..., Path]) -> Path:
     return make_submission(runs=(0,))
 
 
-def test_a_policy_is_loaded_by_run_and_stage_and_the_last_stage_is_the_default(entry: Path) -> None:
-    policy = policies.load(entry, "hopper-gravity", run=0, stage=2)
-    last = policies.load(str(entry), "hopper-gravity")
+def test_a_policy_is_loaded_by_run_and_stage_and_the_last_stage_is_the_default(submission: Path) -> None:
+    policy = policies.load(submission, "hopper-gravity", run=0, stage=2)
+    last = policies.load(str(submission), "hopper-gravity")
     assert policy.act(np.zeros(11), np.random.default_rng(0)).shape == (3,)
     assert last.act(np.zeros((4, 11)), np.random.default_rng(0)).shape == (4, 3)
 
 
-def test_the_policies_of_single_tasks_are_loaded_by_the_task(entry: Path) -> None:
-    policy = policies.load(entry, "hopper-gravity", task="HopperGravityHalf", protocol="single")
+def test_the_policies_of_single_tasks_are_loaded_by_the_task(submission: Path) -> None:
+    policy = policies.load(submission, "hopper-gravity", task="HopperGravityHalf", protocol="single")
     assert policy.num_actions == 3
 
 
-def test_an_address_needs_the_digest_of_its_content(entry: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(entry.parent / "cache"))
-    url = entry.joinpath(RUN).with_suffix(".npz").as_uri()
-    stated = read_run(entry / RUN).policies
+def test_an_address_needs_the_digest_of_its_content(
+    submission: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(submission.parent / "cache"))
+    url = submission.joinpath(RUN).with_suffix(".npz").as_uri()
+    stated = read_run(submission / RUN).policies
     assert stated is not None
     assert policies.load(url, "hopper-gravity", stage=1, sha256=stated.sha256).num_actions == 3
     with pytest.raises(BenchError, match="needs a digest"):
@@ -47,14 +49,14 @@ def test_an_address_needs_the_digest_of_its_content(entry: Path, monkeypatch: py
         policies.load(url, "hopper-gravity", sha256="0" * 64)
 
 
-def test_policies_that_lie_elsewhere_are_fetched(entry: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(entry.parent / "cache"))
-    document = read_run(entry / RUN)
+def test_policies_that_lie_elsewhere_are_fetched(submission: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(submission.parent / "cache"))
+    document = read_run(submission / RUN)
     assert document.policies is not None
-    file = entry.joinpath(RUN).with_suffix(".npz").rename(entry.parent / "elsewhere.npz")
+    file = submission.joinpath(RUN).with_suffix(".npz").rename(submission.parent / "elsewhere.npz")
     there = msgspec.structs.replace(document.policies, url=file.as_uri())
-    write_run(entry / RUN, msgspec.structs.replace(document, policies=there))
-    assert policies.load(entry, "hopper-gravity").num_actions == 3
+    write_run(submission / RUN, msgspec.structs.replace(document, policies=there))
+    assert policies.load(submission, "hopper-gravity").num_actions == 3
 
 
 @pytest.mark.parametrize(
@@ -67,9 +69,9 @@ def test_policies_that_lie_elsewhere_are_fetched(entry: Path, monkeypatch: pytes
         ({"protocol": "sequence"}, "Did you mean 'sequential'"),
     ],
 )
-def test_what_does_not_exist_is_named(entry: Path, arguments: dict[str, object], named: str) -> None:
+def test_what_does_not_exist_is_named(submission: Path, arguments: dict[str, object], named: str) -> None:
     with pytest.raises(BenchError, match=named):
-        policies.load(entry, "hopper-gravity", **arguments)  # type: ignore[arg-type]
+        policies.load(submission, "hopper-gravity", **arguments)  # type: ignore[arg-type]
 
 
 def made(activation: str, dtype: str, rows: bool) -> Policy:
@@ -126,9 +128,9 @@ def test_a_network_is_written_and_read(tmp_path: Path) -> None:
             policies.OnnxPolicy.load(tmp_path / f"{name}.onnx")
 
 
-def test_a_policy_without_layers_is_not_converted(entry: Path) -> None:
+def test_a_policy_without_layers_is_not_converted(submission: Path) -> None:
     pytest.importorskip("torch")
-    policy = policies.load(entry, "hopper-gravity")
+    policy = policies.load(submission, "hopper-gravity")
     assert isinstance(policy, Policy)
     with pytest.raises(BenchError, match="The policy is uniform"):
         policy.to_torch()

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.references import load_references
-from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import score_folder
+from gym_extensions.submissions.reader import read
 
 ROOT = Path(__file__).resolve().parents[1]
 PUBLIC = {
@@ -24,7 +24,7 @@ PUBLIC = {
         Agent BatchTrained Card Context Factory JobFailed JobFinished Observes Resumable StageStarted
         TaskEvaluated TrainingStarted record sb3 train
     """,
-    "gym_extensions.experts": "Card card load names",
+    "gym_extensions.references.experts": "Card card load names",
     "gym_extensions.metrics": """
         FORMULAS Interval MetricValue Profile area compute difference interval iqm
         probability_of_improvement profile
@@ -51,7 +51,7 @@ EXAMPLES = {
 EXTRAS = {
     "gym_extensions.baselines.adapters.sb3": ("stable_baselines3",),
     "gym_extensions.baselines.adapters.sb3_policy": ("stable_baselines3",),
-    "gym_extensions.rollouts.policies.conversion": ("torch", "onnx", "onnxruntime"),
+    "gym_extensions.submissions.policies.conversion": ("torch", "onnx", "onnxruntime"),
 }
 """The packages of extras that the examples of a module need."""
 

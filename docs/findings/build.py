@@ -22,13 +22,13 @@ from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.files import write_text
 from gym_extensions.references import ALONE
 from gym_extensions.scoring import score_folder
-from gym_extensions.scoring.landscapes import best, landscapes_of
 from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed
+from gym_extensions.submissions.landscapes import best, landscapes_of
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
@@ -44,7 +44,7 @@ NOT_COMPARED = {
 
 
 def forgetting_of_runs(folder: Path) -> dict[str, Sequence[float]]:
-    """Forgetting of every run of an entry, by group id."""
+    """Forgetting of every run of a submission, by group id."""
     groups = score_folder(folder).groups
     logs = {group: protocols.get("sequential") for group, protocols in groups.items()}
     return {group: log.metrics[LOST].runs for group, log in logs.items() if log and LOST in log.metrics}
@@ -61,10 +61,10 @@ def by_ruler_alone(folder: Path) -> dict[str, list[tables.Value]]:
     return found
 
 
-def landscape(submissions: Path, entry: str = "cloning", group: str = "hopper-gravity") -> View:
-    """The landscape of an entry on a group."""
+def landscape(submissions: Path, submission: str = "cloning", group: str = "hopper-gravity") -> View:
+    """The landscape of a submission on a group."""
     found = {folder.name: landscapes_of(folder) for folder in submissions.iterdir() if folder.is_dir()}
-    return View(GROUPS[group], found[entry][GROUPS[group].id], best(found))
+    return View(GROUPS[group], found[submission][GROUPS[group].id], best(found))
 
 
 def main() -> None:

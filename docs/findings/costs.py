@@ -1,9 +1,9 @@
-"""What an entry costs to train, from measured processor times."""
+"""What a submission costs to train, from measured processor times."""
 
 from __future__ import annotations
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET, budget
+from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, STANDARD_BUDGET, budget
 
 CPU_SECONDS = {
     "Hopper": 108,
@@ -34,8 +34,8 @@ navigation were not measured: they have the figure of the row beside them.
 
 
 def hours(group_name: str) -> str:
-    """The CPU hours of one entry of five sequential runs on the group, without evaluation, as text."""
+    """The CPU hours of one submission of five sequential runs on the group, without evaluation, as text."""
     steps = budget(STANDARD_BUDGET).steps_for(group_name)
     rates = [CPU_SECONDS.get(task.body.name) or CPU_SECONDS[group_name] for task in group(group_name).tasks]
-    value = sum(rates) * steps / 1e6 * FULL_ENTRY_RUNS / 3600
+    value = sum(rates) * steps / 1e6 * FULL_SUBMISSION_RUNS / 3600
     return f"{value:.2f}" if value < 10 else f"{value:.0f}"

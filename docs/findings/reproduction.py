@@ -1,4 +1,4 @@
-"""Writes docs/reproduction.md: the paper's tables beside the entries that repeat its training.
+"""Writes docs/reproduction.md: the paper's tables beside the submissions that repeat its training.
 
 ``make findings`` runs it. Every number and verdict is computed; the text is in ``reproduction.md.jinja``.
 """
@@ -17,10 +17,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.files import write_text
-from gym_extensions.scoring.output.highlights import task_name
-from gym_extensions.scoring.pipeline import make_scorer
-from gym_extensions.scoring.scorecard import PaperCell, PaperRow
-from gym_extensions.scoring.statistics import (
+from gym_extensions.metrics.statistics import (
     Interval,
     Summary,
     holm,
@@ -29,6 +26,9 @@ from gym_extensions.scoring.statistics import (
     to_interval,
     zero_mean_p,
 )
+from gym_extensions.scoring.output.highlights import task_name
+from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 from gym_extensions.site.text import fixed, interval
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,7 +38,7 @@ CLAIMS = (
     ("hopper-gravity", True, "trpo-2017-paper-hopper"),
     ("halfcheetah-gravity", False, "trpo-2017-paper"),
 )
-"""A group, whether the paper says that its earlier tasks are forgotten, and the entry that repeats it."""
+"""A group, whether the paper says that its earlier tasks are forgotten, and its repetition."""
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,11 @@ class Table:
 
 @dataclass(frozen=True)
 class Group:
-    """A group with what the paper claims, what it prints, and what the entry shows."""
+    """A group with what the paper claims, what it prints, and what the submission shows."""
 
     name: str
     is_forgotten: bool
-    entry: str
+    submission: str
     printed: Table
     reproduced: Table
 
@@ -176,17 +176,17 @@ def main() -> None:
     scorer = make_scorer()
     printed = scorer(submissions / PRINTED).groups
     groups = []
-    for name, is_forgotten, entry in CLAIMS:
+    for name, is_forgotten, submission in CLAIMS:
         group_id = GROUPS[name].id
-        ours = scorer(submissions / entry).groups[group_id]["sequential"]
+        ours = scorer(submissions / submission).groups[group_id]["sequential"]
         if len(ours.return_matrix) > 1:
             # Its episodes would count as independent, although the run is the statistical unit.
-            raise SystemExit(f"{entry}: the page compares one run per group.")
+            raise SystemExit(f"{submission}: the page compares one run per group.")
         groups.append(
             Group(
                 name,
                 is_forgotten,
-                entry,
+                submission,
                 table(printed[group_id]["sequential"].paper_table),
                 table(ours.paper_table),
             )

@@ -13,14 +13,15 @@ import pandas as pd
 
 from gym_extensions import results
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, STANDARD_BUDGET
+from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, STANDARD_BUDGET
 from gym_extensions.metrics import iqm, probability_of_improvement
+from gym_extensions.metrics.formulas import BY_NAME
+from gym_extensions.metrics.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import load_references, trained_alone
-from gym_extensions.scoring.formulas import BY_NAME, MetricValue
-from gym_extensions.scoring.landscapes import SHARES
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, last_look
-from gym_extensions.scoring.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.site.text import fixed, interval
+from gym_extensions.submissions.landscapes import SHARES
 
 FINE_TUNING = "trpo"
 LEARNED, FINAL, LOST = "learning_performance", "final_performance", "forgetting"
@@ -128,7 +129,7 @@ def in_other_ways(core: pd.DataFrame) -> list[Method]:
 
 
 def value(metrics: pd.DataFrame, name: str, group: str, metric: str, protocol: str = "sequential") -> Value:
-    """A metric of an entry on a group or suite, at the standard budget."""
+    """A metric of a submission on a group or suite, at the standard budget."""
     found = metrics[
         (metrics["name"] == name)
         & (metrics["group"] == group)
@@ -140,8 +141,8 @@ def value(metrics: pd.DataFrame, name: str, group: str, metric: str, protocol: s
 
 
 def by_group(metrics: pd.DataFrame, names: Sequence[str], metric: str) -> list[tuple[str, list[Value]]]:
-    """A metric of entries on every group of the core; entries with five runs on one of them."""
-    full = metrics[metrics["runs"] >= FULL_ENTRY_RUNS]
+    """A metric of submissions on every group of the core; submissions with five runs on one of them."""
+    full = metrics[metrics["runs"] >= FULL_SUBMISSION_RUNS]
     rows = [(name, [value(full, name, group.id, metric) for group in CORE]) for name in names]
     return [row for row in rows if not all(math.isnan(each.mean) for each in row[1])]
 
@@ -220,12 +221,12 @@ def replay(runs: dict[str, dict[str, Sequence[float]]]) -> list[tuple[str, Value
     """Forgetting of SAC with its replay buffer minus SAC without: group, difference, p value (Welch).
 
     Args:
-        runs: forgetting of each run, by entry and group id.
+        runs: forgetting of each run, by submission and group id.
     """
     rows = []
     for group in CORE:
         kept, emptied = (runs.get(name, {}).get(group.id, ()) for name in REPLAY)
-        if min(len(kept), len(emptied)) >= FULL_ENTRY_RUNS:
+        if min(len(kept), len(emptied)) >= FULL_SUBMISSION_RUNS:
             gap = difference(kept, emptied)
             p_value = zero_mean_p(subtract(summary(kept), summary(emptied)))
             rows.append((group.name, Value.of(gap), p_value))
@@ -233,7 +234,7 @@ def replay(runs: dict[str, dict[str, Sequence[float]]]) -> list[tuple[str, Value
 
 
 def between_and_beyond(shares: pd.DataFrame) -> list[tuple[str, str, Value, Value]]:
-    """Interpolation and extrapolation on the groups of the core: group, entry, both values.
+    """Interpolation and extrapolation on the groups of the core: group, submission, both values.
 
     Args:
         shares: from ``results.landscapes``.
@@ -247,7 +248,7 @@ def between_and_beyond(shares: pd.DataFrame) -> list[tuple[str, str, Value, Valu
             stated = found["mean"].columns
             own = {each: Value(*(found.loc[name, (end, each)] for end in Value._fields)) for each in stated}
             values.append((group.name, str(name), *(ends | own).values()))
-        if len(values) > 1:  # the best of one entry is its own
+        if len(values) > 1:  # the best of one submission is its own
             rows += sorted(values, key=lambda row: -(row[3] if math.isnan(row[2].mean) else row[2]).mean)
     return rows
 

@@ -104,7 +104,7 @@ FOUND = ("*.html", "groups/*.html", "tasks/*.html", "submissions/*.html")
 NO_TEXT = {"nav", "noscript", "pre", "script", "select", "style", "svg", "table"}
 HEADINGS = {"h2", "h3", "th"}
 MOST_TEXT = 600
-"""Characters of an entry of the search index."""
+"""Characters of a submission of the search index."""
 
 
 class BoardPage(HTMLParser):
@@ -152,10 +152,10 @@ class BoardPage(HTMLParser):
             self.sections[-1] = (anchor, heading, text + data)
 
 
-def board_entries(board: Path) -> Iterator[dict[str, str]]:
-    """The entries of the search index for the pages of the board. Titles of submissions are escaped.
+def board_submissions(board: Path) -> Iterator[dict[str, str]]:
+    """The submissions of the search index for the pages of the board. Titles of submissions are escaped.
 
-    A page of a task, group or submission is one entry; the others have one per heading.
+    A page of a task, group or submission is one submission; the others have one per heading.
     """
     for file in sorted(file for pattern in FOUND for file in board.glob(pattern)):
         page = BoardPage(file.read_text(encoding="utf-8"))
@@ -218,7 +218,7 @@ def on_post_build(config: Any, **_: Any) -> None:
     board, index = board_of(config), site / "search" / "search_index.json"
     if board is not None:
         found = json.loads(index.read_text(encoding="utf-8"))
-        found["docs"] += board_entries(board)
+        found["docs"] += board_submissions(board)
         index.write_text(json.dumps(found, separators=(",", ":")), encoding="utf-8")
     lost = site / "404.html"
     if lost.is_file():

@@ -1,4 +1,4 @@
-"""Policies of entries: loads them, and converts them from and to PyTorch and ONNX.
+"""Policies of submissions: loads them, and converts them from and to PyTorch and ONNX.
 
 Example:
     >>> from gym_extensions import policies
@@ -6,7 +6,7 @@ Example:
     >>> policy.act(observation)  # doctest: +SKIP
 
 Plain arrays need only numpy, networks the extra ``onnx``. Experts are such policies, too
-(:func:`gym_extensions.experts.load`).
+(:func:`gym_extensions.references.experts.load`).
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from pathlib import Path
 from gym_extensions.catalog.groups import TaskGroup, resolve_group
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, did_you_mean, require_known
-from gym_extensions.rollouts.layout import DOCUMENT, run_file
-from gym_extensions.rollouts.policies import files
-from gym_extensions.rollouts.policies.conversion import from_torch
-from gym_extensions.rollouts.policies.files import AnyPolicy
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.policies.mlp_arrays import Arrays
-from gym_extensions.rollouts.policies.onnx import OnnxPolicy
-from gym_extensions.rollouts.run import PolicyFile, read_run
-from gym_extensions.verification.fetch import Fetcher, cache_folder
+from gym_extensions.submissions.fetch import Fetcher, cache_folder
+from gym_extensions.submissions.layout import DOCUMENT, run_file
+from gym_extensions.submissions.policies import files
+from gym_extensions.submissions.policies.conversion import from_torch
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp_arrays import Arrays
+from gym_extensions.submissions.policies.onnx import OnnxPolicy
+from gym_extensions.submissions.run import PolicyFile, read_run
 
 __all__ = ["OnnxPolicy", "Policy", "from_torch", "load"]
 
@@ -42,7 +42,7 @@ def load(
     """A policy of a run, whose ``act(observation)`` takes one observation or many.
 
     Args:
-        source: the folder of an entry, whose policies may be stored elsewhere; or the address of a run's
+        source: the folder of a submission, whose policies may be stored elsewhere; or the address of a run's
             .npz file, which is fetched into a cache.
         group: the name of a group, the TOML file of a custom group, or a group.
         run: the number of the run.
@@ -52,7 +52,7 @@ def load(
         sha256: the digest of the content, ``policies.sha256`` of the run's document. An address needs it.
 
     Raises:
-        BenchError: there is no such entry, run, stage or task, the policies cannot be read, or they do
+        BenchError: there is no such submission, run, stage or task, the policies cannot be read, or they do
             not match the digest.
     """
     members = resolve_group(group)
@@ -66,7 +66,7 @@ def load(
             hint = did_you_mean(task, [name for _, name in keys if name])
         raise BenchError("unknown-policy", f"There is no policy of stage {key[0]}, task {task}.", "", hint)
     if "://" not in str(source):
-        arrays = _of_entry(Path(source), members, protocol, run)
+        arrays = _of_submission(Path(source), members, protocol, run)
         if sha256:
             _require(sha256, arrays, str(source))
     elif sha256:
@@ -83,12 +83,12 @@ def _require(digest: str, arrays: Arrays, where: str) -> None:
         raise BenchError("other-policy", message, where, "Get the files of the run.")
 
 
-def _of_entry(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays:
+def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays:
     path = folder / run_file(group.name, protocol, run, DOCUMENT)
     if not path.is_file():
         found = f"{folder} has no run {run} of {group.name}, {protocol}."
         message = found if folder.is_dir() else f"There is no folder {folder}."
-        raise BenchError("no-such-run", message, str(path), "Name an entry and one of its runs.")
+        raise BenchError("no-such-run", message, str(path), "Name a submission and one of its runs.")
     stated = read_run(path).policies
     if stated is None:
         raise BenchError("no-policies", "The run publishes no policies.", str(path), "Choose another run.")

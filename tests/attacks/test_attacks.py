@@ -1,6 +1,7 @@
 """Attacks on the truth of results by somebody who has the project's code: each stops as its row says.
 
-An attack changes an honest entry. Its author may write logs, documents and policies anew. It is judged as on
+An attack changes an honest submission. Its author may write logs, documents and policies anew. It is judged
+as on
 the base branch: the rules, then verification with seeds that the author does not know. ``verified`` is what
 no part of a verification can show. The rows are those of docs/security.md.
 """
@@ -16,15 +17,15 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.rollouts.policies.files import AnyPolicy, Key, read_policies
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.run import PolicyFile
+from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.policies.files import AnyPolicy, Key, read_policies
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.run import PolicyFile
 from gym_extensions.verification.episodes import Store
-from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.verify import verify
 
-from ..verification import entries
-from ..verification.entries import (
+from ..verification import made_submissions as submissions
+from ..verification.made_submissions import (
     GROUP,
     RUNS,
     Row,
@@ -53,7 +54,7 @@ Forge = Callable[[Path], object]
 
 @dataclass(frozen=True)
 class Attack:
-    """One attack: what its author does, what stops it, and from which honest entry it is made.
+    """One attack: what its author does, what stops it, and from which honest submission it is made.
 
     ``elsewhere`` is what stops it if the documents say that the runs were made with other processor kernels.
     """
@@ -67,7 +68,7 @@ class Attack:
 
 def rows(edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Forge:
     """Changes rows of the logs."""
-    return lambda entry: change_log(entry, edit, run)
+    return lambda submission: change_log(submission, edit, run)
 
 
 def returns(change: Callable[[float], float], where: Callable[[Row], bool] = lambda _: True) -> Forge:
@@ -88,38 +89,38 @@ def first_row(**values: object) -> Forge:
 
 def documents(change: Callable[..., Mapping[str, object]]) -> Forge:
     """Changes the documents of all runs."""
-    return lambda entry: change_documents(entry, change)
+    return lambda submission: change_documents(submission, change)
 
 
 def policies(change: Callable[[dict[Key, AnyPolicy]], object]) -> Forge:
     """Changes the stored policies of all runs, and states their digests."""
-    return lambda entry: change_policies(entry, change)
+    return lambda submission: change_policies(submission, change)
 
 
-def without_policies(entry: Path) -> None:
-    documents(lambda _: {"policies": None})(entry)
-    for path in entry.glob("*/*/*.npz"):
+def without_policies(submission: Path) -> None:
+    documents(lambda _: {"policies": None})(submission)
+    for path in submission.glob("*/*/*.npz"):
         path.unlink()
 
 
 def best_of(evaluations: int, by: str) -> Forge:
     """Logs the best of several evaluations of sampled policies: of every episode, or of every cell."""
 
-    def forged(entry: Path) -> None:
+    def forged(submission: Path) -> None:
         rng, spread = np.random.default_rng(0), 4.0
         draws = {"episode": 20, "cell": 1}[by]
         noise = rng.normal(0, spread, (evaluations, 10_000, draws)).max(axis=0).ravel().tolist()
-        change_log(entry, lambda row: {"return": row["return"] + abs(noise.pop())})
+        change_log(submission, lambda row: {"return": row["return"] + abs(noise.pop())})
 
     return forged
 
 
-def one_policy_everywhere(entry: Path) -> None:
+def one_policy_everywhere(submission: Path) -> None:
     """Every stage is a policy that was chosen for one task."""
     for run in RUNS:
         chosen = network(700 + run)
-        stored = read_policies(entry, group(GROUP), "sequential", run)
-        entries.write_run_files(entry, "sequential", run, stored, dict.fromkeys(stored, chosen))
+        stored = read_policies(submission, group(GROUP), "sequential", run)
+        submissions.write_run_files(submission, "sequential", run, stored, dict.fromkeys(stored, chosen))
 
 
 def per_task(stored: dict[Key, AnyPolicy]) -> None:
@@ -134,9 +135,9 @@ def swap(stored: dict[Key, AnyPolicy]) -> None:
     stored[LAST, None], stored[0, None] = stored[0, None], stored[LAST, None]
 
 
-def invented_without_policies(entry: Path) -> None:
-    returns(lambda value: 2 * value)(entry)
-    without_policies(entry)
+def invented_without_policies(submission: Path) -> None:
+    returns(lambda value: 2 * value)(submission)
+    without_policies(submission)
 
 
 ATTACKS = (
@@ -217,13 +218,13 @@ ATTACKS = (
         "The best of five evaluations of every episode.", best_of(5, "episode"), NEW_SEEDS, head="gaussian"
     ),
     Attack("The best of ten evaluations of every cell.", best_of(10, "cell"), NEW_SEEDS, head="gaussian"),
-    Attack("Tuning is said to have cost nothing.", lambda entry: entry, VERIFIED),
+    Attack("Tuning is said to have cost nothing.", lambda submission: submission, VERIFIED),
 )
 
 
-def stop_of(entry: Path, cache: Path) -> str:
-    """What stops an entry, or ``verified``."""
-    report = verify(entry, VALUE, Store(cache / "verify"), Fetcher(cache / "policies"))
+def stop_of(submission: Path, cache: Path) -> str:
+    """What stops a submission, or ``verified``."""
+    report = verify(submission, VALUE, Store(cache / "verify"), Fetcher(cache / "policies"))
     if report.problems:
         return " ".join(problem.rule for problem in report.problems)
     found = report.verification
@@ -241,12 +242,12 @@ def stop_of(entry: Path, cache: Path) -> str:
 @pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.title)
 def test_an_attack_stops_where_its_row_says(attack: Attack, tmp_path: Path) -> None:
-    entry = copy(honest(attack.head), tmp_path / "attack")
-    attack.forge(entry)
-    assert attack.stop in stop_of(entry, tmp_path)
+    submission = copy(honest(attack.head), tmp_path / "attack")
+    attack.forge(submission)
+    assert attack.stop in stop_of(submission, tmp_path)
     if attack.elsewhere:
-        move_elsewhere(entry)
-        assert attack.elsewhere in stop_of(entry, tmp_path)
+        move_elsewhere(submission)
+        assert attack.elsewhere in stop_of(submission, tmp_path)
 
 
 def test_the_attacks_are_the_rows_that_name_them() -> None:

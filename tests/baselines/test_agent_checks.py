@@ -17,7 +17,7 @@ from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.submission import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.rules.manifest import findings
+from gym_extensions.submissions.rules.manifest import findings
 
 
 class AgentWithCard(Zero):

@@ -12,10 +12,10 @@ import pytest
 from gym_extensions.baselines import Card, Observes, record, train
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.files import read_policies
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.run import RunDocument, read_run
+from gym_extensions.submissions.policies.files import read_policies
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.run import RunDocument, read_run
 
 from .conftest import QUICK_GROUP, digests, log_rows
 

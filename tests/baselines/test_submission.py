@@ -23,9 +23,9 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import evaluation_seed
 from gym_extensions.envs import fingerprinting, make_vec
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import MANIFEST
-from gym_extensions.rollouts.rules.manifest import findings
-from gym_extensions.rollouts.run import RunDocument, read_run
+from gym_extensions.submissions.layout import MANIFEST
+from gym_extensions.submissions.rules.manifest import findings
+from gym_extensions.submissions.run import RunDocument, read_run
 
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows
 
@@ -64,7 +64,7 @@ def test_the_folder_that_contains_submissions_is_rejected(random_submission: Pat
 
 
 @pytest.mark.parametrize("folder", ["poses", "landscapes"])
-def test_a_run_can_be_added_to_an_entry_that_has_a_review(
+def test_a_run_can_be_added_to_a_submission_that_has_a_review(
     folder: str, random_submission: Path, tmp_path: Path
 ) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
@@ -260,7 +260,7 @@ def test_a_donated_run_adds_its_three_files_and_names_the_donor(three_runs: Path
 
 
 @pytest.mark.parametrize("name", sorted(COMMITTED & set(names())))
-def test_a_committed_entry_can_be_continued(name: str) -> None:
+def test_a_committed_submission_can_be_continued(name: str) -> None:
     if name.startswith("sac"):
         pytest.importorskip("sbx")
     env = make_vec("Hopper", 1)

@@ -22,8 +22,8 @@ import pytest
 
 from gym_extensions.__main__ import main
 from gym_extensions.baselines import Context
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.run import read_run
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.run import read_run
 
 from .conftest import QUICK_GROUP, log_rows
 
@@ -35,7 +35,7 @@ PUSHER_WEIGHTS = 23 * 7
 TWO_HOPPERS = "hopper-motor-noise"
 """A group of two tasks in which agents learn within the budget smoke."""
 TRAIN = re.compile(r"^gym-extensions (train (?!.*--by).*)$", re.MULTILINE)
-"""Commands that train an entry; a donated run (``--by``) is tested with its rules."""
+"""Commands that train a submission; a donated run (``--by``) is tested with its rules."""
 COMMANDS = TRAIN.findall(TEXT.replace("\\\n", " "))
 
 

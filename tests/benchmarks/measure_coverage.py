@@ -4,7 +4,8 @@
 
 Coverage: how often a 95 % interval over N runs contains the true mean, for ten shapes of variation between
 runs. Student's t is compared with the percentile, BCa and bootstrap-t intervals, whose resamples are
-enumerated, not drawn. Family-wise error: how often any rank interval of a board misses an entry's true rank.
+enumerated, not drawn. Family-wise error: how often any rank interval of a board misses a submission's true
+rank.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.scoring.statistics import rank_intervals, rounded_quantile, significant_pairs, summary
+from gym_extensions.metrics.statistics import rank_intervals, rounded_quantile, significant_pairs, summary
 
 Array = NDArray[np.float64]
 NORMAL = NormalDist()
@@ -160,20 +161,24 @@ def coverage(shape: Shape, runs: int, datasets: int, rng: np.random.Generator) -
 
 
 def family_wise(
-    entries: int, gap: float, runs: int, boards: int, rng: np.random.Generator
+    submissions: int, gap: float, runs: int, boards: int, rng: np.random.Generator
 ) -> tuple[float, float]:
     """How often any rank interval of a board misses a true rank, and the mean number of ranks in one."""
-    truth = np.arange(entries) * -gap
+    truth = np.arange(submissions) * -gap
     missed, width = 0, 0
     for _ in range(boards):
-        board = [summary(row) for row in (truth[:, None] + rng.normal(0, 1, (entries, runs))).tolist()]
+        board = [summary(row) for row in (truth[:, None] + rng.normal(0, 1, (submissions, runs))).tolist()]
         ranks = rank_intervals(board, significant_pairs(board), "higher")
-        true = [(1, entries)] * entries if gap == 0 else [(rank, rank) for rank in range(1, entries + 1)]
+        true = (
+            [(1, submissions)] * submissions
+            if gap == 0
+            else [(rank, rank) for rank in range(1, submissions + 1)]
+        )
         missed += any(
             low > first or high < last for (low, high), (first, last) in zip(ranks, true, strict=True)
         )
         width += sum(high - low + 1 for low, high in ranks)
-    return missed / boards, width / boards / entries
+    return missed / boards, width / boards / submissions
 
 
 def _error(share: float, count: int) -> float:
@@ -221,17 +226,17 @@ def main(argv: list[str] | None = None) -> None:
             write(f"| {shape.name} | {runs} | {' | '.join(cells)} |\n")
             sys.stdout.flush()
 
-    write("\n| truth | entries | runs | family-wise error | mean width of a rank interval |\n")
+    write("\n| truth | submissions | runs | family-wise error | mean width of a rank interval |\n")
     write("| --- | --- | --- | --- | --- |\n")
     for gap, truth in ((0.0, "all tied"), (1.0, "one run standard deviation apart")):
-        for entries in (5, 10, 20):
+        for submissions in (5, 10, 20):
             for runs in (5, 10):
                 error, width = family_wise(
-                    entries, gap, runs, arguments.boards, np.random.default_rng(next(seeds))
+                    submissions, gap, runs, arguments.boards, np.random.default_rng(next(seeds))
                 )
                 uncertainty = _error(max(error, 1 / arguments.boards), arguments.boards)
                 cell = f"{100 * error:.1f} ± {100 * uncertainty:.1f}"
-                write(f"| {truth} | {entries} | {runs} | {cell} | {width:.1f} |\n")
+                write(f"| {truth} | {submissions} | {runs} | {cell} | {width:.1f} |\n")
                 sys.stdout.flush()
 
 

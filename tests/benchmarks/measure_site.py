@@ -1,8 +1,8 @@
 """Measures the build of the site at scale: processor time, memory and sizes.
 
-    python tests/benchmarks/measure_site.py [--entries 1000] [--out FOLDER] [--one-more] [--browser]
+    python tests/benchmarks/measure_site.py [--submissions 1000] [--out FOLDER] [--one-more] [--browser]
 
-Synthetic entries with training curves on the four gravity groups are written as scorecards first; making
+Synthetic submissions with training curves on the four gravity groups are written as scorecards first; making
 them is not measured. Then the site is built in this process, and with ``--one-more`` again with one more.
 ``--browser`` sorts and filters its longest table in Chromium (Linux only).
 """
@@ -25,19 +25,19 @@ import numpy as np
 
 from gym_extensions.catalog.groups import SUITES, group
 from gym_extensions.references import Reference, References
-from gym_extensions.rollouts.manifest import (
+from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
+from gym_extensions.scoring.submission.normalization import GroupReturns
+from gym_extensions.scoring.submission.scorer import score_group
+from gym_extensions.scoring.submission.values import suite_scores
+from gym_extensions.site.build import build_site
+from gym_extensions.submissions.manifest import (
     Code,
     Observes,
     Protocol,
     Tuning,
 )
-from gym_extensions.rollouts.review import CLAIMED, VERIFIED
-from gym_extensions.rollouts.run import Memory
-from gym_extensions.scoring.entry.normalization import GroupReturns
-from gym_extensions.scoring.entry.scorer import score_group
-from gym_extensions.scoring.entry.values import suite_scores
-from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
-from gym_extensions.site.build import build_site
+from gym_extensions.submissions.review import CLAIMED, VERIFIED
+from gym_extensions.submissions.run import Memory
 
 LARGEST_PAGE = 300_000
 LARGEST_OVERVIEW = 40_000
@@ -53,14 +53,14 @@ REFERENCES = References(
 )
 
 
-def entries(count: int, seed: int = 0) -> Iterator[Scorecard]:
-    """Scorecards of ``count`` entries with sequential runs; the same seed gives the same entries."""
+def submissions(count: int, seed: int = 0) -> Iterator[Scorecard]:
+    """Scorecards of ``count`` submissions with sequential runs; the same seed gives the same submissions."""
     rng = np.random.default_rng(seed)
     for index in range(count):
-        yield _entry(f"entry-{index:04d}", rng, runs=RUNS if index % 10 else 2)
+        yield _submission(f"submission-{index:04d}", rng, runs=RUNS if index % 10 else 2)
 
 
-def _entry(name: str, rng: np.random.Generator, runs: int) -> Scorecard:
+def _submission(name: str, rng: np.random.Generator, runs: int) -> Scorecard:
     strength, keeps = rng.uniform(0.05, 1.2), rng.uniform(0.6, 1.02)
     groups = {}
     for group_id in GROUPS:
@@ -103,7 +103,7 @@ def _results(
 def _manifest(algorithm: str, conditioned: bool) -> ManifestSummary:
     return ManifestSummary(
         authors=("A. Researcher",),
-        description="A synthetic entry.",
+        description="A synthetic submission.",
         code=Code("", ""),
         protocol=Protocol(BUDGET, algorithm, "sampled"),
         hyperparameters={"step_size": 0.01},
@@ -131,7 +131,7 @@ def measured(files: Sequence[Path], out: Path) -> None:
     built = build_site(read(files), ReferencesInfo(REFERENCES.version, REFERENCES.digest), out)
     seconds = time.process_time() - before
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    write(f"{len(files)} entries: {seconds:.1f} s, peak {peak:.2f} GB, {built.written} files written")
+    write(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB, {built.written} files written")
 
 
 def sizes(out: Path) -> int:
@@ -199,14 +199,14 @@ def _main_thread(process: int) -> float:
 def main() -> int:
     """Measures, prints, and returns 1 if a page is too large."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--entries", type=int, default=1000)
+    options.add_argument("--submissions", type=int, default=1000)
     options.add_argument("--out", type=Path, default=None, help="where to leave the site")
-    options.add_argument("--one-more", action="store_true", help="build again with one entry more")
+    options.add_argument("--one-more", action="store_true", help="build again with one submission more")
     options.add_argument("--browser", action="store_true", help="also measure the longest table in Chromium")
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         files = []
-        for card in entries(chosen.entries):
+        for card in submissions(chosen.submissions):
             files.append(Path(folder) / f"{card.name}.json")
             files[-1].write_bytes(msgspec.json.encode(card))
         out = chosen.out or Path(folder) / "site"

@@ -87,7 +87,7 @@ def main() -> None:
         distinct = min(args.distinct, args.submissions)
         with ProcessPoolExecutor(args.workers) as pool:
             list(pool.map(partial(write, root), range(distinct)))
-        folders = [root / "submissions" / f"entry{number:04}" for number in range(args.submissions)]
+        folders = [root / "submissions" / f"submission{number:04}" for number in range(args.submissions)]
         for number, folder in enumerate(folders):
             link(root / str(number % distinct), folder)
         scoring, boards, processor = measure(folders, Scorer(references), args.workers, root / "out")

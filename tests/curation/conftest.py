@@ -14,7 +14,7 @@ from .repositories import git, make_project
 
 @pytest.fixture(scope="session")
 def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A project with code, an owner and an entry; the branch ``entry`` adds a new entry."""
+    """A project with code, an owner and a submission; the branch ``submission`` adds a new submission."""
     return make_project(tmp_path_factory.mktemp("base") / "project")
 
 
@@ -25,9 +25,9 @@ def project(base: Path, tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def request_with_entry(project: Path) -> Path:
-    """A copy of the project on a branch that adds a new entry."""
-    git(project, "switch", "--quiet", "entry")
+def request_with_submission(project: Path) -> Path:
+    """A copy of the project on a branch that adds a new submission."""
+    git(project, "switch", "--quiet", "submission")
     return project
 
 

@@ -1,4 +1,4 @@
-"""What pull requests with a new entry do besides, and the rule and path that refuse each."""
+"""What pull requests with a new submission do besides, and the rule and path that refuse each."""
 
 from __future__ import annotations
 
@@ -36,27 +36,29 @@ def moved(project: Path, *words: str) -> None:
 PLAYS: dict[str, tuple[str, str, Play]] = {
     "a submission that also edits the scorer": file("code-and-data", "scoring/rank.py", "rank = 9\n"),
     "a submission that also edits a workflow": file("code-and-data", ".github/workflows/gate.yml"),
-    "a submission that also edits another entry": file(
-        "several-entries", "submissions/old/README.md", "Worse.\n", where="submissions"
+    "a submission that also edits another submission": file(
+        "several-submissions", "submissions/old/README.md", "Worse.\n", where="submissions"
     ),
     "a submission with a review of its own": file("written-by-the-base", f"{NEW}/review.toml"),
     "a submission with a landscape": file(
         "written-by-the-base", f"{NEW}/landscapes/hopper-gravity.json", "{}"
     ),
     "a submission with poses": file("written-by-the-base", f"{NEW}/poses/hopper-gravity.json", "{}\n"),
-    "a review of another entry": file("written-by-the-base", "submissions/old/review.toml"),
-    "two new entries": file("several-entries", "submissions/another/submission.toml", where="submissions"),
-    "a file beside the entries": file("stray-file", "submissions/conftest.py", "import os\n"),
+    "a review of another submission": file("written-by-the-base", "submissions/old/review.toml"),
+    "two new submissions": file(
+        "several-submissions", "submissions/another/submission.toml", where="submissions"
+    ),
+    "a file beside the submissions": file("stray-file", "submissions/conftest.py", "import os\n"),
     "a folder of submissions in capitals": file("stray-file", "Submissions/new/submission.toml"),
     "a symbolic link": file("file-mode", f"{NEW}/README.md", "../../scoring/rank.py", "120000"),
     "a submodule": file("file-mode", f"{NEW}/code", "1" * 40, "160000"),
     "an executable file": file("file-mode", f"{NEW}/README.md", "text", "100755"),
-    "a file that is renamed from another entry": (
+    "a file that is renamed from another submission": (
         "deleted-file",
         LOG.replace("run0", "run7"),
         lambda project: moved(project, "mv", f"{OLD}/sequential/run0.csv", LOG.replace("run0", "run7")),
     ),
-    "a file of another entry that is deleted": (
+    "a file of another submission that is deleted": (
         "deleted-file",
         f"{OLD}/sequential/run0.csv",
         lambda project: moved(project, "rm", "--quiet", f"{OLD}/sequential/run0.csv"),
@@ -68,7 +70,7 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
     "a name with an escape sequence": file(
         "path-characters", f"{NEW}/\x1b[2J.csv", where=f"{NEW}/\\x1b[2J.csv"
     ),
-    "a log of another entry": (
+    "a log of another submission": (
         "copied-run",
         LOG,
         lambda project: index(project, ("100644", (project / OLD / "sequential/run0.csv").read_text(), LOG)),

@@ -13,11 +13,12 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import GateReport
 from gym_extensions.curation.git import Repository
-from gym_extensions.rollouts.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.run import PolicyFile, read_run, write_run
+from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.run import PolicyFile, read_run, write_run
 
-from ..conftest import MANIFEST, write_submission
+from .. import conftest
+from ..conftest import MANIFEST
 
 BOARD_MANIFEST = MANIFEST.replace('"smoke"', '"100k"')
 """The manifest of a submission that boards show."""
@@ -53,20 +54,22 @@ def commit(
     return git(folder, "rev-parse", "HEAD")
 
 
-def write_entry(folder: Path, name: str, bonus: float = 0.0, group: str = "hopper-gravity") -> Path:
+def write_submission(folder: Path, name: str, bonus: float = 0.0, group: str = "hopper-gravity") -> Path:
     """A small submission with policies that act at random: one group, two runs, sequential and single."""
 
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return bonus + 10.0 * position + run + episode / 8
 
-    entry = write_submission(folder, name=name, groups=(group,), value=value, manifest=BOARD_MANIFEST)
-    put_policies(entry, Policy(np.full(3, bonus / 100), np.ones(3), head="uniform"))
-    return entry
+    submission = conftest.write_submission(
+        folder, name=name, groups=(group,), value=value, manifest=BOARD_MANIFEST
+    )
+    put_policies(submission, Policy(np.full(3, bonus / 100), np.ones(3), head="uniform"))
+    return submission
 
 
-def put_policies(entry: Path, policy: Policy) -> None:
-    """Makes a policy that of every stage and task of all runs of an entry, and says so in the documents."""
-    for path in sorted(entry.glob("*/*/run*.json")):
+def put_policies(submission: Path, policy: Policy) -> None:
+    """Makes a policy that of every stage and task of all runs, and says so in the documents."""
+    for path in sorted(submission.glob("*/*/run*.json")):
         document = read_run(path)
         members = next(each for each in GROUPS.values() if each.id == document.group)
         arrays = run_arrays(dict.fromkeys(policy_keys(document.protocol, members), policy))
@@ -90,15 +93,16 @@ def make_crossed(folder: Path) -> None:
 
 
 def make_project(folder: Path) -> Path:
-    """A repository with code and an entry.
+    """A repository with code and a submission.
 
-    The branch ``request``, which is checked out, equals ``main``; the branch ``entry`` adds a new entry.
+    The branch ``request``, which is checked out, equals ``main``; the branch ``submission`` adds a new
+    submission.
     """
     make_repository(folder)
-    write_entry(folder / "submissions", "old")
+    write_submission(folder / "submissions", "old")
     commit(folder, {"scoring/rank.py": "rank = 1\n"})
-    git(folder, "switch", "--quiet", "-c", "entry")
-    write_entry(folder / "submissions", "new", bonus=7.0)
+    git(folder, "switch", "--quiet", "-c", "submission")
+    write_submission(folder / "submissions", "new", bonus=7.0)
     commit(folder)
     git(folder, "switch", "--quiet", "-c", "request", "main")
     return folder

@@ -1,4 +1,4 @@
-"""Pull requests with an entry: each is passed, sent to review or refused by the name of a rule."""
+"""Pull requests with a submission: each is passed, sent to review or refused by the name of a rule."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ def test_the_documentation_has_every_rule() -> None:
     assert rows == [(each.name, each.text) for each in RULES.values()]
 
 
-def test_a_new_entry_passes_with_its_scores_and_labels(request_with_entry: Path) -> None:
-    report = checked(request_with_entry, number=17)
+def test_a_new_submission_passes_with_its_scores_and_labels(request_with_submission: Path) -> None:
+    report = checked(request_with_submission, number=17)
     assert (report.kind, report.verdict, report.problems) == ("submission", "passed", ())
-    assert (report.entry, report.pull_request) == ("new", 17)
+    assert (report.submission, report.pull_request) == ("new", 17)
     assert (report.level, report.repeated) == ("claimed", 0)
     assert "sample" in report.notes[0], "nothing is repeated of policies that sample"
     assert report.without_policies == 0
@@ -55,25 +55,25 @@ def test_the_files_of_a_pull_request_are_never_checked_out(
         return command(self, *words)
 
     monkeypatch.setattr(Repository, "_command", listed)
-    assert checked(project, head="entry").verdict == "passed"
+    assert checked(project, head="submission").verdict == "passed"
     assert {words[0] for words in commands} == {"rev-parse", "merge-base", "diff-tree", "ls-tree", "cat-file"}
     assert not (project / NEW).exists()
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_problems_of_the_submission_are_in_the_report(request_with_entry: Path) -> None:
-    commit(request_with_entry, {f"{NEW}/hopper-gravity/agent.pkl": b"pickle"})
-    report = checked(request_with_entry)
+def test_problems_of_the_submission_are_in_the_report(request_with_submission: Path) -> None:
+    commit(request_with_submission, {f"{NEW}/hopper-gravity/agent.pkl": b"pickle"})
+    report = checked(request_with_submission)
     assert (report.verdict, report.level, report.labels) == ("refused", None, ["refused", "submission"])
     assert rules(report) == [("unexpected-name", "hopper-gravity/agent.pkl")]
 
 
 @pytest.mark.usefixtures("no_judge")
-def test_an_edit_of_an_entry_goes_to_its_owner_and_a_maintainer(project: Path) -> None:
+def test_an_edit_of_a_submission_goes_to_its_owner_and_a_maintainer(project: Path) -> None:
     commit(project, {"submissions/old/README.md": "A text.\n"})
     report = checked(project)
-    assert (report.kind, report.verdict, report.entry) == ("edit", "review", "old")
-    assert report.labels == ["claimed", "edits-entry"]
+    assert (report.kind, report.verdict, report.submission) == ("edit", "review", "old")
+    assert report.labels == ["claimed", "edits-submission"]
 
 
 def test_a_change_of_code_alone_is_not_judged(project: Path) -> None:
@@ -83,12 +83,12 @@ def test_a_change_of_code_alone_is_not_judged(project: Path) -> None:
 
 
 @pytest.mark.parametrize("name", PLAYS)
-def test_a_pull_request_with_a_new_entry_and_something_else_is_refused_by_name(
-    request_with_entry: Path, name: str
+def test_a_pull_request_with_a_new_submission_and_something_else_is_refused_by_name(
+    request_with_submission: Path, name: str
 ) -> None:
     rule, where, play = PLAYS[name]
-    play(request_with_entry)
-    report = checked(request_with_entry)
+    play(request_with_submission)
+    report = checked(request_with_submission)
     assert report.verdict == "refused"
     assert (rule, where) in rules(report)
     assert report.scores == ()
@@ -96,34 +96,41 @@ def test_a_pull_request_with_a_new_entry_and_something_else_is_refused_by_name(
 
 @pytest.mark.parametrize(
     ("name", "rule"),
-    [("Old", "case-collision"), ("CON", "path-characters"), ("x" * 65, "entry-name"), ("_new", "entry-name")],
+    [
+        ("Old", "case-collision"),
+        ("CON", "path-characters"),
+        ("x" * 65, "submission-name"),
+        ("_new", "submission-name"),
+    ],
 )
-def test_a_name_of_an_entry_that_some_system_confuses_is_refused(project: Path, name: str, rule: str) -> None:
+def test_a_name_of_a_submission_that_some_system_confuses_is_refused(
+    project: Path, name: str, rule: str
+) -> None:
     index(project, ("100644", "x", f"submissions/{name}/submission.toml"))
     assert rule in [problem.rule for problem in checked(project).problems]
 
 
-def test_an_entry_that_is_replaced_by_a_link_is_refused(project: Path) -> None:
+def test_a_submission_that_is_replaced_by_a_link_is_refused(project: Path) -> None:
     shutil.rmtree(project / "submissions" / "old")
     (project / "submissions" / "old").symlink_to("../scoring")
     commit(project)
     assert ("stray-file", "submissions/old") in rules(checked(project))
 
 
-def test_a_submission_that_reaches_a_limit_is_refused(request_with_entry: Path) -> None:
-    report = checked(request_with_entry, limits=Limits(wall_seconds=0))
+def test_a_submission_that_reaches_a_limit_is_refused(request_with_submission: Path) -> None:
+    report = checked(request_with_submission, limits=Limits(wall_seconds=0))
     assert [rule for rule, _ in rules(report)] == ["limit-reached"]
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_an_equal_single_task_log_is_no_copy(request_with_entry: Path) -> None:
+def test_an_equal_single_task_log_is_no_copy(request_with_submission: Path) -> None:
     """Methods that differ only between tasks have the same bytes there, by the same seeds."""
     path = "hopper-gravity/single/run0"
     for suffix in ("csv", "npz"):
-        old = (request_with_entry / f"submissions/old/{path}.{suffix}").read_bytes()
-        (request_with_entry / f"{NEW}/{path}.{suffix}").write_bytes(old)
-    commit(request_with_entry)
-    assert "copied-run" not in [rule for rule, _ in rules(checked(request_with_entry))]
+        old = (request_with_submission / f"submissions/old/{path}.{suffix}").read_bytes()
+        (request_with_submission / f"{NEW}/{path}.{suffix}").write_bytes(old)
+    commit(request_with_submission)
+    assert "copied-run" not in [rule for rule, _ in rules(checked(request_with_submission))]
 
 
 def test_a_pull_request_without_a_change_or_a_common_ancestor_is_refused(project: Path) -> None:
@@ -159,18 +166,18 @@ def test_a_history_with_several_common_ancestors_is_refused(project: Path) -> No
     assert (problem.rule, problem.message) == ("crossed-history", "The two commits have 2 common ancestors.")
 
 
-def test_an_edit_of_an_entry_that_the_base_changed_meanwhile_is_refused(project: Path) -> None:
+def test_an_edit_of_a_submission_that_the_base_changed_meanwhile_is_refused(project: Path) -> None:
     commit(project, {"submissions/old/README.md": "One text.\n"})
     git(project, "switch", "--quiet", "main")
     commit(project, {"submissions/old/README.md": "Another text.\n"})
-    assert rules(checked(project, head="request")) == [("outdated-entry", "submissions/old")]
+    assert rules(checked(project, head="request")) == [("outdated-submission", "submissions/old")]
 
 
 @pytest.mark.usefixtures("no_judge")
-def test_a_new_entry_is_compared_with_the_base_where_it_started(project: Path) -> None:
+def test_a_new_submission_is_compared_with_the_base_where_it_started(project: Path) -> None:
     git(project, "switch", "--quiet", "main")
     commit(project, {"scoring/rank.py": "rank = 3\n"})
-    assert checked(project, head="entry").verdict == "passed"
+    assert checked(project, head="submission").verdict == "passed"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the memory of git")
@@ -195,7 +202,7 @@ def test_a_clone_without_old_contents_is_named_and_no_pull_request_is_refused_fo
     part = tmp_path / "part"
     git(tmp_path, "clone", "--quiet", "--filter=blob:none", f"file://{project}", str(part))
     with pytest.raises(BenchError) as error:
-        checked(part, base="origin/main", head="origin/entry")
+        checked(part, base="origin/main", head="origin/submission")
     assert error.value.code == "partial-clone"
 
 

@@ -20,7 +20,7 @@ from gym_extensions.curation.gate_report import (
     read_report,
 )
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.problem import Problem
+from gym_extensions.submissions.problem import Problem
 
 from .repositories import commit
 
@@ -30,7 +30,7 @@ REPORT = GateReport(
     head="b" * 40,
     kind="submission",
     verdict="passed",
-    entry="entry",
+    submission="submission",
     level="claimed",
     repeated=380,
     episodes=400,
@@ -49,7 +49,7 @@ def test_a_report_is_read_back_as_it_was() -> None:
         ("head", "--all"),
         ("kind", "praise"),
         ("verdict", "merged"),
-        ("entry", "../entry"),
+        ("submission", "../submission"),
         ("level", "verified"),
         ("notes", ["x" * 501]),
         ("problems", [{"rule": "r", "where": "", "message": "\x1b[2J", "hint": ""}]),
@@ -74,7 +74,7 @@ def test_bytes_that_are_not_a_report_are_refused(data: bytes) -> None:
 
 def test_the_comment_says_what_was_proven() -> None:
     text = comment(REPORT)
-    assert text.startswith("### The submission passed\n\nEntry `entry`.")
+    assert text.startswith("### The submission passed\n\nSubmission `submission`.")
     assert "Level: **claimed**: 380 of 400 sampled episodes are repeated." in text
     assert "hopper-gravity-v0  sequential  1M  5 runs  final_performance 1.23 [1.00, –]" in text
 
@@ -82,8 +82,11 @@ def test_the_comment_says_what_was_proven() -> None:
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({}, "the entry is verified and has a rank"),
-        ({"scores": (replace(REPORT.scores[0], runs=4),)}, "the entry is verified.\n\nA rank needs 5 runs."),
+        ({}, "the submission is verified and has a rank"),
+        (
+            {"scores": (replace(REPORT.scores[0], runs=4),)},
+            "the submission is verified.\n\nA rank needs 5 runs.",
+        ),
         ({"without_policies": 4}, "gets no rank, because 4 runs published no policies"),
         ({"kind": "donation"}, "It is scored as soon as all runs with lower numbers are there"),
         ({"level": "reported", "repeated": 0, "episodes": 0}, "A published table is shown, without a rank"),
@@ -116,7 +119,7 @@ def test_the_command_prints_a_report_that_its_schema_allows_and_reads_it_back(
     path = project / "report.json"
     path.write_bytes(printed)
     assert main(["--labels", str(path)]) == 0
-    assert capfdbinary.readouterr().out == b"claimed\nedits-entry\n"
+    assert capfdbinary.readouterr().out == b"claimed\nedits-submission\n"
     without = tmp_path / "without.json"
     without.write_text(replace(report, kind="code", verdict="not-judged", level=None).to_json())
     assert main(["--labels", str(without)]) == 0

@@ -30,7 +30,10 @@ def test_files_of_a_commit_are_read_with_their_modes_and_sizes(tmp_path: Path) -
     folder = make_repository(tmp_path)
     head = commit(folder, {"a/b.csv": "1\n", "c": b"\0\xff\n\n"})
     repository = Repository(folder)
-    assert [(entry.mode, entry.size, entry.path) for entry in repository.tree(head, sizes=True)] == [
+    assert [
+        (submission.mode, submission.size, submission.path)
+        for submission in repository.tree(head, sizes=True)
+    ] == [
         ("100644", 2, "a/b.csv"),
         ("100644", 4, "c"),
     ]
@@ -40,10 +43,10 @@ def test_files_of_a_commit_are_read_with_their_modes_and_sizes(tmp_path: Path) -
 def test_the_last_commit_of_the_first_parents_fixes_runs(tmp_path: Path) -> None:
     folder = make_repository(tmp_path)
     commit(folder, {"submissions/a/g/single/run0.csv": "1\n"})
-    git(folder, "switch", "--quiet", "-c", "entry")
+    git(folder, "switch", "--quiet", "-c", "submission")
     inner = commit(folder, {"submissions/a/g/single/run1.csv": "1\n"})
     git(folder, "switch", "--quiet", "main")
-    git(folder, "merge", "--quiet", "--no-ff", "--no-edit", "entry")
+    git(folder, "merge", "--quiet", "--no-ff", "--no-edit", "submission")
     merge = git(folder, "rev-parse", "HEAD")
     head = commit(folder, {"submissions/a/README.md": "A text.\n"})
     paths = ["submissions/a/g/single/run0.csv", "submissions/a/g/single/run1.csv"]

@@ -34,7 +34,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_this_process: No
 
 def test_a_record_is_shown_after_one_pull_request(project: Path, tmp_path: Path) -> None:
     report = checked(project)
-    assert (report.kind, report.verdict, report.entry) == ("record", "passed", "Hopper/mine")
+    assert (report.kind, report.verdict, report.submission) == ("record", "passed", "Hopper/mine")
     assert (report.labels, report.episodes) == (["record"], 20)
     assert "Record `Hopper/mine`." in comment(report)
     git(project, "switch", "--quiet", "main")
@@ -88,9 +88,13 @@ def test_a_record_with_wrong_files_is_refused_by_name(project: Path, name: str) 
 BESIDES = {
     "the scorer": ("code-and-data", "scoring/rank.py", {"scoring/rank.py": "rank = 2\n"}),
     "the text about records": ("code-and-data", "records/README.md", {"records/README.md": "Mine.\n"}),
-    "an entry": ("several-entries", "submissions", {"submissions/new/README.md": "x"}),
+    "a submission": ("several-submissions", "submissions", {"submissions/new/README.md": "x"}),
     "a review": ("written-by-the-base", f"{HOPPER}/mine.review.json", {f"{HOPPER}/mine.review.json": "{}"}),
-    "a second record": ("several-entries", "submissions", {f"{HOPPER}/b.npz": "x", f"{HOPPER}/b.json": "{}"}),
+    "a second record": (
+        "several-submissions",
+        "submissions",
+        {f"{HOPPER}/b.npz": "x", f"{HOPPER}/b.json": "{}"},
+    ),
     "half a record": ("new-record", f"{HOPPER}/half", {f"{HOPPER}/half.npz": "x"}),
     "a record of no task": ("new-record", "records/Hoper/a", {"records/Hoper/a.npz": "x"}),
     "a file of another kind": ("stray-file", f"{HOPPER}/mine.txt", {f"{HOPPER}/mine.txt": "x"}),

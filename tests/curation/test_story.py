@@ -18,15 +18,15 @@ from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import GateReport
 from gym_extensions.curation.git import Repository
 from gym_extensions.references import Reference, References
-from gym_extensions.rollouts.policies.files import policy_keys
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import read_review
-from gym_extensions.rollouts.run import read_run
-from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.ranking.group_board import boards
+from gym_extensions.scoring.submission.scorer import score
+from gym_extensions.submissions.policies.files import policy_keys
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import read_review
+from gym_extensions.submissions.run import read_run
 
-from ..verification import entries
-from ..verification.entries import (
+from ..verification import made_submissions as submissions
+from ..verification.made_submissions import (
     GROUP,
     change_document,
     change_documents,
@@ -62,11 +62,11 @@ class Project:
         self.records = folder / "records"
         self.options = ("--cache", str(folder / "cache"))
 
-    def submit(self, entry: Path) -> GateReport:
-        """The gate's report on a branch of the fork with an entry ``new``."""
-        git(self.fork, "switch", "--quiet", "-c", "entry")
-        shutil.copytree(entry, self.fork / "submissions" / "new")
-        return self.check("entry")
+    def submit(self, submission: Path) -> GateReport:
+        """The gate's report on a branch of the fork with a submission ``new``."""
+        git(self.fork, "switch", "--quiet", "-c", "submission")
+        shutil.copytree(submission, self.fork / "submissions" / "new")
+        return self.check("submission")
 
     def check(self, branch: str) -> GateReport:
         """Commits a branch of the fork, and gives the gate's report on it."""
@@ -75,120 +75,120 @@ class Project:
         return check_pull_request(Repository(self.main), "main", "refs/gate/head")
 
     def donate(self, start: str, run: int, seed: int, **changes: object) -> GateReport:
-        """The gate's report on a branch with one run more of the entry ``new``, from a commit of main."""
+        """The gate's report on a branch with one run more of ``new``, from a commit of main."""
         git(self.fork, "fetch", "--quiet", "origin")
         git(self.fork, "switch", "--quiet", "-c", f"run{run}-{seed}", start)
-        entry = self.fork / "submissions" / "new"
+        submission = self.fork / "submissions" / "new"
         keys = policy_keys("sequential", group(GROUP))
-        policies = {key: entries.network(100 * seed + number) for number, key in enumerate(keys)}
-        entries.write_run_files(entry, "sequential", run, policies)
-        document = entry / GROUP / "sequential" / f"run{run}.json"
+        policies = {key: submissions.network(100 * seed + number) for number, key in enumerate(keys)}
+        submissions.write_run_files(submission, "sequential", run, policies)
+        document = submission / GROUP / "sequential" / f"run{run}.json"
         change_document(document, by="A. Donor", **changes)
         if changes.get("policies", ...) is None:
             document.with_suffix(".npz").unlink()
         return self.check(f"run{run}-{seed}")
 
     def merge(self) -> Path:
-        """Merges the branch and gives the entry."""
+        """Merges the branch and gives the submission."""
         git(self.main, "merge", "--quiet", "--no-ff", "--no-edit", "refs/gate/head")
         return self.main / "submissions" / "new"
 
-    def review(self, entry: Path, *options: str) -> str:
-        """Runs both jobs of the review on main, commits the review, and gives the entry's level."""
+    def review(self, submission: Path, *options: str) -> str:
+        """Runs both jobs of the review on main, commits the review, and gives the submission's level."""
         record = self.records / "new.toml"
         record.unlink(missing_ok=True)
-        maintain(["review", str(entry), *self.options, *options, "--record", str(self.records)])
+        maintain(["review", str(submission), *self.options, *options, "--record", str(self.records)])
         if record.exists():
-            assert maintain(["review", str(entry), "--take", str(record)]) == 0
+            assert maintain(["review", str(submission), "--take", str(record)]) == 0
             assert git(self.main, "status", "--porcelain").split()[1] == "submissions/new/review.toml"
         commit(self.main, message="review")
-        return level_of(entry)
+        return level_of(submission)
 
 
-def test_an_honest_entry_gets_a_rank_with_one_pull_request(tmp_path: Path) -> None:
+def test_an_honest_submission_gets_a_rank_with_one_pull_request(tmp_path: Path) -> None:
     project = Project(tmp_path)
     report = project.submit(honest())
     assert (report.verdict, report.level) == ("passed", "claimed")
     assert report.repeated == report.episodes == 400, "20 cells of 20 episodes"
-    entry = project.merge()
-    assert level_of(entry) == "claimed"
+    submission = project.merge()
+    assert level_of(submission) == "claimed"
     merge = git(project.main, "rev-parse", "HEAD")
-    assert project.review(entry) == "verified"
-    assert read_review(entry).verifications[0].value == merge
+    assert project.review(submission) == "verified"
+    assert read_review(submission).verifications[0].value == merge
     (board,) = [
         each
-        for each in boards([score(read(entry), REFERENCES)]).boards
+        for each in boards([score(read(submission), REFERENCES)]).boards
         if (each.group, each.protocol) == (f"{GROUP}-v0", "sequential")
     ]
     assert [(row.name, row.ranked, row.level) for row in board.rows] == [("new", True, "verified")]
-    assert project.review(entry) == "verified", "nothing is drawn again"
-    assert len(read_review(entry).verifications) == 1
+    assert project.review(submission) == "verified", "nothing is drawn again"
+    assert len(read_review(submission).verifications) == 1
 
 
 @pytest.fixture
 def project(tmp_path: Path, in_this_process: None) -> Project:
-    """A project without entries; the test before runs policies in processes with limits, these do not."""
+    """A project without submissions; the test before runs policies in processes with limits, these do not."""
     return Project(tmp_path)
 
 
 @pytest.fixture
-def with_entry(project: Project, tmp_path: Path) -> Project:
-    """A project with a verified entry ``new`` of an agent of this project."""
-    entry = copy(honest(), tmp_path / "of-trpo")
-    manifest = entry / "submission.toml"
+def with_submission(project: Project, tmp_path: Path) -> Project:
+    """A project with a verified submission ``new`` of an agent of this project."""
+    submission = copy(honest(), tmp_path / "of-trpo")
+    manifest = submission / "submission.toml"
     manifest.write_text(manifest.read_text("utf-8").replace('"formula"', '"trpo"'), "utf-8")
-    project.submit(entry)
+    project.submit(submission)
     assert project.review(project.merge()) == "verified"
     return project
 
 
-def test_a_stranger_donates_a_run_which_alone_is_verified(with_entry: Project) -> None:
-    report = with_entry.donate("origin/main", 5, 5)
+def test_a_stranger_donates_a_run_which_alone_is_verified(with_submission: Project) -> None:
+    report = with_submission.donate("origin/main", 5, 5)
     assert (report.kind, report.verdict, report.labels) == ("donation", "passed", ["claimed", "donation"])
     assert report.repeated == report.episodes == 120, "the six cells of the donated run"
-    entry = with_entry.merge()
-    assert with_entry.review(entry) == "verified"
-    assert list(read_review(entry).verifications[-1].runs) == [f"{GROUP}/sequential/run5"]
-    score_ = score(read(entry), REFERENCES).groups[f"{GROUP}-v0"]["sequential"]
+    submission = with_submission.merge()
+    assert with_submission.review(submission) == "verified"
+    assert list(read_review(submission).verifications[-1].runs) == [f"{GROUP}/sequential/run5"]
+    score_ = score(read(submission), REFERENCES).groups[f"{GROUP}-v0"]["sequential"]
     assert [run.by for run in score_.provenance] == ["", "", "", "", "", "A. Donor"]
 
 
-def test_a_donated_run_after_a_gap_waits_and_changes_no_score(with_entry: Project) -> None:
-    before = score(read(with_entry.main / "submissions" / "new"), REFERENCES)
-    assert with_entry.donate("origin/main", 7, 7).verdict == "passed"
-    entry = with_entry.merge()
-    after = score(read(entry), REFERENCES)
+def test_a_donated_run_after_a_gap_waits_and_changes_no_score(with_submission: Project) -> None:
+    before = score(read(with_submission.main / "submissions" / "new"), REFERENCES)
+    assert with_submission.donate("origin/main", 7, 7).verdict == "passed"
+    submission = with_submission.merge()
+    after = score(read(submission), REFERENCES)
     assert after.groups == before.groups
     assert after.notes == (f"{GROUP}-v0: sequential: run 5 is missing; until it is there, not scored: 7.",)
 
 
-def test_two_donations_of_a_run_that_differ_are_refused_by_name(with_entry: Project) -> None:
-    start = git(with_entry.main, "rev-parse", "HEAD")
-    assert with_entry.donate("origin/main", 5, 5).verdict == "passed"
-    with_entry.merge()
-    second = with_entry.donate(start, 5, 6)
+def test_two_donations_of_a_run_that_differ_are_refused_by_name(with_submission: Project) -> None:
+    start = git(with_submission.main, "rev-parse", "HEAD")
+    assert with_submission.donate("origin/main", 5, 5).verdict == "passed"
+    with_submission.merge()
+    second = with_submission.donate(start, 5, 6)
     assert (second.kind, {problem.rule for problem in second.problems}) == ("donation", {"donated-twice"})
     assert "with other content" in second.problems[0].message
-    assert with_entry.donate(start, 6, 6).verdict == "passed", "another run of the same time"
-    assert {problem.rule for problem in with_entry.donate(start, 7, 5).problems} == {"copied-run"}
+    assert with_submission.donate(start, 6, 6).verdict == "passed", "another run of the same time"
+    assert {problem.rule for problem in with_submission.donate(start, 7, 5).problems} == {"copied-run"}
 
 
-def test_a_bad_run_refuses_no_run_of_another_merge_and_can_be_reverted(with_entry: Project) -> None:
-    with_entry.donate("origin/main", 5, 5)
-    entry = change_log(with_entry.merge(), lambda row: {"return": row["return"] * 3 + 9}, 5)
-    commit(with_entry.main)
-    with_entry.donate("origin/main", 6, 6)
-    with_entry.merge()
-    assert with_entry.review(entry) == "claimed"
-    verifications = read_review(entry).verifications[1:]
+def test_a_bad_run_refuses_no_run_of_another_merge_and_can_be_reverted(with_submission: Project) -> None:
+    with_submission.donate("origin/main", 5, 5)
+    submission = change_log(with_submission.merge(), lambda row: {"return": row["return"] * 3 + 9}, 5)
+    commit(with_submission.main)
+    with_submission.donate("origin/main", 6, 6)
+    with_submission.merge()
+    assert with_submission.review(submission) == "claimed"
+    verifications = read_review(submission).verifications[1:]
     assert [(len(each.runs), each.passed) for each in verifications] == [(1, False), (1, True)]
-    for path in entry.glob(f"{GROUP}/sequential/run5.*"):
+    for path in submission.glob(f"{GROUP}/sequential/run5.*"):
         path.unlink()
-    assert level_of(entry) == "verified"
+    assert level_of(submission) == "verified"
 
 
-def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) -> None:
-    versions = read_run(with_entry.main / f"submissions/new/{GROUP}/sequential/run0.json").versions
+def test_a_donated_run_of_another_agent_is_refused_by_name(with_submission: Project) -> None:
+    versions = read_run(with_submission.main / f"submissions/new/{GROUP}/sequential/run0.json").versions
     cases: tuple[tuple[str, dict[str, object]], ...] = (
         ("other-agent-version", {"versions": msgspec.structs.replace(versions, gym_extensions="0.9")}),
         ("other-agent-version", {"steps": 10}),
@@ -197,20 +197,22 @@ def test_a_donated_run_of_another_agent_is_refused_by_name(with_entry: Project) 
     patch = msgspec.structs.replace(
         versions, gym_extensions=".".join([*versions.gym_extensions.split(".")[:2], "9"])
     )
-    assert with_entry.donate("origin/main", 5, 9, versions=patch).verdict == "passed"
+    assert with_submission.donate("origin/main", 5, 9, versions=patch).verdict == "passed"
     for seed, (rule, changes) in enumerate(cases, 5):
-        report = with_entry.donate("origin/main", 5, seed, **changes)
+        report = with_submission.donate("origin/main", 5, seed, **changes)
         assert [(each.rule, each.where) for each in report.problems] == [(rule, f"{GROUP}/sequential/run5")]
 
 
-def test_a_donation_from_before_an_edit_is_judged_with_the_edited_entry(with_entry: Project) -> None:
-    start = git(with_entry.main, "rev-parse", "HEAD")
+def test_a_donation_from_before_an_edit_is_judged_with_the_edited_submission(
+    with_submission: Project,
+) -> None:
+    start = git(with_submission.main, "rev-parse", "HEAD")
     change_documents(
-        with_entry.main / "submissions/new",
+        with_submission.main / "submissions/new",
         lambda document: {"versions": msgspec.structs.replace(document.versions, gym_extensions="9.0")},
     )
-    commit(with_entry.main)
-    report = with_entry.donate(start, 5, 5)
+    commit(with_submission.main)
+    report = with_submission.donate(start, 5, 5)
     assert (report.kind, [each.rule for each in report.problems]) == ("donation", ["other-agent-version"])
 
 
@@ -224,8 +226,8 @@ def test_the_job_trains_a_run_of_an_agent_of_this_project_again(project: Project
     train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained", progress=False)
     shutil.rmtree(tmp_path / "trained" / ".progress")
     project.submit(tmp_path / "trained")
-    entry = project.merge()
-    assert project.review(entry, "--retrain-own") == "reproduced"
+    submission = project.merge()
+    assert project.review(submission, "--retrain-own") == "reproduced"
 
 
 def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
@@ -240,34 +242,34 @@ def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
 
 
 def test_a_maintainer_decides_by_name_and_reason(tmp_path: Path) -> None:
-    entry = copy(honest(), tmp_path / "new")
+    submission = copy(honest(), tmp_path / "new")
     for action in ("accepted", "challenged"):
         options = ["--decision", action, "--by", "A. Maintainer", "--reason", "A reason."]
-        assert maintain(["review", str(entry), *options]) == 0
-    assert maintain(["review", str(entry), "--decision", "withdrawn"]) == 2
+        assert maintain(["review", str(submission), *options]) == 0
+    assert maintain(["review", str(submission), "--decision", "withdrawn"]) == 2
     with pytest.raises(SystemExit):
-        maintain(["review", str(entry), "--by", "A. Maintainer", "--reason", "A reason."])
-    assert [each.action for each in read_review(entry).decisions] == ["accepted", "challenged"]
+        maintain(["review", str(submission), "--by", "A. Maintainer", "--reason", "A reason."])
+    assert [each.action for each in read_review(submission).decisions] == ["accepted", "challenged"]
 
 
-def higher(entry: Path) -> None:
-    change_log(entry, lambda row: {"return": row["return"] * 1.2 + 5})
+def higher(submission: Path) -> None:
+    change_log(submission, lambda row: {"return": row["return"] * 1.2 + 5})
 
 
 def test_a_forgery_on_this_machine_is_refused_by_the_gate(tmp_path: Path, project: Project) -> None:
-    entry = copy(honest(), tmp_path / "new")
-    higher(entry)
-    report = project.submit(entry)
+    submission = copy(honest(), tmp_path / "new")
+    higher(submission)
+    report = project.submit(submission)
     assert {problem.rule for problem in report.problems} == {"not-repeated"}
 
 
 def test_a_forged_log_from_elsewhere_is_refused_by_new_seeds_and_stays_refused(
     project: Project, tmp_path: Path
 ) -> None:
-    entry = copy(honest(), tmp_path / "new")
-    higher(entry)
-    entries.move_elsewhere(entry)
-    report = project.submit(entry)
+    submission = copy(honest(), tmp_path / "new")
+    higher(submission)
+    submissions.move_elsewhere(submission)
+    report = project.submit(submission)
     assert report.verdict == "passed"
     assert any("openblas Zen" in note for note in report.notes)
     merged = project.merge()
@@ -284,8 +286,8 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(
     project: Project, capsys: pytest.CaptureFixture[str]
 ) -> None:
     project.submit(honest())
-    entry = project.merge()
-    maintain(["review", str(entry), *project.options, "--record", str(project.records)])
+    submission = project.merge()
+    maintain(["review", str(submission), *project.options, "--record", str(project.records)])
     record = project.records / "new.toml"
     text = record.read_text()
     value = git(project.main, "rev-parse", "HEAD")
@@ -297,9 +299,9 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(
     }
     for reason, content in forged.items():
         record.write_text(content)
-        assert maintain(["review", str(entry), "--take", str(record)]) == 2
+        assert maintain(["review", str(submission), "--take", str(record)]) == 2
         assert reason in capsys.readouterr().err
-    assert not (entry / "review.toml").exists()
+    assert not (submission / "review.toml").exists()
 
 
 @pytest.mark.parametrize("command", [["landscapes"], ["wanted"], ["review"]])
@@ -309,6 +311,6 @@ def test_a_folder_that_does_not_exist_is_named(command: list[str], tmp_path: Pat
 
 
 def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:
-    entry = copy(honest(), project.main / "submissions" / "new")
-    assert maintain(["review", str(entry), *project.options]) == 2
-    assert not (entry / "review.toml").exists()
+    submission = copy(honest(), project.main / "submissions" / "new")
+    assert maintain(["review", str(submission), *project.options]) == 2
+    assert not (submission / "review.toml").exists()

@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from gym_extensions.rollouts.reader import read
+from gym_extensions.submissions.reader import read
 
 EXAMPLE = Path(__file__).parents[2] / "examples/checkpoints.py"
 

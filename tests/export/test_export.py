@@ -13,15 +13,15 @@ from typing import Any
 
 import pytest
 
-from gym_extensions import experts
 from gym_extensions.errors import BenchError
 from gym_extensions.export import cli, every_eval_ever, hugging_face, minari_dataset
+from gym_extensions.metrics.formulas import BOARD_METRICS
+from gym_extensions.references import experts
 from gym_extensions.results.frames import EPISODE_DTYPES
-from gym_extensions.rollouts.review import Decision, Review, write_review
-from gym_extensions.scoring.formulas import BOARD_METRICS
 from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.submissions.review import Decision, Review, write_review
 
-ENTRY = Path(__file__).resolve().parents[2] / "submissions" / "trpo"
+SUBMISSION = Path(__file__).resolve().parents[2] / "submissions" / "trpo"
 GROUP, GROUP_ID = "hopper-wall", "hopper-wall-v0"
 
 
@@ -29,7 +29,7 @@ GROUP, GROUP_ID = "hopper-wall", "hopper-wall-v0"
 def repositories(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder for Hugging Face of one group, and of the experts."""
     out = tmp_path_factory.mktemp("export") / "hf"
-    assert cli.main(["hugging-face", str(ENTRY), "--group", GROUP, "--experts", "--out", str(out)]) == 0
+    assert cli.main(["hugging-face", str(SUBMISSION), "--group", GROUP, "--experts", "--out", str(out)]) == 0
     return out
 
 
@@ -37,14 +37,14 @@ def test_a_record_of_every_eval_ever_has_every_ranked_metric_and_its_interval(
     tmp_path: Path,
 ) -> None:
     out = tmp_path / "eee"
-    assert cli.main(["every-eval-ever", str(ENTRY), "--group", GROUP, "--out", str(out)]) == 0
+    assert cli.main(["every-eval-ever", str(SUBMISSION), "--group", GROUP, "--out", str(out)]) == 0
     [file] = out.rglob("*.json")
     assert file.relative_to(out).parts[:2] == ("data", "gym-extensions")
     record = json.loads(file.read_text("utf-8"))
     assert (record["schema_version"], record["model_info"]["name"]) == ("0.3.0", "TRPO")
     assert record["source_metadata"]["additional_details"]["level"] == "verified"
     found = {each["evaluation_result_id"]: each for each in record["evaluation_results"]}
-    scores = make_scorer(only=[GROUP])(ENTRY).groups[GROUP_ID]
+    scores = make_scorer(only=[GROUP])(SUBMISSION).groups[GROUP_ID]
     ranked = {
         f"{GROUP_ID}/{protocol}/{metric.name}": (metric, score.metrics[metric.name])
         for protocol, score in scores.items()
@@ -67,7 +67,7 @@ def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(reposito
     head = {key: json.loads(value) for key, _, value in (line.partition(": ") for line in lines)}
     assert head["library_name"] == "gym-extensions"
     assert "runN.npz" in card
-    assert ".onnx" not in card, "the entry has plain arrays alone"
+    assert ".onnx" not in card, "the submission has plain arrays alone"
     [index] = head["model-index"]
     assert {result["dataset"]["name"] for result in index["results"]} == {GROUP_ID}
     code = card.split("```python\n")[1].split("```")[0] + "print(policy.num_actions)"
@@ -76,13 +76,15 @@ def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(reposito
 
 
 def test_a_decision_is_stated(make_submission: Callable[..., Path], tmp_path: Path) -> None:
-    entry = make_submission(groups=(GROUP,))
+    submission = make_submission(groups=(GROUP,))
     decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
-    write_review(entry, Review(decisions=[decision]))
+    write_review(submission, Review(decisions=[decision]))
     doubt = "withdrawn from all boards on 2026-01-02: An error."
     scorer = make_scorer()
-    card = scorer(entry)
-    assert f"**This entry was {doubt}**" in hugging_face.model_card(card, [(GROUP, "sequential", 0)], set())
+    card = scorer(submission)
+    assert f"**This submission was {doubt}**" in hugging_face.model_card(
+        card, [(GROUP, "sequential", 0)], set()
+    )
     record = every_eval_ever.record(card, scorer.references, 0)
     assert record is not None
     assert record["source_metadata"]["additional_details"]["decisions"] == doubt
@@ -112,7 +114,7 @@ def test_croissants_own_validator_accepts_the_metadata(repositories: Path) -> No
 
 
 def test_an_existing_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["every-eval-ever", str(ENTRY), "--out", str(tmp_path)]) == 2
+    assert cli.main(["every-eval-ever", str(SUBMISSION), "--out", str(tmp_path)]) == 2
     assert str(tmp_path) in capsys.readouterr().err
 
 
@@ -123,7 +125,7 @@ def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(every_eval_ever, "write_records", fail)
     with pytest.raises(OSError, match="no space"):
-        cli.main(["every-eval-ever", str(ENTRY), "--out", str(tmp_path / "out")])
+        cli.main(["every-eval-ever", str(SUBMISSION), "--out", str(tmp_path / "out")])
     assert list(tmp_path.iterdir()) == []
 
 
@@ -157,7 +159,7 @@ def test_without_minari_the_error_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(sys.modules, "minari", None)
     with pytest.raises(BenchError, match=r"pip install 'gym-extensions\[minari\]'"):
-        minari_dataset.write_dataset(tmp_path, ENTRY, GROUP)
+        minari_dataset.write_dataset(tmp_path, SUBMISSION, GROUP)
 
 
 def test_minari_loads_the_dataset_and_its_environment(
@@ -165,7 +167,7 @@ def test_minari_loads_the_dataset_and_its_environment(
 ) -> None:
     minari = pytest.importorskip("minari")
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["minari", str(ENTRY), "--group", GROUP, "--episodes", "1", "--out", "minari"]) == 0
+    assert cli.main(["minari", str(SUBMISSION), "--group", GROUP, "--episodes", "1", "--out", "minari"]) == 0
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
     dataset = minari.load_dataset("gym-extensions/HopperWall/trpo-sequential-run0-stage2-v0")
     assert dataset.total_episodes == 1

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import read_review
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import read_review
 from gym_extensions.verification.cli import main
 
-from ..verification.entries import GROUP, copy, honest
+from ..verification.made_submissions import GROUP, copy, honest
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limits")
 
@@ -76,19 +76,22 @@ FILES: dict[str, Callable[[Path], bytes]] = {
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_hostile_policy_file(name: str, tmp_path: Path) -> None:
-    entry, trap = copy(honest(), tmp_path / "entry"), tmp_path / "trap"
-    (entry / FILE).write_bytes(FILES[name](trap))
+    submission, trap = copy(honest(), tmp_path / "submission"), tmp_path / "trap"
+    (submission / FILE).write_bytes(FILES[name](trap))
     assert not trap.exists(), "only reading the file makes the trap snap"
-    problems = read(entry, policies=True).problems
+    problems = read(submission, policies=True).problems
     assert any(problem.where.startswith(FILE.rpartition(".")[0]) for problem in problems)
-    assert main([str(entry), "--seeds", "5e" * 20, "--cache", str(tmp_path / "cache"), "--write"]) in (1, 2)
-    assert not any(each.passed for each in read_review(entry).verifications)
+    assert main([str(submission), "--seeds", "5e" * 20, "--cache", str(tmp_path / "cache"), "--write"]) in (
+        1,
+        2,
+    )
+    assert not any(each.passed for each in read_review(submission).verifications)
     assert not trap.exists()
 
 
 def test_a_link_in_place_of_the_policies_is_not_followed(tmp_path: Path) -> None:
-    entry = copy(honest(), tmp_path / "entry")
-    (entry / FILE).unlink()
-    (entry / FILE).symlink_to(honest() / FILE)
-    assert read(entry).problems != ()
-    assert main([str(entry), "--seeds", "5e" * 20, "--cache", str(tmp_path / "cache")]) == 1
+    submission = copy(honest(), tmp_path / "submission")
+    (submission / FILE).unlink()
+    (submission / FILE).symlink_to(honest() / FILE)
+    assert read(submission).problems != ()
+    assert main([str(submission), "--seeds", "5e" * 20, "--cache", str(tmp_path / "cache")]) == 1

@@ -9,9 +9,9 @@ import pytest
 
 from gym_extensions import metrics
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.formulas import TABLE
+from gym_extensions.metrics.formulas import TABLE
 
-from ..scoring.test_conformance import kit, named
+from .test_conformance import kit, named
 
 R = [[0.0, 0.1, 0.2], [0.6, 0.3, 0.2], [0.8, 0.7, 0.4], [0.5, 0.4, 0.9]]
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 
-from gym_extensions import experts
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS
@@ -18,6 +17,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.references import (
     Reference,
     add_references,
+    experts,
     load_references,
     measured,
     parse_references,

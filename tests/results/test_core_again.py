@@ -1,4 +1,4 @@
-"""The boards of the committed entries, computed again from the CSV files, with pandas and scipy."""
+"""The boards of the committed submissions, computed again from the CSV files, with pandas and scipy."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Runs = list[NDArray[np.float64]]
 
 @pytest.fixture(scope="module")
 def document() -> BoardsDocument:
-    """boards.json of the committed entries."""
+    """boards.json of the committed submissions."""
     scorer = make_scorer()
     return boards(list(scorecards(find_submissions(ROOT / "submissions"), scorer)), scorer.references)
 
@@ -60,9 +60,9 @@ def anchors() -> pd.DataFrame:
 
 
 @functools.cache
-def matrices(entry: str, name: str, protocol: str = "sequential") -> NDArray[np.float64]:
+def matrices(submission: str, name: str, protocol: str = "sequential") -> NDArray[np.float64]:
     """Normalized mean returns, (runs, stages, tasks), by reading CSV files with pandas."""
-    folder, tasks = ROOT / "submissions" / entry / name / protocol, list(group(name).task_ids)
+    folder, tasks = ROOT / "submissions" / submission / name / protocol, list(group(name).task_ids)
     found = []
     for run in range(len(list(folder.glob("run*.csv")))):
         log = pd.read_csv(folder / f"run{run}.csv")
@@ -71,10 +71,10 @@ def matrices(entry: str, name: str, protocol: str = "sequential") -> NDArray[np.
     return np.array(found)
 
 
-def parts(entry: str, runs: int) -> Mapping[str, Runs]:
+def parts(submission: str, runs: int) -> Mapping[str, Runs]:
     """What each task adds to the metrics of the core, (runs, tasks), by group."""
     found: dict[str, Runs] = {}
-    for each in (matrices(entry, name)[:runs] for name in GROUPS):
+    for each in (matrices(submission, name)[:runs] for name in GROUPS):
         before, learned = (np.diagonal(rows, axis1=1, axis2=2) for rows in (each[:, :-1], each[:, 1:]))
         last, tasks = each[:, -1], each.shape[2]
         found.setdefault("final_performance", []).append(last / tasks)
@@ -145,7 +145,7 @@ def assert_same_pairs(found: pd.DataFrame, expected: pd.DataFrame) -> None:
 
 
 def test_scores_have_the_means_and_intervals_of_scipy(document: BoardsDocument) -> None:
-    # Exact but for the experts' part, which is estimated from all runs of an entry (docs/metrics.md).
+    # Exact but for the experts' part, which is estimated from all runs of a submission (docs/metrics.md).
     assert document.core
     rows = [row for row in document.core.rows if row.ranked]
     assert {"trpo", "cloning", "packnet", "online-ewc", "reset"} <= {row.name for row in rows}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions import results
-from gym_extensions.scoring.formulas import BOARD_METRICS
+from gym_extensions.metrics.formulas import BOARD_METRICS
 from gym_extensions.scoring.output.board_frames import TEXT
 
 from .page import CELL, PAGE, column_rows, executed, with_tables
@@ -38,7 +38,9 @@ def installed(dtype: str) -> str:
 
 
 @pytest.mark.parametrize("name", ["episodes", "curves", "evaluations", "metrics"])
-def test_the_documented_columns_are_those_of_the_frame(name: str, make_submission: Callable[..., Path]) -> None:
+def test_the_documented_columns_are_those_of_the_frame(
+    name: str, make_submission: Callable[..., Path]
+) -> None:
     frame = getattr(results, name)(make_submission(curves=12))
     documented = [(column, installed(dtype)) for column, dtype, _ in column_rows(name)]
     assert documented == [(column, str(dtype)) for column, dtype in frame.dtypes.items()]

@@ -14,7 +14,7 @@ from gym_extensions import results
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.run import InterimEvaluation, read_run, write_run
+from gym_extensions.submissions.run import InterimEvaluation, read_run, write_run
 
 Write = Callable[..., Path]
 GROUP = "hopper-gravity"
@@ -41,8 +41,8 @@ def with_evaluations(folder: Path) -> Path:
     return folder
 
 
-def test_every_logged_episode_is_a_row(submission: Write) -> None:
-    folder = submission()
+def test_every_logged_episode_is_a_row(make_submission: Write) -> None:
+    folder = make_submission()
     frame = results.episodes(folder)
     expected = rows_of(folder, "sequential") + rows_of(folder, "single")
     assert len(frame) == len(expected) == 2 * (6 * 5 * 20) + 2 * 5 * 20
@@ -51,27 +51,27 @@ def test_every_logged_episode_is_a_row(submission: Write) -> None:
     assert frame["task"].tolist() == [row["task"] for row in expected]
     assert frame["fingerprint"].tolist() == [published(row["task"]) for row in expected]
     assert frame["success"].isna().all()
-    assert set(frame["submission"]) == {"entry"}
+    assert set(frame["submission"]) == {"submission"}
     assert set(frame["group"]) == {"hopper-gravity-v0"}
 
 
-def test_episodes_come_back_from_parquet(submission: Write, tmp_path: Path) -> None:
+def test_episodes_come_back_from_parquet(make_submission: Write, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
-    frame = results.episodes(submission(protocols=("single",)))
+    frame = results.episodes(make_submission(protocols=("single",)))
     frame.to_parquet(tmp_path / "episodes.parquet")
     assert pd.read_parquet(tmp_path / "episodes.parquet").equals(frame)
 
 
-def test_success_is_missing_only_where_the_task_defines_none(submission: Write) -> None:
-    frame = results.episodes(submission(groups=("humanoid-standup-run",), protocols=("single",)))
+def test_success_is_missing_only_where_the_task_defines_none(make_submission: Write) -> None:
+    frame = results.episodes(make_submission(groups=("humanoid-standup-run",), protocols=("single",)))
     assert frame["success"].dtype == "boolean"
     defined = frame["success"].notna().groupby(frame["task"], sort=False).agg(["min", "max"])
     assert defined.to_numpy().tolist() == [[False, False], [True, True], [True, True]]
     assert frame["success"].sum() == 0
 
 
-def test_every_point_of_the_curves_is_a_row(submission: Write) -> None:
-    folder = submission(curves=12)
+def test_every_point_of_the_curves_is_a_row(make_submission: Write) -> None:
+    folder = make_submission(curves=12)
     frame = results.curves(folder)
     documents = [
         read_run(folder / GROUP / protocol / f"run{run}.json")
@@ -85,20 +85,23 @@ def test_every_point_of_the_curves_is_a_row(submission: Write) -> None:
     assert [*zip(frame["protocol"], frame["run"], frame["task"], strict=True)] == keys
 
 
-def test_several_submissions_are_one_frame(submission: Write) -> None:
-    folders = [submission(name=name) for name in ("first", "second")]
+def test_several_submissions_are_one_frame(make_submission: Write) -> None:
+    folders = [make_submission(name=name) for name in ("first", "second")]
     assert results.episodes(folders)["submission"].unique().tolist() == ["first", "second"]
     assert results.episodes(folders[0].parent).equals(results.episodes(folders))
 
 
-def test_a_submission_without_curves_gives_an_empty_frame_with_the_same_types(submission: Write) -> None:
-    filled, empty = results.curves(submission(name="a", curves=12)), results.curves(submission(name="b"))
+def test_a_submission_without_curves_gives_an_empty_frame_with_the_same_types(make_submission: Write) -> None:
+    filled, empty = (
+        results.curves(make_submission(name="a", curves=12)),
+        results.curves(make_submission(name="b")),
+    )
     assert len(empty) == 0
     assert empty.dtypes.equals(filled.dtypes)
 
 
-def test_a_submission_with_problems_is_refused(submission: Write) -> None:
-    folder = submission()
+def test_a_submission_with_problems_is_refused(make_submission: Write) -> None:
+    folder = make_submission()
     log = folder / GROUP / "sequential" / "run0.csv"
     log.write_text(log.read_text().replace(",false,", ",maybe,", 1), newline="\n")
     with pytest.raises(BenchError) as error:
@@ -106,8 +109,8 @@ def test_a_submission_with_problems_is_refused(submission: Write) -> None:
     assert error.value.hint == f"Run: score {folder}"
 
 
-def test_evaluations_during_training_lie_between_those_after_the_stages(submission: Write) -> None:
-    frame = results.evaluations(with_evaluations(submission(runs=(0,), protocols=("sequential",))))
+def test_evaluations_during_training_lie_between_those_after_the_stages(make_submission: Write) -> None:
+    frame = results.evaluations(with_evaluations(make_submission(runs=(0,), protocols=("sequential",))))
     first = frame[frame["task"] == IDS[0]]
     assert first["trained"].tolist() == [0, 1, 1.25, 2, 3, 4, 5]
     assert first["step"].tolist() == [0, 1000, 250, *[1000] * 4]

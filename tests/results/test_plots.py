@@ -1,4 +1,4 @@
-"""Plots draw the numbers of the frames: of a committed entry, and of evaluations during training."""
+"""Plots draw the numbers of the frames: of a committed submission, and of evaluations during training."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .test_frames import IDS, with_evaluations
 
 matplotlib = pytest.importorskip("matplotlib")
 pyplot = pytest.importorskip("matplotlib.pyplot")
-ENTRY = Path(__file__).resolve().parents[2] / "submissions" / "trpo-2017"
+SUBMISSION = Path(__file__).resolve().parents[2] / "submissions" / "trpo-2017"
 GROUP = "hopper-gravity-v0"
 NAMES = ["HopperGravityHalf", "HopperGravityThreeQuarters", "Hopper", "HopperGravityOneAndQuarter"]
 
@@ -31,8 +31,8 @@ def no_screen() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def entry() -> pd.DataFrame:
-    return results.evaluations(ENTRY)
+def submission() -> pd.DataFrame:
+    return results.evaluations(SUBMISSION)
 
 
 def points(line: Any) -> list[tuple[float, float]]:
@@ -40,7 +40,7 @@ def points(line: Any) -> list[tuple[float, float]]:
 
 
 def test_curves_are_a_line_per_run_in_the_color_of_the_task() -> None:
-    frame = results.curves(ENTRY)
+    frame = results.curves(SUBMISSION)
     axes = results.plot_curves(frame, "hopper-gravity", protocol="single")
     rows = frame[(frame["group"] == GROUP) & (frame["protocol"] == "single")]
     lines = [[*zip(rows["step"], rows["return"], strict=True)] for _, rows in rows.groupby(["task", "run"])]
@@ -51,10 +51,10 @@ def test_curves_are_a_line_per_run_in_the_color_of_the_task() -> None:
     assert [text.get_text() for text in legend.get_texts()][:4] == NAMES
 
 
-def test_the_matrix_is_the_mean_return_by_stage_and_task(entry: pd.DataFrame) -> None:
-    axes = results.plot_matrix(entry, GROUP)
+def test_the_matrix_is_the_mean_return_by_stage_and_task(submission: pd.DataFrame) -> None:
+    axes = results.plot_matrix(submission, GROUP)
     (image,) = axes.images
-    rows = entry[(entry["group"] == GROUP) & (entry["protocol"] == "sequential")]
+    rows = submission[(submission["group"] == GROUP) & (submission["protocol"] == "sequential")]
     expected = rows.groupby(["stage", "task"])["return"].mean()
     drawn = image.get_array()
     assert drawn is not None
@@ -64,9 +64,13 @@ def test_the_matrix_is_the_mean_return_by_stage_and_task(entry: pd.DataFrame) ->
     assert [label.get_text() for label in axes.get_xticklabels()][:4] == NAMES
 
 
-def test_retention_is_a_line_per_task_over_the_trained_tasks(entry: pd.DataFrame) -> None:
-    axes = results.plot_retention(entry, GROUP)
-    rows = entry[(entry["group"] == GROUP) & (entry["task"] == IDS[0]) & (entry["protocol"] == "sequential")]
+def test_retention_is_a_line_per_task_over_the_trained_tasks(submission: pd.DataFrame) -> None:
+    axes = results.plot_retention(submission, GROUP)
+    rows = submission[
+        (submission["group"] == GROUP)
+        & (submission["task"] == IDS[0])
+        & (submission["protocol"] == "sequential")
+    ]
     line = next(line for line in axes.lines if line.get_label() == NAMES[0])
     means = rows.groupby("stage")["return"].mean()
     assert [x for x, _ in points(line)] == [*range(6)]
@@ -84,8 +88,8 @@ def test_evaluations_during_training_are_points_within_the_stages(
     assert [x for x, _ in points(line)] == [0, 1, 1.25, 2, 3, 4, 5]
 
 
-def test_a_board_is_a_point_per_entry_with_its_interval() -> None:
-    folder = ENTRY.parent
+def test_a_board_is_a_point_per_submission_with_its_interval() -> None:
+    folder = SUBMISSION.parent
     frame = results.board("halfcheetah-gravity", [folder / "trpo", folder / "cloning"])
     axes = results.plot_board(frame, metric="forgetting")
     (line,) = axes.lines
@@ -104,8 +108,8 @@ def test_a_board_is_a_point_per_entry_with_its_interval() -> None:
         (results.plot_matrix, "several values of 'group'"),
         (lambda frame: results.plot_retention(frame, "pusher"), "no rows of pusher, sequential"),
         (lambda frame: results.plot_curves(frame.drop(columns="step")), "no column 'step'"),
-        (results.plot_board, "no entry with a metric"),
-        (lambda _: results.plot_board(ENTRY), "group='hopper-gravity'"),
+        (results.plot_board, "no submission with a metric"),
+        (lambda _: results.plot_board(SUBMISSION), "group='hopper-gravity'"),
         (
             lambda _: results.plot_board(pd.DataFrame(columns=["forgetting_low"]), metric="forgeting"),
             "Did you mean 'forgetting'",
@@ -113,16 +117,16 @@ def test_a_board_is_a_point_per_entry_with_its_interval() -> None:
     ],
 )
 def test_a_plot_of_unsuitable_data_is_an_error(
-    plot: Callable[[pd.DataFrame], object], fact: str, entry: pd.DataFrame
+    plot: Callable[[pd.DataFrame], object], fact: str, submission: pd.DataFrame
 ) -> None:
     with pytest.raises(BenchError, match=fact):
-        plot(entry)
+        plot(submission)
 
 
 def test_a_missing_matplotlib_is_named_with_the_command_that_installs_it(
-    entry: pd.DataFrame, monkeypatch: pytest.MonkeyPatch
+    submission: pd.DataFrame, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
     with pytest.raises(BenchError, match=r"matplotlib.*plot"):
-        results.plot_matrix(entry, GROUP)
+        results.plot_matrix(submission, GROUP)

@@ -13,12 +13,12 @@ from pandas.testing import assert_frame_equal
 from gym_extensions import results
 from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.errors import BenchError
+from gym_extensions.metrics.formulas import BOARD_METRICS, METRICS
 from gym_extensions.references import References
-from gym_extensions.rollouts.review import Decision, Review, write_review
-from gym_extensions.scoring.formulas import BOARD_METRICS, METRICS
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
+from gym_extensions.submissions.review import Decision, Review, write_review
 
 Write = Callable[..., Path]
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("known")
 
 
 def names(frame: pd.DataFrame) -> list[str]:
-    """The entries of a board but those computed from the references."""
+    """The submissions of a board but those computed from the references."""
     return [name for name in frame["name"] if name not in ("random", "zero")]
 
 
@@ -35,8 +35,8 @@ def number(value: float) -> float | None:
     return None if pd.isna(value) else float(value)
 
 
-def test_every_metric_of_the_scorecard_is_a_row(submission: Write) -> None:
-    folder = submission(runs=(0, 1, 2))
+def test_every_metric_of_the_scorecard_is_a_row(make_submission: Write) -> None:
+    folder = make_submission(runs=(0, 1, 2))
     frame = results.metrics(folder)
     card = score_folder(folder)
     rows = [
@@ -52,13 +52,13 @@ def test_every_metric_of_the_scorecard_is_a_row(submission: Write) -> None:
     for end in ("mean", "low", "high"):
         assert [*map(number, frame[end])] == [getattr(value, end) for *_, value in rows]
     assert frame["why"].tolist() == [value.why for *_, value in rows]
-    for column, value in {"name": "entry", "level": "claimed", "budget": "smoke", "runs": 3}.items():
+    for column, value in {"name": "submission", "level": "claimed", "budget": "smoke", "runs": 3}.items():
         assert set(frame[column]) == {value}
 
 
-def test_a_suite_has_rows_without_a_number_of_runs(submission: Write) -> None:
+def test_a_suite_has_rows_without_a_number_of_runs(make_submission: Write) -> None:
     bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
-    folder = submission(groups=tuple(f"{body}-gravity" for body in bodies), protocols=("single",))
+    folder = make_submission(groups=tuple(f"{body}-gravity" for body in bodies), protocols=("single",))
     frame = results.metrics(folder).set_index("group")
     assert frame.index.tolist() == [*(f"{body}-gravity-v0" for body in bodies), "gravity"]
     assert frame["runs"].isna().tolist() == [group == "gravity" for group in frame.index]
@@ -73,30 +73,30 @@ def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
         score_folders(paths).submissions, BoardKey("halfcheetah-gravity-v0", "sequential", "300k", False)
     )
     frame = frame[frame["runs"] > 0]
-    assert frame["name"].tolist() == [entry.name for entry in published.rows]
-    assert frame["ranked"].tolist() == [entry.ranked for entry in published.rows]
-    assert frame["why"].tolist() == [entry.why for entry in published.rows]
+    assert frame["name"].tolist() == [submission.name for submission in published.rows]
+    assert frame["ranked"].tolist() == [submission.ranked for submission in published.rows]
+    assert frame["why"].tolist() == [submission.why for submission in published.rows]
     assert dict(zip(frame["name"], frame["evaluation"], strict=True)) == {
         "trpo": "deterministic",
         "cloning": "deterministic",
     }
-    ranks = [entry.metrics["final_performance"].rank or (None, None) for entry in published.rows]
+    ranks = [submission.metrics["final_performance"].rank or (None, None) for submission in published.rows]
     for column, ends in zip(("rank_first", "rank_last"), zip(*ranks, strict=True), strict=True):
         assert [*map(number, frame[column])] == [*ends]
     for metric in BOARD_METRICS["sequential"]:
         for column, end in {"": "mean", "_low": "low", "_high": "high"}.items():
-            expected = [getattr(entry.metrics[metric.name], end) for entry in published.rows]
+            expected = [getattr(submission.metrics[metric.name], end) for submission in published.rows]
             assert [*map(number, frame[f"{metric.name}{column}"])] == expected
 
 
-def test_a_suite_has_a_board(submission: Write) -> None:
+def test_a_suite_has_a_board(make_submission: Write) -> None:
     frame = results.board("gravity", SUBMISSIONS / "trpo-2017", protocol="single", budget="100k")
     assert names(frame) == ["trpo-2017"]
-    assert results.board("gravity", submission(), budget="smoke").empty
+    assert results.board("gravity", make_submission(), budget="smoke").empty
 
 
-def test_an_empty_board_has_the_same_types(submission: Write) -> None:
-    folder = submission()
+def test_an_empty_board_has_the_same_types(make_submission: Write) -> None:
+    folder = make_submission()
     filled = results.board("hopper-gravity", folder, budget="smoke")
     with pytest.warns(UserWarning, match=r"budget 100k is empty\. The submissions have the budget smoke\."):
         empty = results.board("hopper-gravity", folder, budget="100k")
@@ -128,18 +128,20 @@ def test_a_path_that_does_not_exist_is_reported(function: Callable[[str], pd.Dat
     assert error.value.where == "nowhere"
 
 
-def test_a_board_reads_only_its_groups(submission: Write) -> None:
-    folder = submission(groups=("hopper-gravity", "hopper-wall"))
+def test_a_board_reads_only_its_groups(make_submission: Write) -> None:
+    folder = make_submission(groups=("hopper-gravity", "hopper-wall"))
     (folder / "hopper-wall" / "sequential" / "run0.csv").write_text("damaged")
-    assert names(results.board("hopper-gravity", folder, budget="smoke")) == ["entry"]
+    assert names(results.board("hopper-gravity", folder, budget="smoke")) == ["submission"]
     assert len(results.scores(folder, "hopper-gravity")) == 2 * 6 * 5
     with pytest.raises(BenchError, match="problem"):
         results.board("hopper-wall", folder, budget="smoke")
 
 
-def test_scores_are_the_mean_returns_by_run_stage_and_task(submission: Write, references: References) -> None:
-    frame = results.scores(submission(), "hopper-gravity")
-    episodes = results.episodes(submission())
+def test_scores_are_the_mean_returns_by_run_stage_and_task(
+    make_submission: Write, references: References
+) -> None:
+    frame = results.scores(make_submission(), "hopper-gravity")
+    episodes = results.episodes(make_submission())
     keys = ["run", "stage", "task"]
     means = episodes[episodes["protocol"] == "sequential"].groupby(keys)["return"].mean()
     assert frame.set_index(keys)["return"].to_dict() == pytest.approx(means.to_dict())
@@ -148,7 +150,7 @@ def test_scores_are_the_mean_returns_by_run_stage_and_task(submission: Write, re
         for task, value in zip(frame["task"], frame["return"], strict=True)
     ]
     assert frame["normalized"].tolist() == expected
-    last = results.scores(submission(), "hopper-gravity-v0", stage=-1)
+    last = results.scores(make_submission(), "hopper-gravity-v0", stage=-1)
     assert set(last["stage"]) == {5}
 
 
@@ -158,9 +160,11 @@ def test_scores_of_a_suite_name_its_groups() -> None:
     assert (error.value.where, "hopper-gravity-v0" in error.value.hint) == ("group", True)
 
 
-def test_a_matrix_of_several_groups_has_their_tasks_in_order_and_the_runs_of_all(submission: Write) -> None:
+def test_a_matrix_of_several_groups_has_their_tasks_in_order_and_the_runs_of_all(
+    make_submission: Write,
+) -> None:
     names = ("walker2d-gravity", "hopper-gravity")
-    folder = submission(groups=names, runs=(0, 1, 2))
+    folder = make_submission(groups=names, runs=(0, 1, 2))
     for file in (folder / "hopper-gravity" / "sequential").glob("run2.*"):
         file.unlink()
     walker, hopper = (results.score_matrix(folder, name) for name in names)
@@ -176,28 +180,28 @@ def test_a_matrix_of_the_core_or_a_suite_has_the_tasks_of_its_groups() -> None:
         assert [*results.score_matrix(SUBMISSIONS / "trpo", name).columns] == tasks
 
 
-def test_a_matrix_is_of_one_submission_that_has_every_group(submission: Write) -> None:
-    first = submission(name="first", groups=("walker2d-gravity",))
-    submission(name="second", groups=("hopper-gravity",))
+def test_a_matrix_is_of_one_submission_that_has_every_group(make_submission: Write) -> None:
+    first = make_submission(name="first", groups=("walker2d-gravity",))
+    make_submission(name="second", groups=("hopper-gravity",))
     for path in (first, first.parent):  # the second path has each group once, but of two submissions
         with pytest.raises(BenchError, match=r"walker2d-gravity: first; hopper-gravity: (none|second)"):
             results.score_matrix(path, ["walker2d-gravity", "hopper-gravity"])
 
 
 def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
-    entries = [ROOT / "submissions" / name for name in ("cloning", "trpo")]
-    both = results.landscapes(entries)
+    submissions = [ROOT / "submissions" / name for name in ("cloning", "trpo")]
+    both = results.landscapes(submissions)
     assert set(both["share"]) == {"interpolation", "extrapolation"}
     assert not both.duplicated(["submission", "group", "share"]).any()
     assert ((both["low"] < both["mean"]) & (both["mean"] < both["high"]) & (both["runs"] == 5)).all()
-    alone = results.landscapes(entries[0]).set_index(["group", "share"])["mean"]
+    alone = results.landscapes(submissions[0]).set_index(["group", "share"])["mean"]
     beside = both[both["submission"] == "cloning"].set_index(["group", "share"])["mean"]
-    assert (alone >= beside).all()  # another entry can only raise the best
+    assert (alone >= beside).all()  # another submission can only raise the best
     assert (alone > beside).any()
     assert results.landscapes(ROOT / "submissions" / "trpo-2017").empty  # it has no policies
 
 
-def test_landscapes_leave_out_withdrawn_entries(tmp_path: Path) -> None:
+def test_landscapes_leave_out_withdrawn_submissions(tmp_path: Path) -> None:
     for name in ("cloning", "trpo"):
         shutil.copytree(SUBMISSIONS / name / "landscapes", tmp_path / name / "landscapes")
         for file in (SUBMISSIONS / name).rglob("run*.json"):

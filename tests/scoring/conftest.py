@@ -1,4 +1,4 @@
-"""Scorecards of made-up entries, each scored once."""
+"""Scorecards of made-up submissions, each scored once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import Scorecard
 
 from ..conftest import MANIFEST
-from .entries import FIVE, Enter, Value
+from .made_submissions import FIVE, Enter, Value
 
 
 @pytest.fixture(scope="session")

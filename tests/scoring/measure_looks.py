@@ -3,7 +3,7 @@
 python tests/scoring/measure_looks.py
 
 Boards have methods without any difference, on seven groups. Runs are drawn from a normal distribution
-(``normal``), or for every method and group from the runs of a committed entry and group, centred on 0
+(``normal``), or for every method and group from the runs of a committed submission and group, centred on 0
 (``committed``): bimodal ones and unequal variances among them. An error is a separation. An adversary looks
 at 5, 10, 20, 40 (and 80) runs and stops at the first error. Numbers are in percent, with standard errors.
 """
@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
 from gym_extensions.catalog.groups import CORE, CORES
+from gym_extensions.metrics.statistics import ALPHA
 from gym_extensions.scoring.pipeline import find_submissions, make_scorer
 from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, LOOKS
-from gym_extensions.scoring.statistics import ALPHA
 
 Array = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, int, int, int], Array]
@@ -40,7 +40,7 @@ def normal(rng: np.random.Generator, boards: int, methods: int, runs: int) -> Ar
 
 
 def committed_runs() -> dict[str, dict[str, Array]]:
-    """Final performance of the runs of the committed entries, by entry and group of the core."""
+    """Final performance of the runs of the committed submissions, by submission and group of the core."""
     scorer = make_scorer(only=("core",))
     cards = map(scorer, find_submissions([Path(__file__).parents[2] / "submissions"]))
     found = {}
@@ -123,7 +123,7 @@ def errors(draws: dict[str, Draw]) -> Iterator[tuple[object, ...]]:
 
 
 def growth(draws: dict[str, Draw]) -> Iterator[tuple[object, ...]]:
-    """The error over all versions of a board: entries join, or an author sends many variants."""
+    """The error over all versions of a board: submissions join, or an author sends many variants."""
     yield "what happens", "runs", "some version errs, 20 runs", "some version errs, stops, up to 40 runs"
     first, second = np.triu_indices(30, 1)
     levels = np.array(list(LOOK_LEVELS.values()))[:4]
@@ -140,7 +140,7 @@ def growth(draws: dict[str, Draw]) -> Iterator[tuple[object, ...]]:
             ((second < methods) & (second >= 10), methods * (methods - 1) // 2) for methods in range(11, 31)
         ]
         alone = [((first < 10) & (second >= 10), 55)]
-        yield "a board grows from 2 to 15 entries", name, *(some(joins, part) for part in cases)
+        yield "a board grows from 2 to 15 submissions", name, *(some(joins, part) for part in cases)
         yield "20 variants join a board of 10, all stay", name, *(some(variants, part) for part in cases)
         yield "20 variants join a board of 10, one at a time", name, *(some(alone, part) for part in cases)
 
@@ -165,24 +165,25 @@ def power() -> Iterator[tuple[object, ...]]:
         yield runs, gap, f"{100 * plain:.1f}", f"{100 * powers[runs]:.1f}", same
 
 
-def coverage(entries: dict[str, dict[str, Array]]) -> Iterator[tuple[object, ...]]:
-    """How often the 95 % interval of the pooled difference of two committed entries has the true difference.
+def coverage(submissions: dict[str, dict[str, Array]]) -> Iterator[tuple[object, ...]]:
+    """How often the 95 % interval of the pooled difference of two committed submissions has the true
+    difference.
 
-    The truth is the difference of the entries' means; runs are drawn from each entry's runs of each group,
-    with replacement. The groups are those that both have, at least four.
+    The truth is the difference of the submissions' means; runs are drawn from each submission's runs of each
+    group, with replacement. The groups are those that both have, at least four.
     """
-    yield "runs", "pairs of entries", "mean (%)", "lowest (%)", "highest (%)"
-    names = [name for name, groups in entries.items() if len(groups) >= 4]
+    yield "runs", "pairs of submissions", "mean (%)", "lowest (%)", "highest (%)"
+    names = [name for name, groups in submissions.items() if len(groups) >= 4]
     rng = np.random.default_rng(SEED)
     boards = 4_000
     for runs in (5, 10, 20):
         found = []
         for index, a in enumerate(names):
             for b in names[index + 1 :]:
-                shared = [name for name in entries[a] if name in entries[b]]
+                shared = [name for name in submissions[a] if name in submissions[b]]
                 total, terms, error = np.zeros(boards), np.zeros(boards), np.zeros(boards)
                 for name in shared:
-                    for sign, sample in ((1, entries[a][name]), (-1, entries[b][name])):
+                    for sign, sample in ((1, submissions[a][name]), (-1, submissions[b][name])):
                         drawn = rng.choice(sample, (boards, runs))
                         square = drawn.var(1, ddof=1) / runs
                         total += square
@@ -209,13 +210,16 @@ def main() -> None:
     command = argparse.ArgumentParser(description=__doc__)
     command.add_argument("tables", nargs="*", help="errors, growth, power, coverage (default: all)")
     chosen = command.parse_args().tables
-    entries = committed_runs()
-    draws = {"normal": normal, "committed": from_committed([v for e in entries.values() for v in e.values()])}
+    submissions = committed_runs()
+    draws = {
+        "normal": normal,
+        "committed": from_committed([v for e in submissions.values() for v in e.values()]),
+    }
     tables: dict[str, Callable[[], Iterator[tuple[object, ...]]]] = {
         "errors": lambda: errors(draws),
         "growth": lambda: growth(draws),
         "power": power,
-        "coverage": lambda: coverage(entries),
+        "coverage": lambda: coverage(submissions),
     }
     for name, rows in tables.items():
         if name in chosen or not chosen:

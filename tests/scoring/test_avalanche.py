@@ -30,10 +30,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.scoring.formulas import Run
-from gym_extensions.scoring.statistics import Number, mean
+from gym_extensions.metrics.formulas import NormalizedRun
+from gym_extensions.metrics.statistics import Number, mean
 
-from .test_formulas import function
+from ..metrics.test_formulas import function
 
 torch = pytest.importorskip("torch")
 
@@ -123,9 +123,11 @@ def emitted(plugin: Any, T: int, scored: Sequence[int], cells: Cells) -> float:
     return float(last.value)
 
 
-def run_of(T: int, scored: Sequence[int], cells: Cells) -> Run:
+def run_of(T: int, scored: Sequence[int], cells: Cells) -> NormalizedRun:
     means = {place: mean(values) for place, values in cells.items()}
-    return Run(T, tuple(scored), {place: value for place, value in means.items() if value is not None})
+    return NormalizedRun(
+        T, tuple(scored), {place: value for place, value in means.items() if value is not None}
+    )
 
 
 def same(ours: Number, theirs: float) -> None:

@@ -16,8 +16,8 @@ import pytest
 
 from gym_extensions.errors import working
 from gym_extensions.references import load_references
-from gym_extensions.rollouts.review import Decision, Review, read_review, write_review
 from gym_extensions.scoring import cli
+from gym_extensions.submissions.review import Decision, Review, read_review, write_review
 
 from ..conftest import MANIFEST
 
@@ -25,7 +25,7 @@ Write = Callable[..., Path]
 
 
 GROUP_SCREEN = """\
-entry  An entry  (claimed)
+submission  A submission  (claimed)
 
 hopper-gravity-v0, sequential, budget smoke, 2 runs, claimed
 metric                 mean   95 % interval
@@ -33,7 +33,7 @@ Final performance     1.117  1.110 to 1.123
 Learning performance  3.001  2.995 to 3.008
 Forgetting            2.356  2.356 to 2.356
 Asymptotic transfer   2.356  2.356 to 2.356
-Joint gap: none. It needs joint runs, which this entry lacks.
+Joint gap: none. It needs joint runs, which this submission lacks.
                                   Fully  After Env     First       Single
 task, mean ± deviation          Trained   Training      Step          Env
 HopperGravityHalf               178 ± 1   3001 ± 1  1501 ± 1     3001 ± 1
@@ -52,20 +52,20 @@ All metrics and tables: --json or --csv.
 """
 
 
-def test_an_entry_with_one_group_is_shown_in_full(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+def test_a_submission_with_one_group_is_shown_in_full(
+    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = submission(value=lambda p, run, stage, j, e: 3000.0 / (1 + (stage - j) ** 2) + run + e / 10)
+    folder = make_submission(value=lambda p, run, stage, j, e: 3000.0 / (1 + (stage - j) ** 2) + run + e / 10)
     assert cli.main([str(folder)]) == 0
     shown = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert shown == [*GROUP_SCREEN.splitlines(), ""]
 
 
-def test_an_entry_with_many_groups_is_one_screen_and_group_shows_one(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+def test_a_submission_with_many_groups_is_one_screen_and_group_shows_one(
+    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
-    folder = submission(groups=bodies)
+    folder = make_submission(groups=bodies)
     assert cli.main([str(folder)]) == 0
     shown = capsys.readouterr().out
     assert len(shown.splitlines()) <= 24
@@ -80,14 +80,14 @@ def test_an_entry_with_many_groups_is_one_screen_and_group_shows_one(
     assert "walker2d-gravity" in capsys.readouterr().err
 
 
-def test_the_review_is_told(submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = submission(verified=True, protocols=("joint",))
+def test_the_review_is_told(make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = make_submission(verified=True, protocols=("joint",))
     review = read_review(folder)
     doubt = Decision(action="challenged", by="M.", date="2026-01-02", reason="Too good.")
     write_review(folder, Review(verifications=review.verifications, decisions=[doubt]))
     assert cli.main([str(folder)]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "entry  An entry  (verified)"
+    assert lines[0] == "submission  A submission  (verified)"
     assert "agrees on new seeds (p = 0.5)" in lines[1]
     assert lines[3].endswith("challenged on 2026-01-02: Too good.")
     write_review(folder, Review(decisions=[doubt, msgspec.structs.replace(doubt, action="withdrawn")]))
@@ -97,23 +97,23 @@ def test_the_review_is_told(submission: Write, known: None, capsys: pytest.Captu
 
 @pytest.mark.parametrize("text", ["[1]", "null", "{", "[" * 100_000])
 def test_a_references_file_that_holds_none_is_an_error_in_one_line(
-    submission: Write, tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "r.json").write_text(text)
-    assert cli.main([str(submission()), "--references", str(tmp_path / "r.json")]) == 2
+    assert cli.main([str(make_submission()), "--references", str(tmp_path / "r.json")]) == 2
     told = capsys.readouterr().err
     assert "r.json" in told
     assert len(told.splitlines()) == 1
 
 
 def test_problems_are_told_with_rule_place_and_what_to_do(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder = submission()
+    folder = make_submission()
     (folder / "notes.txt").write_text("")
     assert cli.main([str(folder)]) == 1
     assert capsys.readouterr().out == (
-        "entry  An entry  (1 problem)\n"
+        "submission  A submission  (1 problem)\n"
         "  unexpected-name  notes.txt: Unexpected file.\n"
         "    Remove it, or rename it as described in docs/rollout-log.md.\n"
         "\n"
@@ -121,9 +121,9 @@ def test_problems_are_told_with_rule_place_and_what_to_do(
 
 
 def test_json_is_the_document_and_csv_has_a_row_for_every_metric(
-    submission: Write, known: None, capfdbinary: pytest.CaptureFixture[bytes]
+    make_submission: Write, known: None, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
-    folder = str(submission())
+    folder = str(make_submission())
     assert cli.main([folder, "--json"]) == 0
     assert json.loads(capfdbinary.readouterr().out)["submissions"][0]["level"] == "claimed"
     assert cli.main([folder, "--csv"]) == 0
@@ -133,9 +133,9 @@ def test_json_is_the_document_and_csv_has_a_row_for_every_metric(
 
 
 def test_the_document_names_the_references_of_the_ruler(
-    submission: Write, capfdbinary: pytest.CaptureFixture[bytes]
+    make_submission: Write, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
-    folder, stated = str(submission()), []
+    folder, stated = str(make_submission()), []
     for options in ([], ["--ruler", "alone"]):
         assert cli.main([folder, "--json", *options]) == 0
         stated.append(json.loads(capfdbinary.readouterr().out)["references"]["version"])
@@ -144,13 +144,13 @@ def test_the_document_names_the_references_of_the_ruler(
 
 
 def test_a_folder_of_submissions_gives_a_line_each(
-    submission: Write, known: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, known: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name in "dcba":
-        submission(name=name, protocols=("single",))
+        make_submission(name=name, protocols=("single",))
     (tmp_path / "README.md").write_text("not a submission")
     assert cli.main([str(tmp_path)]) == 0
-    assert capsys.readouterr().out == "".join(f"{name}  An entry  (claimed)\n" for name in "abcd")
+    assert capsys.readouterr().out == "".join(f"{name}  A submission  (claimed)\n" for name in "abcd")
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_a_folder_of_submissions_gives_a_line_each(
         (["x", "--json", "--csv"], "argument --csv: not allowed with argument --json"),
         (["--compare", "a", "b", "--csv"], "--compare takes two submissions"),
         (["x", "--compare", "a", "b"], "--compare takes two submissions"),
-        (["x", "--group", "hopper-gravity", "--out", "y"], "--out writes whole entries"),
+        (["x", "--group", "hopper-gravity", "--out", "y"], "--out writes whole submissions"),
     ],
 )
 def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -174,11 +174,11 @@ def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureF
 @pytest.mark.parametrize("arguments", [["nowhere"], ["--compare", ".", "nowhere"], ["nowhere", "--json"]])
 def test_a_path_that_does_not_exist_exits_2(
     arguments: list[str],
-    submission: Write,
+    make_submission: Write,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.chdir(submission())
+    monkeypatch.chdir(make_submission())
     assert cli.main(arguments) == 2
     shown = capsys.readouterr()
     assert shown.out == ""
@@ -186,10 +186,10 @@ def test_a_path_that_does_not_exist_exits_2(
 
 
 def test_a_place_that_cannot_be_written_is_told(
-    submission: Write, known: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, known: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").write_text("")
-    assert cli.main([str(submission()), "--out", str(tmp_path / "file" / "out")]) == 2
+    assert cli.main([str(make_submission()), "--out", str(tmp_path / "file" / "out")]) == 2
     assert "Traceback" not in capsys.readouterr().err
 
 
@@ -223,9 +223,9 @@ def test_no_input_gives_a_traceback_or_passes(
 
 
 def test_out_writes_scorecards_and_boards_and_holds_nothing_older(
-    submission: Write, known: None, tmp_path: Path
+    make_submission: Write, known: None, tmp_path: Path
 ) -> None:
-    folders, out = [submission(name=name) for name in "ab"], tmp_path / "out"
+    folders, out = [make_submission(name=name) for name in "ab"], tmp_path / "out"
     assert cli.main([*map(str, folders), "--out", str(out)]) == 0
     assert [path.name for path in sorted((out / "scorecards").iterdir())] == ["a.json", "b.json"]
     assert json.loads((out / "boards.json").read_text()) == {"format": 1, "core": None, "boards": []}
@@ -233,8 +233,10 @@ def test_out_writes_scorecards_and_boards_and_holds_nothing_older(
     assert [path.name for path in (out / "scorecards").iterdir()] == ["b.json"]
 
 
-def test_out_is_no_submission(submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = submission(name="a")
+def test_out_is_no_submission(
+    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = make_submission(name="a")
     assert cli.main([str(folder), "--out", str(folder)]) == 2
     assert "The folder is a submission. Name another one." in capsys.readouterr().err
     assert not (folder / "boards.json").exists()
@@ -253,29 +255,29 @@ def screen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
     return shown
 
 
-def test_what_strangers_write_is_shown_literally(submission: Write, screen: Callable[..., str]) -> None:
+def test_what_strangers_write_is_shown_literally(make_submission: Write, screen: Callable[..., str]) -> None:
     odd = ":rocket: [bold]x[/bold] [/] C:\\"
-    folder = submission(manifest=MANIFEST.replace("An entry", odd.replace("\\", "\\\\")))
-    assert screen(folder).splitlines()[0] == f"entry  {odd}  (claimed)"
+    folder = make_submission(manifest=MANIFEST.replace("A submission", odd.replace("\\", "\\\\")))
+    assert screen(folder).splitlines()[0] == f"submission  {odd}  (claimed)"
 
 
 def test_large_returns_are_told_in_thousands_at_80_columns(
-    submission: Write, screen: Callable[..., str]
+    make_submission: Write, screen: Callable[..., str]
 ) -> None:
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return 1e5 * stage + 2e3 * episode + run if position == 2 else 9.0 + run
 
-    shown = screen(submission(groups=("humanoid-standup-run",), value=value), COLUMNS="80")
+    shown = screen(make_submission(groups=("humanoid-standup-run",), value=value), COLUMNS="80")
     rows = [re.split(r"  +", line.rstrip()) for line in shown.splitlines()]
     # After the last stage 300000 + 19000 ± 11533, before any training 19000 ± 11533.
     found = next(row[1:] for row in rows if row[0] == "HumanoidStandup")
     assert found == ["319k ± 12k", "219k ± 12k", "119k ± 12k", "119k ± 12k"]
 
 
-def test_a_terminal_that_knows_no_unicode_gets_no_traceback(submission: Write) -> None:
+def test_a_terminal_that_knows_no_unicode_gets_no_traceback(make_submission: Write) -> None:
     code = "import sys; from gym_extensions.scoring.cli import main; sys.exit(main())"
     environment = {**os.environ, "PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
-    command = [sys.executable, "-c", code, str(submission())]
+    command = [sys.executable, "-c", code, str(make_submission())]
     found = subprocess.run(command, env=environment, capture_output=True, check=False)
     assert (found.returncode, found.stderr) == (0, b"")
 

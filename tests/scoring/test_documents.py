@@ -29,11 +29,13 @@ def document(tmp_path_factory: pytest.TempPathFactory, references: References) -
 
 
 def test_boards_and_comparisons_are_the_same_after_writing_and_reading(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
     manifest = MANIFEST.replace('"smoke"', '"100k"')
     folders = [
-        submission(name=name, runs=FIVE, manifest=manifest, value=lambda *key, gap=gap: sum(key[1:]) + gap)
+        make_submission(
+            name=name, runs=FIVE, manifest=manifest, value=lambda *key, gap=gap: sum(key[1:]) + gap
+        )
         for name, gap in (("a", 0.0), ("b", 0.5))
     ]
     document = boards(score_folders(folders, references).submissions)

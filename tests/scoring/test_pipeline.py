@@ -12,17 +12,17 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
 from gym_extensions.references import References, path_of
-from gym_extensions.rollouts.layout import submission_folders
-from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, score_folders, scorecard_document, scorecards
+from gym_extensions.submissions.layout import submission_folders
+from gym_extensions.submissions.reader import read
 
 Write = Callable[..., Path]
 PROTOCOLS = ("sequential", "single", "joint")
 
 
 @pytest.fixture
-def many(submission: Write) -> Path:
+def many(make_submission: Write) -> Path:
     """A folder of three submissions, one of them broken."""
     for name in ("b", "a", "c"):
         folder = make_submission(name=f"all/{name}", runs=(0, 1, 2), curves=12, protocols=PROTOCOLS)

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions import experts
 from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import Measurement, RecordCard
-from gym_extensions.references import load_references
-from gym_extensions.scoring.poses import PolicyPoses
+from gym_extensions.references import experts, load_references
+from gym_extensions.references.experts import Measurement, RecordCard
 from gym_extensions.scoring.records import Bar, RecordReview, bar, problem_of, read_record_review, split_paths
+from gym_extensions.submissions.poses import PolicyPoses
 
 CLAIM = Measurement(episodes=100, mean=100.0, deviation=5.0)
 CARD = RecordCard("gym_extensions/Hopper-v0", "", "", (), CLAIM, ("A",))
@@ -49,7 +48,7 @@ def test_the_bar_is_the_anchor_or_the_floor_of_an_open_task() -> None:
     assert striker.floor_deviation is not None
 
 
-def test_records_are_told_from_entries_by_their_folder(tmp_path: Path) -> None:
+def test_records_are_told_from_submissions_by_their_folder(tmp_path: Path) -> None:
     folder = tmp_path / "records"
     (folder / "Hopper").mkdir(parents=True)
     for name in ("a", "b"):

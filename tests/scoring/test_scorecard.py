@@ -1,4 +1,4 @@
-"""The scorecard: its fields, what is null and why, and that no score depends on other entries."""
+"""The scorecard: its fields, what is null and why, and that no score depends on other submissions."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ import msgspec
 import pytest
 from scipy import stats
 
+from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import Reference, References
-from gym_extensions.rollouts.manifest import Observes
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import Action, Decision, Review, read_review, write_review
-from gym_extensions.scoring.formulas import METRICS, MetricValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
+from gym_extensions.submissions.manifest import Observes
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import Action, Decision, Review, read_review, write_review
 
 from ..conftest import VERSIONS, verification
-from .entries import rewrite
+from .made_submissions import rewrite
 
 NAME, GROUP = "hopper-gravity", "hopper-gravity-v0"
 BODIES = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
@@ -44,12 +45,12 @@ def value(folder: Path, references: References, metric: str) -> MetricValue:
     return group_score(folder, references).metrics[metric]
 
 
-def test_the_document_field_by_field(submission: Write, references: References) -> None:
-    document = score_folders([submission(curves=12)], references)
+def test_the_document_field_by_field(make_submission: Write, references: References) -> None:
+    document = score_folders([make_submission(curves=12)], references)
     assert document.format == 1
     assert document.references == ReferencesInfo("synthetic", "0" * 64)
     (card,) = document.submissions
-    assert (card.name, card.title, card.level, card.problems) == ("entry", "An entry", "claimed", ())
+    assert (card.name, card.title, card.level, card.problems) == ("submission", "A submission", "claimed", ())
     assert card.manifest is not None
     assert card.manifest.observes == Observes(
         task_in_training=False, task_in_evaluation=False, boundaries=False
@@ -77,9 +78,9 @@ def test_the_document_field_by_field(submission: Write, references: References) 
     assert (single.paper_table, single.paper_total) == ((), None)
 
 
-def test_scores_by_hand(submission: Write, references: References) -> None:
+def test_scores_by_hand(make_submission: Write, references: References) -> None:
     """R[s][j] = 100 s + 10 j + run + the mean of episode / 8, which is 1.1875; p is R / 1000."""
-    score = group_score(submission(), references)
+    score = group_score(make_submission(), references)
     assert score.return_matrix[1][2][3] == 100 * 2 + 10 * 4 + 1 + 1.1875
     metrics = score.metrics
     assert metrics["final_performance"].runs == pytest.approx([0.5311875, 0.5321875])
@@ -106,40 +107,42 @@ def with_error(references: References, task: str, error: float) -> References:
 
 
 def test_the_error_of_an_expert_enters_the_interval_of_a_score_by_the_tasks_share(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
-    folder, hopper = submission(), "gym_extensions/Hopper-v0"
+    folder, hopper = make_submission(), "gym_extensions/Hopper-v0"
     with_ = value(folder, with_error(references, hopper, 50.0), "final_performance")
     without = value(folder, references, "final_performance")
     # Hopper is task 3 of 5: p[5][3] is .5316875, and the error .05 of its span.
-    assert with_.anchors == pytest.approx((0, 0, 0.5316875 * 0.05 / 5, 0, 0))
-    assert (with_.mean, with_.runs, without.anchors) == (without.mean, without.runs, ())
-    terms = [(0.0005**2, 1.0), (with_.anchors[2] ** 2, 100.0)]
+    assert with_.expert_errors == pytest.approx((0, 0, 0.5316875 * 0.05 / 5, 0, 0))
+    assert (with_.mean, with_.runs, without.expert_errors) == (without.mean, without.runs, ())
+    terms = [(0.0005**2, 1.0), (with_.expert_errors[2] ** 2, 100.0)]
     total = sum(square for square, _ in terms)
     df = total**2 / sum(square**2 / df for square, df in terms)
     assert half_width(with_) == pytest.approx(stats.t.ppf(0.975, df) * math.sqrt(total))
 
 
 def test_the_error_of_an_expert_enters_forgetting_by_what_was_forgotten(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
     found = with_error(references, "gym_extensions/Hopper-v0", 50.0)
     # R rises by 100 per stage: −.2 from stage 3 to stage 5, one of four terms.
-    assert value(submission(), found, "forgetting").anchors == pytest.approx((0, 0, -0.2 * 0.05 / 4, 0, 0))
+    assert value(make_submission(), found, "forgetting").expert_errors == pytest.approx(
+        (0, 0, -0.2 * 0.05 / 4, 0, 0)
+    )
 
 
 def test_the_error_of_an_expert_enters_the_interval_of_a_suite_once_per_group(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
-    folder = submission(groups=BODIES, protocols=("single",))
+    folder = make_submission(groups=BODIES, protocols=("single",))
     found = score_folder(folder, with_error(references, "gym_extensions/Hopper-v0", 500.0))
     whole = found.suites["gravity"]["single"].metrics["single_task_performance"]
-    (error,) = filter(None, found.groups[GROUP]["single"].metrics["single_task_performance"].anchors)
+    (error,) = filter(None, found.groups[GROUP]["single"].metrics["single_task_performance"].expert_errors)
     # The runs differ by .001, which is nothing beside the error of the expert.
     assert half_width(whole) == pytest.approx(stats.t.ppf(0.975, 100) * error / 4, rel=0.01)
 
 
-LACKS_CURVES = "It needs single-task runs and training curves, which this entry lacks."
+LACKS_CURVES = "It needs single-task runs and training curves, which this submission lacks."
 FEW_POINTS = "A training curve that it needs is missing or has fewer than 10 points."
 
 
@@ -147,22 +150,22 @@ FEW_POINTS = "A training curve that it needs is missing or has fewer than 10 poi
     ("changes", "metric", "why"),
     [
         ({"protocols": ("sequential",)}, "forward_transfer_auc", LACKS_CURVES),
-        ({}, "joint_gap", "It needs joint runs, which this entry lacks."),
+        ({}, "joint_gap", "It needs joint runs, which this submission lacks."),
         ({"curves": 9}, "forward_transfer_auc", FEW_POINTS),
     ],
 )
 def test_a_metric_without_its_input_is_null_and_says_why(
-    changes: dict[str, object], metric: str, why: str, submission: Write, references: References
+    changes: dict[str, object], metric: str, why: str, make_submission: Write, references: References
 ) -> None:
-    assert value(submission(**changes), references, metric) == MetricValue(why=why)
+    assert value(make_submission(**changes), references, metric) == MetricValue(why=why)
 
 
 def test_a_metric_of_two_protocols_is_over_the_runs_that_both_have(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
     metrics = ("asymptotic_transfer", "forward_transfer_auc", "final_performance")
-    expected = [value(submission(curves=20), references, metric) for metric in metrics]
-    folder = submission(name="more", runs=(0, 1, 2), curves=20)
+    expected = [value(make_submission(curves=20), references, metric) for metric in metrics]
+    folder = make_submission(name="more", runs=(0, 1, 2), curves=20)
     for path in folder.glob(f"{NAME}/single/run2.*"):
         path.unlink()
     found = [value(folder, references, metric) for metric in metrics]
@@ -170,17 +173,21 @@ def test_a_metric_of_two_protocols_is_over_the_runs_that_both_have(
     assert [len(each.runs) for each in found] == [2, 2, 3]
 
 
-def test_one_run_has_a_mean_and_no_interval_and_says_so(submission: Write, references: References) -> None:
-    final = value(submission(runs=(0,)), references, "final_performance")
+def test_one_run_has_a_mean_and_no_interval_and_says_so(
+    make_submission: Write, references: References
+) -> None:
+    final = value(make_submission(runs=(0,)), references, "final_performance")
     assert final.mean == pytest.approx(0.5311875)
     assert final.runs == (final.mean,)
     assert (final.low, final.high, final.ends) == (None, None, None)
     assert final.why == "One run has no interval."
 
 
-def test_without_references_every_normalised_metric_is_null_and_the_returns_stay(submission: Write) -> None:
+def test_without_references_every_normalised_metric_is_null_and_the_returns_stay(
+    make_submission: Write,
+) -> None:
     nothing = References("2", {})
-    score = group_score(submission(), nothing)
+    score = group_score(make_submission(), nothing)
     assert {value.why for value in score.metrics.values()} == {
         "5 of 5 tasks have no floor and expert in version 2 of the references, "
         "gym_extensions/HopperGravityHalf-v0 among them."
@@ -191,8 +198,8 @@ def test_without_references_every_normalised_metric_is_null_and_the_returns_stay
     assert (score.profile, score.iqm) == (None, None)
 
 
-def test_a_submission_with_problems_has_no_score(submission: Write, references: References) -> None:
-    folder = submission()
+def test_a_submission_with_problems_has_no_score(make_submission: Write, references: References) -> None:
+    folder = make_submission()
     (folder / "notes.txt").write_text("")
     card = score_folder(folder, references)
     assert (card.level, card.groups, card.suites) == (None, {}, {})
@@ -201,23 +208,23 @@ def test_a_submission_with_problems_has_no_score(submission: Write, references: 
 
 
 def test_a_suite_is_the_mean_over_its_groups_and_needs_them_all(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
-    whole = score_folder(submission(name="whole", groups=BODIES), references)
+    whole = score_folder(make_submission(name="whole", groups=BODIES), references)
     assert sorted(whole.suites) == ["gravity"]
     final = whole.suites["gravity"]["sequential"].metrics["final_performance"]
     assert final.mean == pytest.approx(0.5316875)
     # Four groups of equal variance: SE² = 4 · .0005² / 16, with four degrees of freedom.
     assert half_width(final) == pytest.approx(2.7764451052 * 0.0005 / 2)
-    part = score_folder(submission(name="part", groups=BODIES[:3]), references)
+    part = score_folder(make_submission(name="part", groups=BODIES[:3]), references)
     assert part.suites == {}
 
 
 def test_the_joint_gap_of_a_suite_is_the_mean_of_its_groups(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
     protocols = ("sequential", "single", "joint")
-    card = score_folder(submission(groups=BODIES, protocols=protocols), references)
+    card = score_folder(make_submission(groups=BODIES, protocols=protocols), references)
     gaps = [card.groups[f"{body}-v0"]["sequential"].metrics["joint_gap"].mean for body in BODIES]
     gap = card.suites["gravity"]["sequential"].metrics["joint_gap"]
     # Joint and sequential runs have a squared error of .0005² each, and two groups' runs four degrees in all.
@@ -227,9 +234,9 @@ def test_the_joint_gap_of_a_suite_is_the_mean_of_its_groups(
 
 
 def test_a_suite_names_the_groups_in_which_a_metric_has_no_value(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
-    folder = submission(groups=BODIES)
+    folder = make_submission(groups=BODIES)
     for body in BODIES[1:3]:
         rmtree(folder / body / "single")
     metrics = score_folder(folder, references).suites["gravity"]["sequential"].metrics
@@ -243,9 +250,9 @@ def reviewed(folder: Path, *runs: str, **facts: object) -> None:
     """Adds a verification of these runs, as they are, to the review of a submission."""
     digests = {
         key: digest
-        for entry in read(folder).groups.values()
-        for protocol in entry.logs
-        for key, digest in entry.digests(protocol).items()
+        for submission in read(folder).groups.values()
+        for protocol in submission.logs
+        for key, digest in submission.digests(protocol).items()
     }
     review = read_review(folder)
     part = verification({key: digests[key] for key in runs or digests}, **facts)
@@ -263,22 +270,22 @@ def reviewed(folder: Path, *runs: str, **facts: object) -> None:
     ],
     ids=["all", "one log", "one run", "refused", "trained again"],
 )
-def test_the_level_of_an_entry_is_the_lowest_of_its_logs(
-    submission: Write,
+def test_the_level_of_a_submission_is_the_lowest_of_its_logs(
+    make_submission: Write,
     references: References,
     runs: tuple[str, ...],
     facts: dict[str, object],
     levels: tuple[str, str, str],
 ) -> None:
-    folder = submission()
+    folder = make_submission()
     reviewed(folder, *runs, **facts)
     card = score_folder(folder, references)
     logs = card.groups[GROUP]
     assert (card.level, logs["sequential"].level, logs["single"].level) == levels
 
 
-def test_a_scorecard_has_what_the_review_says(submission: Write, references: References) -> None:
-    folder = submission()
+def test_a_scorecard_has_what_the_review_says(make_submission: Write, references: References) -> None:
+    folder = make_submission()
     reviewed(
         folder, episodes=60, repeated=58, difference="run 0, stage 1: 1e-9", p_value=0.25, date="2026-01-02"
     )
@@ -300,12 +307,12 @@ def test_a_scorecard_has_what_the_review_says(submission: Write, references: Ref
     ],
 )
 def test_the_last_decision_holds(
-    submission: Write,
+    make_submission: Write,
     references: References,
     actions: tuple[Action, ...],
     state: tuple[str, bool, int],
 ) -> None:
-    folder = submission(protocols=("joint",))
+    folder = make_submission(protocols=("joint",))
     decisions = [
         Decision(action=action, by="M.", date=f"2026-01-0{day}", reason="")
         for day, action in enumerate(actions, 1)
@@ -315,8 +322,8 @@ def test_the_last_decision_holds(
     assert (card.accepted, card.withdrawn, len(card.challenges)) == state
 
 
-def test_success_rates_are_shares_of_episodes(submission: Write, references: References) -> None:
-    folder = submission(groups=("humanoid-standup-run",), protocols=("single",), runs=(0, 1))
+def test_success_rates_are_shares_of_episodes(make_submission: Write, references: References) -> None:
+    folder = make_submission(groups=("humanoid-standup-run",), protocols=("single",), runs=(0, 1))
     lines = (folder / "humanoid-standup-run" / "single" / "run0.csv").read_text().splitlines()
     for number in range(21, 26):  # five of the 20 episodes on the second task
         lines[number] = lines[number].replace("false,false", "false,true")
@@ -325,31 +332,34 @@ def test_success_rates_are_shares_of_episodes(submission: Write, references: Ref
     assert score.success_rates == (((None, 0.25, 0.0),), ((None, 0.0, 0.0),))
 
 
-def test_a_log_that_is_claimed_says_why(submission: Write, references: References) -> None:
+def test_a_log_that_is_claimed_says_why(make_submission: Write, references: References) -> None:
     def why(folder: Path) -> str:
         return score_folder(folder, references).groups[GROUP]["joint"].why_claimed
 
-    folder = submission(protocols=("joint",))
+    folder = make_submission(protocols=("joint",))
     assert "run0 is not verified yet" in why(folder)
-    assert "0, 1" in why(submission(name="bare", protocols=("joint",), policies=False))
-    reviewed(submission(protocols=("joint",)))
+    assert "0, 1" in why(make_submission(name="bare", protocols=("joint",), policies=False))
+    reviewed(make_submission(protocols=("joint",)))
     assert why(folder) == ""
-    assert "changed" in why(submission(protocols=("joint",), value=lambda *key: float(sum(key[1:]))))
+    assert "changed" in why(make_submission(protocols=("joint",), value=lambda *key: float(sum(key[1:]))))
     reviewed(folder, passed=False, date="2026-01-02")
     assert "2026-01-02 did not pass" in why(folder)
 
 
-def test_no_number_moves_when_somebody_joins(submission: Write, references: References) -> None:
-    first, second = submission(name="a"), submission(name="b", value=lambda p, r, s, j, e: 5.0 * s + j + r)
+def test_no_number_moves_when_somebody_joins(make_submission: Write, references: References) -> None:
+    first, second = (
+        make_submission(name="a"),
+        make_submission(name="b", value=lambda p, r, s, j, e: 5.0 * s + j + r),
+    )
     alone = score_folder(first, references)
     together = score_folders([second, first], references).submissions
     assert [card.name for card in together] == ["a", "b"]
     assert together[0] == alone
 
 
-def test_a_changed_run_is_claimed_again(submission: Write, references: References) -> None:
-    reviewed(submission())
-    changed = submission(value=lambda *key: float(sum(key[1:])))
+def test_a_changed_run_is_claimed_again(make_submission: Write, references: References) -> None:
+    reviewed(make_submission())
+    changed = make_submission(value=lambda *key: float(sum(key[1:])))
     card = score_folder(changed, references)
     assert card.level == "claimed"
     assert [(part.runs, part.current) for part in card.verifications] == [(4, 0)]

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.scoring.formulas import METRICS
+from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.site.build import Built, build_site
 
 from .browser import typed
@@ -242,7 +242,7 @@ def document() -> Document:
 
 
 @pytest.fixture
-def entry(document: Document) -> Make:
+def make_card(document: Document) -> Make:
     """Makes a scorecard with one sequential log on hopper-gravity from the values of its runs."""
     pattern = document["submissions"][0]
 

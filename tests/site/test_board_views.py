@@ -1,43 +1,51 @@
-"""The first entry of a board, and the sentence on how certain its lead is."""
+"""The first submission of a board, and the sentence on how certain its lead is."""
 
 from __future__ import annotations
 
 import pytest
 
-from gym_extensions.scoring.formulas import NOTHING_LEARNED
-from gym_extensions.site.entry_results import nothing_to_forget
+from gym_extensions.metrics.values import NOTHING_LEARNED
+from gym_extensions.site.submission_results import nothing_to_forget
 from gym_extensions.site.text import rank
 
 from .conftest import Make, estimate
 from .made_boards import around, only
 
 
-def test_ranks_are_intervals_and_a_single_entry_has_none(entry: Make) -> None:
-    tied = only(entry("a", around(0.9)), entry("b", around(0.899)), entry("c", around(0.1)))
+def test_ranks_are_intervals_and_a_single_submission_has_none(make_card: Make) -> None:
+    tied = only(
+        make_card("a", around(0.9)),
+        make_card("b", around(0.899)),
+        make_card("c", around(0.1)),
+    )
     ranks = [rank(row.rank("final_performance")) for row in tied.rows]
     assert ranks == ["1–2", "1–2", "3"]
-    assert [row.rank("final_performance") for row in only(entry("a", around(0.9))).rows] == [None]
+    assert [row.rank("final_performance") for row in only(make_card("a", around(0.9))).rows] == [None]
 
 
-def test_the_least_forgetting_is_among_those_that_learned(entry: Make) -> None:
-    cards = [entry("blind", around(0.0), around(0.0)), entry("a", around(0.5)), entry("b", around(0.4))]
+def test_the_least_forgetting_is_among_those_that_learned(make_card: Make) -> None:
+    cards = [
+        make_card("blind", around(0.0), around(0.0)),
+        make_card("a", around(0.5)),
+        make_card("b", around(0.4)),
+    ]
     scores = [card["groups"]["hopper-gravity-v0"]["sequential"]["metrics"] for card in cards]
     for metrics, lost in zip(scores, (-0.5, 0.2, 0.1), strict=True):
         metrics["forgetting"] = estimate(around(lost))
     least = only(*cards).least_forgetting
     assert least is not None
-    assert least.entry.name == "b"
+    assert least.submission.name == "b"
 
 
-def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
-    board = only(entry("lucky", around(0.9, runs=4)), entry("one", around(0.4, runs=1)))
+def test_a_submission_without_a_rank_is_not_called_the_best(make_card: Make) -> None:
+    board = only(make_card("lucky", around(0.9, runs=4)), make_card("one", around(0.4, runs=1)))
     assert board.least_forgetting is None
     assert board.leader is not None
-    assert (board.leader.row.entry.name, board.leader.row.entry.ranked) == ("lucky", False)
-    ranked = only(entry("lucky", around(0.9, runs=4)), entry("full", around(0.4)))
+    assert (board.leader.row.submission.name, board.leader.row.submission.ranked) == ("lucky", False)
+    ranked = only(make_card("lucky", around(0.9, runs=4)), make_card("full", around(0.4)))
     assert ranked.leader is not None
     rows = (ranked.leader.row, ranked.least_forgetting)
-    assert [row.entry.name for row in rows if row] == ["full", "full"]
+    assert [row.submission.name for row in rows if row] == ["full", "full"]
 
 
 @pytest.mark.parametrize(
@@ -52,46 +60,46 @@ def test_an_entry_without_a_rank_is_not_called_the_best(entry: Make) -> None:
     ],
 )
 def test_an_agent_that_learned_nothing_has_nothing_to_forget(
-    entry: Make, learning: list[float], note: str
+    make_card: Make, learning: list[float], note: str
 ) -> None:
-    (row,) = only(entry("a", around(0.5, runs=len(learning)), learning)).rows
+    (row,) = only(make_card("a", around(0.5, runs=len(learning)), learning)).rows
     assert (nothing_to_forget(row.result) if row.result.learned_nothing else "") == note
-    found = row.entry.metrics["forgetting"].rank_note == NOTHING_LEARNED
+    found = row.submission.metrics["forgetting"].rank_note == NOTHING_LEARNED
     assert found is bool(note), "the scorer disagrees"
 
 
 @pytest.mark.parametrize(
     ("runs", "sentence"),
     [
-        ({"a": around(0.9)}, "It is the only ranked entry."),
+        ({"a": around(0.9)}, "It is the only ranked submission."),
         (
             {"a": around(0.9), "b": around(0.5), "c": around(0.4)},
-            "It is significantly better than every other ranked entry (95\u202f% confidence).",
+            "It is significantly better than every other ranked submission (95\u202f% confidence).",
         ),
-        ({"a": around(0.9, runs=2)}, "It is the only entry with a score."),
+        ({"a": around(0.9, runs=2)}, "It is the only submission with a score."),
         (
             {"a": around(0.9, runs=4), "b": around(0.5, runs=4)},
-            "Its interval lies above those of all other entries.",
+            "Its interval lies above those of all other submissions.",
         ),
         (
             {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
             "Its interval overlaps with 4 others, so the order may be due to chance.",
         ),
         ({"a": [0.9], "b": around(0.1, runs=2)}, "It has one run, so its uncertainty is unknown."),
-        ({"a": around(0.9, runs=2), "b": [0.1]}, "Its interval lies above those of all other entries."),
+        ({"a": around(0.9, runs=2), "b": [0.1]}, "Its interval lies above those of all other submissions."),
         (
             {"a": around(0.9, runs=2), "b": [0.87]},
-            "Its interval overlaps with another entry, so the order may be due to chance.",
+            "Its interval overlaps with another submission, so the order may be due to chance.",
         ),
         (
             {"a": around(0.92, wide=3), "b": around(0.9, wide=3)},
-            "No significant difference from 1 other ranked entry.",
+            "No significant difference from 1 other ranked submission.",
         ),
     ],
 )
 def test_the_certainty_of_a_lead_follows_from_its_runs(
-    entry: Make, runs: dict[str, list[float]], sentence: str
+    make_card: Make, runs: dict[str, list[float]], sentence: str
 ) -> None:
-    leader = only(*(entry(name, values) for name, values in runs.items())).leader
+    leader = only(*(make_card(name, values) for name, values in runs.items())).leader
     assert leader is not None
-    assert (leader.row.entry.name, leader.certainty) == ("a", sentence)
+    assert (leader.row.submission.name, leader.certainty) == ("a", sentence)

@@ -13,7 +13,7 @@ from gym_extensions.__main__ import main
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import score_folders
 
-from .made_entries import REFERENCES, submission
+from .made_submissions import REFERENCES, make_submission
 
 
 @pytest.fixture
@@ -28,8 +28,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_submissions_are_built_into_the_folder_site_by_default(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    submission(folder / "submissions", "alpha")
-    submission(folder / "submissions", "beta")
+    make_submission(folder / "submissions", "alpha")
+    make_submission(folder / "submissions", "beta")
     assert main(["site"]) == 0
     out = capsys.readouterr().out
     assert out == "_site/index.html\n"
@@ -43,8 +43,8 @@ def test_submissions_are_built_into_the_folder_site_by_default(
 def test_a_refused_submission_is_printed_with_all_problems_and_the_exit_status_is_1(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    submission(folder / "submissions", "alpha")
-    broken = submission(folder / "submissions", "beta")
+    make_submission(folder / "submissions", "alpha")
+    broken = make_submission(folder / "submissions", "beta")
     log = broken / "hopper-gravity" / "sequential" / "run1.csv"
     log.write_text("\n".join(log.read_text(encoding="utf-8").splitlines()[:-1]) + "\n", encoding="utf-8")
     (broken / "[red]:smile:.txt").write_text("unexpected", encoding="utf-8")
@@ -83,14 +83,14 @@ def test_a_folder_without_submissions_is_not_a_refused_submission(
 def test_an_output_folder_that_is_not_a_built_site_is_a_usage_error(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    alpha = submission(folder, "alpha")
+    alpha = make_submission(folder, "alpha")
     assert main(["site", "alpha", "--out", "alpha"]) == 2
     assert "does not contain a built site" in capsys.readouterr().err
     assert (alpha / "submission.toml").is_file()
 
 
 def test_the_command_needs_no_simulator(folder: Path) -> None:
-    submission(folder / "submissions", "entry")
+    make_submission(folder / "submissions", "submission")
     program = (
         "import sys; from gym_extensions.__main__ import main; status = main(['site']);"
         "print(sorted({'mujoco', 'gymnasium', 'torch'} & set(sys.modules))); sys.exit(status)"

@@ -20,7 +20,7 @@ ROOT_PAGES = {"docs/index.html": "README.md", "docs/changelog.html": "CHANGELOG.
 
 
 def pages(document: dict[str, Any], docs: bool) -> dict[str, Reader]:
-    """The pages of the root and of a group and an entry, by path."""
+    """The pages of the root and of a group and a submission, by path."""
     shown = re.compile(r"[\w-]+\.html|groups/hopper-gravity-v0\.html|submissions/agile\.html")
     files = site_files(document, KINDS, docs=docs)
     return {path: Reader(text) for path, text in files if shown.fullmatch(path)}

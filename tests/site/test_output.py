@@ -10,13 +10,13 @@ import pytest
 
 from gym_extensions import references
 from gym_extensions.__main__ import main
-from gym_extensions.rollouts.review import Decision, Review, write_review
 from gym_extensions.scoring.pipeline import Scorer
 from gym_extensions.site import build as module
 from gym_extensions.site.output import MARK, SCRATCH, Output, kept_path
+from gym_extensions.submissions.review import Decision, Review, write_review
 
 from .conftest import build, contents, everything
-from .made_entries import REFERENCES, submission
+from .made_submissions import REFERENCES, make_submission
 
 
 def inodes(folder: Path) -> dict[str, int]:
@@ -25,20 +25,22 @@ def inodes(folder: Path) -> dict[str, int]:
 
 
 KEPT = (
-    *("submissions/agile.html", "api/entries/agile.json", "groups/pusher-v0.html"),
+    *("submissions/agile.html", "api/submissions/agile.json", "groups/pusher-v0.html"),
     "boards/hopper-gravity-v0-sequential-100k-task-conditioned.html",
 )
 WRITTEN = (
-    *("submissions/keeper.html", "api/entries/keeper.json", "groups/walker2d-gravity-v0.html"),
+    *("submissions/keeper.html", "api/submissions/keeper.json", "groups/walker2d-gravity-v0.html"),
     "boards/hopper-gravity-v0-sequential-100k.html",
 )
 
 
-def test_the_pages_of_a_changed_entry_and_of_its_boards_are_written_and_others_kept(tmp_path: Path) -> None:
+def test_the_pages_of_a_changed_submission_and_of_its_boards_are_written_and_others_kept(
+    tmp_path: Path,
+) -> None:
     document, out = everything(), tmp_path / "site"
     build(document, out)
     before = inodes(out)
-    document["submissions"][1]["title"] = "Renamed"  # of the entry Keeper, on two boards
+    document["submissions"][1]["title"] = "Renamed"  # of the submission Keeper, on two boards
     build(document, out)
     after = inodes(out)
     assert [path for path in KEPT if after[path] != before[path]] == []
@@ -111,7 +113,7 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.chdir(root)
         patch.setattr(references, "load_references", lambda: REFERENCES)
         for name in ("alpha", "beta"):
-            submission(root / "submissions", name)
+            make_submission(root / "submissions", name)
         assert main(["site"]) == 0
     return root
 
@@ -138,8 +140,8 @@ def test_without_a_change_nothing_is_scored_and_the_bytes_are_those_of_a_new_bui
 def test_a_changed_and_a_new_submission_are_scored_and_a_removed_one_disappears(
     built: Path, scored: Scored
 ) -> None:
-    submission(built / "submissions", "alpha", runs=3)
-    submission(built / "submissions", "gamma")
+    make_submission(built / "submissions", "alpha", runs=3)
+    make_submission(built / "submissions", "gamma")
     shutil.rmtree(built / "submissions" / "beta")
     assert main(["site"]) == 0
     assert scored == ["alpha", "gamma"]

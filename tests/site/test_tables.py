@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from gym_extensions.scoring.scorecard import ReferenceValue
-from gym_extensions.site.entry_results import EntryResult
+from gym_extensions.site.submission_results import SubmissionResult
 from gym_extensions.site.tables import change_tint, tint
 
-from .test_entry_results import score
+from .test_submission_results import score
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ from .test_entry_results import score
 def test_a_change_is_tinted_around_zero_and_hatched_where_it_is_uncertain(
     runs: list[tuple[float, float]], classes: str
 ) -> None:
-    (change,) = EntryResult("group", "sequential", score(*runs)).changes
+    (change,) = SubmissionResult("group", "sequential", score(*runs)).changes
     assert change_tint(change) == classes
 
 

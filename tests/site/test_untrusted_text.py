@@ -6,7 +6,7 @@ import re
 from typing import Any
 from urllib.parse import urlsplit
 
-from gym_extensions.site.paths import entry_path
+from gym_extensions.site.paths import submission_path
 
 from .browser import read
 
@@ -55,12 +55,12 @@ def test_markup_in_a_submission_is_escaped(document: dict[str, Any]) -> None:
         ], path
     text = read(document)["submissions/agile.html"].text
     assert text.count(re.sub(r"\s+", " ", HOSTILE)) >= 9
-    assert "49" not in read(document)["entries.html"].text
+    assert "49" not in read(document)["submissions.html"].text
 
 
 def test_a_hostile_name_stays_inside_the_folder_of_submissions() -> None:
     names = ["../../etc/passwd", "..", "a/b", "Random", "random", "é", "x" * 300, "plain-1", "a\ud800"]
-    paths = {name: entry_path(name) for name in names}
+    paths = {name: submission_path(name) for name in names}
     assert paths["plain-1"] == "submissions/plain-1.html"
     assert paths["random"] == "submissions/random.html"
     assert len({path.lower() for path in paths.values()}) == len(paths)

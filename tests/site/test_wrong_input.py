@@ -9,7 +9,7 @@ import pytest
 from gym_extensions.catalog.groups import group
 
 from .browser import Pages, read
-from .conftest import everything, learner, sequential, submission
+from .conftest import everything, learner, make_submission, sequential
 
 BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
 GROUP = "groups/hopper-gravity-v0.html"
@@ -21,15 +21,15 @@ TITLES = {
 }
 
 
-def only(*entries: dict[str, Any]) -> dict[str, Any]:
-    """A document of these entries."""
-    return {**everything(), "submissions": list(entries)}
+def only(*submissions: dict[str, Any]) -> dict[str, Any]:
+    """A document of these submissions."""
+    return {**everything(), "submissions": list(submissions)}
 
 
 def one_run() -> dict[str, Any]:
-    """An entry with one run on one group."""
+    """A submission with one run on one group."""
     scores = sequential("hopper-gravity", learner(0.9, 0.75, 1))
-    return submission("single", {"hopper-gravity-v0": {"sequential": scores}}, "Single")
+    return make_submission("single", {"hopper-gravity-v0": {"sequential": scores}}, "Single")
 
 
 def valid(pages: Pages) -> None:
@@ -37,25 +37,25 @@ def valid(pages: Pages) -> None:
     assert {path: pages[path].errors for path in pages if pages[path].errors} == {}
 
 
-def test_without_any_entry_every_page_says_so() -> None:
+def test_without_any_submission_every_page_says_so() -> None:
     pages = read(only())
     valid(pages)
     assert "There are no submissions yet." in pages["index.html"].text
-    assert "There are no submissions yet." in pages["entries.html"].text
-    assert "no entry yet" in pages["index.html"].text
-    assert "No entry has runs on the core suite yet." in pages["core.html"].text
+    assert "There are no submissions yet." in pages["submissions.html"].text
+    assert "nothing yet" in pages["index.html"].text
+    assert "No submission has runs on the core suite yet." in pages["core.html"].text
     assert not [path for path in pages if path.startswith("boards/")]
 
 
-def test_one_entry_with_one_run_has_values_without_intervals() -> None:
+def test_one_submission_with_one_run_has_values_without_intervals() -> None:
     pages = read(only(one_run()))
     valid(pages)
     assert "one run" in pages[GROUP].text
-    assert "No entry is ranked yet. Highest mean: Single single with " in pages[GROUP].text
-    assert "hopper-gravity 1 entry, none ranked" in pages["index.html"].text
+    assert "No submission is ranked yet. Highest mean: Single single with " in pages[GROUP].text
+    assert "hopper-gravity 1 submission, none ranked" in pages["index.html"].text
     assert "No method has all runs of the core suite yet." in pages["index.html"].text
     assert "Not ranked: Fewer than 5 runs." in pages[GROUP].text
-    assert "It is the only entry with a score." in pages[GROUP].text
+    assert "It is the only submission with a score." in pages[GROUP].text
 
 
 def test_a_group_that_nobody_entered_has_its_tasks_and_says_how_to_enter() -> None:
@@ -66,12 +66,12 @@ def test_a_group_that_nobody_entered_has_its_tasks_and_says_how_to_enter() -> No
         assert task.rsplit("/")[-1].removesuffix("-v0")[:7] in page
 
 
-def test_an_entry_without_optional_parts_renders() -> None:
-    entry = one_run()
-    entry["manifest"] = None
-    scores = entry["groups"]["hopper-gravity-v0"]["sequential"]
+def test_a_submission_without_optional_parts_renders() -> None:
+    submission = one_run()
+    submission["manifest"] = None
+    scores = submission["groups"]["hopper-gravity-v0"]["sequential"]
     scores.update(paper_table=[], paper_total=None, profile=None, iqm=None)
-    pages = read(only(entry))
+    pages = read(only(submission))
     valid(pages)
     assert "not stated" in pages[BOARD].text
 
@@ -79,11 +79,11 @@ def test_an_entry_without_optional_parts_renders() -> None:
 @pytest.mark.parametrize("title", TITLES.values(), ids=list(TITLES))
 def test_any_title_stays_in_its_place_and_is_shortened_in_tables(title: str) -> None:
     document = everything()
-    for entry in document["submissions"]:
-        entry["title"] = title
+    for each in document["submissions"]:
+        each["title"] = title
     pages = read(document)
     valid(pages)
-    for path in (GROUP, BOARD, "entries.html", "submissions/agile.html"):
+    for path in (GROUP, BOARD, "submissions.html", "submissions/agile.html"):
         assert "agile" in pages[path].text, f"{path} has no folder name"
         assert not [a for tag, a in pages[path].elements if tag == "script" and "src" not in a]
     assert title[:100] not in pages["index.html"].text

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.experts import Step
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.references.experts import Step
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import CARD, Bar, Record
+from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.verification.verify_record import write_record
 
 HISTORY = (Step("mine", "sac", 2_000_000, command="python train.py"),)

@@ -1,9 +1,10 @@
-"""Simulates how often new seeds refuse honest entries and entries with selected episodes.
+"""Simulates how often new seeds refuse honest submissions and submissions with selected episodes.
 
-python tests/verification/measure_new_seeds.py [--entries 400]
+python tests/verification/measure_new_seeds.py [--submissions 400]
 
-An entry has five runs of a group of five tasks, 45 cells (R[T][j] and R[j][j]) of 20 logged and 20 new
-episodes per draw. An entry that the first draw refuses is evaluated with a second one, which decides. Returns
+A submission has five runs of a group of five tasks, 45 cells (R[T][j] and R[j][j]) of 20 logged and 20 new
+episodes per draw. A submission that the first draw refuses is evaluated with a second one, which decides.
+Returns
 of a cell are drawn from one of three distributions: normal, lognormal, and falls (a sixth of the episodes
 ends early, with a fifth of the return). ``seed`` is the correlation of the returns of one seed between cells;
 in the committed logs of ``random`` and ``trpo-2017`` it is at most 0.009. The attacks log the better of two
@@ -41,10 +42,10 @@ def draw(rng: np.random.Generator, kind: str, spread: float, seed: float, cells:
     return np.asarray(mean * np.where(noise > 1, 0.2, 1.0) * (1 + 0.05 * rng.standard_normal(noise.shape)))
 
 
-def entry(
+def submission(
     rng: np.random.Generator, attack: str, kind: str, seed: float
 ) -> Iterator[tuple[TaskReturns, TaskReturns]]:
-    """The returns of each task of an entry with two draws. The log is honest or selected."""
+    """The returns of each task of a submission with two draws. The log is honest or selected."""
     for task in range(TASKS):
         runs = [run for run in range(RUNS) for _ in range(2 if task < TASKS - 1 else 1)]
         returns = draw(rng, kind, SPREAD[attack], seed, len(runs))
@@ -60,27 +61,27 @@ def entry(
 
 
 def refusals(rng: np.random.Generator, attack: str, kind: str, seed: float) -> tuple[bool, bool]:
-    """Whether the first draw refuses an entry, and whether both do."""
-    first, second = zip(*entry(rng, attack, kind, seed), strict=True)
+    """Whether the first draw refuses a submission, and whether both do."""
+    first, second = zip(*submission(rng, attack, kind, seed), strict=True)
     if agrees(compare(first, rng)):
         return False, False
     return True, not agrees(compare(second, rng))
 
 
 def main() -> None:
-    """Prints the share of refused entries."""
+    """Prints the share of refused submissions."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--entries", type=int, default=400)
-    entries = parser.parse_args().entries
+    parser.add_argument("--submissions", type=int, default=400)
+    submissions = parser.parse_args().submissions
     rng = np.random.default_rng(20)
-    sys.stdout.write("| returns | seed | entry | refused by the first draw | by both |\n")
+    sys.stdout.write("| returns | seed | submission | refused by the first draw | by both |\n")
     sys.stdout.write("|---|---:|---|---:|---:|\n")
     for kind in ("normal", "lognormal", "falls"):
         for seed in (0.0, 0.3):
             for attack in SPREAD:
-                refused = [refusals(rng, attack, kind, seed) for _ in range(entries)]
+                refused = [refusals(rng, attack, kind, seed) for _ in range(submissions)]
                 first, both = (sum(column) for column in zip(*refused, strict=True))
-                sys.stdout.write(f"| {kind} | {seed:g} | {attack} | {first} of {entries} | {both} |\n")
+                sys.stdout.write(f"| {kind} | {seed:g} | {attack} | {first} of {submissions} | {both} |\n")
 
 
 if __name__ == "__main__":

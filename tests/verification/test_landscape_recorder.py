@@ -13,10 +13,7 @@ import pytest
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.worlds import axes
 from gym_extensions.curation.cli import maintain
-from gym_extensions.rollouts.layout import DOCUMENT, LANDSCAPES, run_file
-from gym_extensions.rollouts.log import read_log
-from gym_extensions.rollouts.policies.files import policies_of, read_arrays
-from gym_extensions.scoring.landscapes import (
+from gym_extensions.submissions.landscapes import (
     NOT_MEASURED,
     OTHER_RUNS,
     Landscape,
@@ -24,10 +21,13 @@ from gym_extensions.scoring.landscapes import (
     load,
     path_of,
 )
+from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file
+from gym_extensions.submissions.log import read_log
+from gym_extensions.submissions.policies.files import policies_of, read_arrays
 from gym_extensions.verification.landscape_recorder import returns_of
 from gym_extensions.versions import blas_kernels
 
-from .entries import GROUP, change_document, copy, honest, network
+from .made_submissions import GROUP, change_document, copy, honest, network
 
 HERE = GROUPS[GROUP]
 SUBMISSIONS = Path(__file__).parents[2] / "submissions"
@@ -36,25 +36,25 @@ MEASURED = sorted(SUBMISSIONS.glob(f"*/{LANDSCAPES}/*.json"))
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An entry of two runs with a landscape. It must not be changed."""
-    entry = copy(honest(), tmp_path_factory.mktemp("measured") / "mine")
-    for path in entry.glob("*/*/run[2-4].*"):
+    """A submission of two runs with a landscape. It must not be changed."""
+    submission = copy(honest(), tmp_path_factory.mktemp("measured") / "mine")
+    for path in submission.glob("*/*/run[2-4].*"):
         path.unlink()
-    assert landscapes(entry) == 0
-    return entry
+    assert landscapes(submission) == 0
+    return submission
 
 
 @pytest.fixture
-def entry(measured: Path, tmp_path: Path) -> Path:
+def submission(measured: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(measured, tmp_path / "mine"))
 
 
-def landscapes(entry: Path, *options: str) -> int:
-    return maintain(["landscapes", str(entry), "--cache", str(entry.parent / "cache"), *options])
+def landscapes(submission: Path, *options: str) -> int:
+    return maintain(["landscapes", str(submission), "--cache", str(submission.parent / "cache"), *options])
 
 
-def landscape(entry: Path) -> Landscape:
-    (found,) = landscapes_of(entry).values()
+def landscape(submission: Path) -> Landscape:
+    (found,) = landscapes_of(submission).values()
     return found
 
 
@@ -67,33 +67,33 @@ def test_every_run_has_a_return_and_a_deviation_per_stage_and_value(measured: Pa
     assert path_of(measured, HERE).stat().st_size < 60_000
 
 
-def test_the_same_machine_writes_the_same_file_whatever_the_number_of_jobs(entry: Path) -> None:
-    before = path_of(entry, HERE).read_bytes()
-    assert landscapes(entry, "--again", "--jobs", "2", "--groups", GROUP) == 0
-    assert path_of(entry, HERE).read_bytes() == before
+def test_the_same_machine_writes_the_same_file_whatever_the_number_of_jobs(submission: Path) -> None:
+    before = path_of(submission, HERE).read_bytes()
+    assert landscapes(submission, "--again", "--jobs", "2", "--groups", GROUP) == 0
+    assert path_of(submission, HERE).read_bytes() == before
 
 
 def test_a_landscape_that_is_up_to_date_is_not_measured_again(
-    entry: Path, capsys: pytest.CaptureFixture[str]
+    submission: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert landscapes(entry) == 0
+    assert landscapes(submission) == 0
     assert capsys.readouterr().out == f"mine, {GROUP}: up to date.\n"
 
 
-def test_a_landscape_of_other_policies_is_not_shown(entry: Path) -> None:
-    document = entry / run_file(GROUP, "sequential", 1, DOCUMENT)
+def test_a_landscape_of_other_policies_is_not_shown(submission: Path) -> None:
+    document = submission / run_file(GROUP, "sequential", 1, DOCUMENT)
     change_document(document, policies=None)
-    assert load(entry, HERE) == OTHER_RUNS
-    assert landscapes_of(entry) == {}
+    assert load(submission, HERE) == OTHER_RUNS
+    assert landscapes_of(submission) == {}
 
 
-def test_an_entry_without_policies_has_none(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shutil.rmtree(entry / LANDSCAPES)
-    assert load(entry, HERE) == NOT_MEASURED
-    change_document(entry / run_file(GROUP, "sequential", 0, DOCUMENT), policies=None)
-    assert landscapes(entry) == 0
+def test_a_submission_without_policies_has_none(submission: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.rmtree(submission / LANDSCAPES)
+    assert load(submission, HERE) == NOT_MEASURED
+    change_document(submission / run_file(GROUP, "sequential", 0, DOCUMENT), policies=None)
+    assert landscapes(submission) == 0
     assert "not published" in capsys.readouterr().out
-    assert not (entry / LANDSCAPES).exists()
+    assert not (submission / LANDSCAPES).exists()
 
 
 @pytest.mark.parametrize(
@@ -133,8 +133,8 @@ def test_an_agent_that_observes_the_task_is_told_the_nearest_one() -> None:
 
 @pytest.mark.parametrize("path", MEASURED, ids=lambda path: f"{path.parts[-3]}-{path.stem}")
 def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path) -> None:
-    entry, group = path.parents[1], GROUPS[path.stem]
-    found = load(entry, group)
+    submission, group = path.parents[1], GROUPS[path.stem]
+    found = load(submission, group)
     assert isinstance(found, Landscape), found
     assert path.stat().st_size < 20 * sum(2 * np.size(axis.returns) for axis in found.axes), (
         "20 bytes per number"
@@ -143,7 +143,7 @@ def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path
     for axis in axes(group):
         measured = found.axis(axis.name)
         for index, run in enumerate(found.runs):
-            log = read_log(entry / run_file(group.name, "sequential", run, ".csv"))
+            log = read_log(submission / run_file(group.name, "sequential", run, ".csv"))
             for each in axis.trained:  # a wall stands anywhere in a range of several points
                 at = [each.low <= point <= each.high for point in axis.points]
                 of_task = log[log["task"] == group.task_ids[each.task]]
@@ -162,9 +162,9 @@ def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path
 
 def test_a_stage_of_a_committed_landscape_is_measured_again() -> None:
     """Golden numbers: equal on the kernels of the file, and close at most points on others."""
-    entry, group, stage = SUBMISSIONS / "cloning", GROUPS["hopper-gravity"], 1
-    found, (axis,) = landscapes_of(entry)[group.id], axes(group)
-    arrays = read_arrays(entry, group, "sequential", 0)
+    submission, group, stage = SUBMISSIONS / "cloning", GROUPS["hopper-gravity"], 1
+    found, (axis,) = landscapes_of(submission)[group.id], axes(group)
+    arrays = read_arrays(submission, group, "sequential", 0)
     policy = policies_of(arrays, group, "sequential")[stage, None]
     returns = np.array(returns_of(group, policy, axis, stage, 0))
     golden = np.array(found.axes[0].returns[0][stage])

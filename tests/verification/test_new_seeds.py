@@ -1,4 +1,4 @@
-"""The test of logged against new returns: honest entries pass, selected episodes do not."""
+"""The test of logged against new returns: honest submissions pass, selected episodes do not."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ def best_cell_of_five(rng: np.random.Generator, shape: tuple[int, ...]) -> Array
 def p_value(logged: Draw, seed: int, fresh: Draw = honest, tasks: int = 5) -> float:
     rng = np.random.default_rng(seed)
     shape = (len(RUNS), 20)
-    entry = [TaskReturns(RUNS, logged(rng, shape), fresh(rng, shape)) for _ in range(tasks)]
-    return compare(entry, rng)
+    submission = [TaskReturns(RUNS, logged(rng, shape), fresh(rng, shape)) for _ in range(tasks)]
+    return compare(submission, rng)
 
 
-def test_honest_entries_pass() -> None:
+def test_honest_submissions_pass() -> None:
     p_values = [p_value(honest, seed) for seed in range(20)]
     assert min(p_values) > ALPHA
     assert np.median(p_values) > 0.3
@@ -80,7 +80,7 @@ def test_one_invented_cell_of_fifty_is_refused() -> None:
 
 
 def test_seeds_that_are_easy_for_all_policies_are_no_evidence() -> None:
-    """With seeds of unequal difficulty, exchanging single returns would reject honest entries."""
+    """With seeds of unequal difficulty, exchanging single returns would reject honest submissions."""
 
     def shared(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         return rng.standard_normal((1, shape[1])) + 0.1 * rng.standard_normal(shape)
@@ -93,7 +93,7 @@ def test_seeds_that_are_easy_for_all_policies_are_no_evidence() -> None:
 def test_noise_that_an_agent_draws_in_all_tasks_is_no_evidence() -> None:
     """The episodes of one number are lucky in all tasks of a run; new episodes have noise of their own."""
 
-    def entry(seed: int) -> float:
+    def submission(seed: int) -> float:
         rng = np.random.default_rng(seed)
         noise = rng.standard_normal((5, 20))
         tasks = [
@@ -102,7 +102,7 @@ def test_noise_that_an_agent_draws_in_all_tasks_is_no_evidence() -> None:
         ]
         return compare(tasks, rng)
 
-    p_values = [entry(seed) for seed in range(40)]
+    p_values = [submission(seed) for seed in range(40)]
     assert sum(p <= ALPHA for p in p_values) <= 1
     assert sum(p <= 0.1 for p in p_values) <= 10
 

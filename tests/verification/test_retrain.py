@@ -12,16 +12,16 @@ import pytest
 from gym_extensions.baselines import train
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs.rollout import Outcome
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import read_review
-from gym_extensions.rollouts.run import file_sha256, read_run
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import read_review
+from gym_extensions.submissions.run import file_sha256, read_run
 from gym_extensions.verification import retrain
 from gym_extensions.verification.retrain import Cells, compare_cells, drawn_run, train_again
 from gym_extensions.verification.verify import runs_of
 
 from ..baselines.conftest import QUICK_TOML
-from . import entries
-from .entries import VALUE, change_document
+from . import made_submissions as submissions
+from .made_submissions import VALUE, change_document
 
 RUN = "quick-pusher/sequential/run0"
 
@@ -41,20 +41,22 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def workshop(made: Path, tmp_path: Path, in_this_process: None) -> Path:
     """A copy of that folder that may be changed."""
-    return Path(shutil.copytree(made, tmp_path / "entries"))
+    return Path(shutil.copytree(made, tmp_path / "submissions"))
 
 
-def verify(entry: Path, *options: str) -> int:
-    return entries.verify(entry, "--retrain", "--groups", str(entry.parent / "quick.toml"), *options)
+def verify(submission: Path, *options: str) -> int:
+    return submissions.verify(
+        submission, "--retrain", "--groups", str(submission.parent / "quick.toml"), *options
+    )
 
 
-def level_of(entry: Path) -> str:
-    return entries.level_of(entry, with_custom([entry.parent / "quick.toml"]))
+def level_of(submission: Path) -> str:
+    return submissions.level_of(submission, with_custom([submission.parent / "quick.toml"]))
 
 
-def multiply(entry: Path, stage: int, factor: float) -> Path:
+def multiply(submission: Path, stage: int, factor: float) -> Path:
     """Multiplies the logged returns of a stage, states the new digest, and gives the run's document."""
-    path = entry / f"{RUN}.csv"
+    path = submission / f"{RUN}.csv"
     header, *rows = path.read_text(encoding="utf-8").splitlines()
     column = header.split(",").index("return")
     for number, row in enumerate(rows):
@@ -79,42 +81,42 @@ def test_a_run_with_the_same_bytes_is_reproduced(
     assert level_of(workshop / agent) == "reproduced"
 
 
-def test_a_log_that_training_does_not_give_refutes_the_entry(workshop: Path) -> None:
+def test_a_log_that_training_does_not_give_refutes_the_submission(workshop: Path) -> None:
     """No verification without training sees it: the policies sample, and stage 0 is not run on new seeds."""
-    entry = workshop / "random"
-    multiply(entry, 0, 0.5)
-    assert verify(entry, "--write") == 1
-    (record,) = read_review(entry).verifications
+    submission = workshop / "random"
+    multiply(submission, 0, 0.5)
+    assert verify(submission, "--write") == 1
+    (record,) = read_review(submission).verifications
     assert not record.passed
     assert record.retrained == []
     assert record.p_value > 0.05
     assert record.difference.endswith("means differ after training again")
-    assert level_of(entry) == "claimed"
+    assert level_of(submission) == "claimed"
 
 
 def test_another_log_within_noise_is_not_reproduced_on_the_machine_that_made_it(
     workshop: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    entry = workshop / "random"
-    multiply(entry, 0, 1 - 1e-9)
-    assert verify(entry, "--write") == 0
+    submission = workshop / "random"
+    multiply(submission, 0, 1 - 1e-9)
+    assert verify(submission, "--write") == 0
     assert "NOT the same episodes" in capsys.readouterr().out
-    assert level_of(entry) == "verified"
+    assert level_of(submission) == "verified"
 
 
 @pytest.mark.parametrize(("factor", "expected"), [(1 - 1e-9, "reproduced"), (0.5, "verified")])
 def test_a_run_that_was_made_elsewhere_is_compared_by_its_means_and_refutes_nothing(
     workshop: Path, factor: float, expected: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    entry = workshop / "random"
-    document = multiply(entry, 0, factor)
+    submission = workshop / "random"
+    document = multiply(submission, 0, factor)
     versions = msgspec.structs.replace(read_run(document).versions, gym_extensions="0.9.0")
     change_document(document, versions=versions)
-    assert verify(entry, "--write") == 0
+    assert verify(submission, "--write") == 0
     out = capsys.readouterr().out
     assert ("means within noise" in out) == (expected == "reproduced")
     assert ("made elsewhere (gym_extensions 0.9.0 /" in out) == (expected == "verified")
-    assert level_of(entry) == expected
+    assert level_of(submission) == expected
 
 
 @pytest.mark.parametrize(
@@ -122,7 +124,7 @@ def test_a_run_that_was_made_elsewhere_is_compared_by_its_means_and_refutes_noth
     [
         ('algorithm = "random"', 'algorithm = "mine"', "The algorithm 'mine' is not a reference agent."),
         ('algorithm = "random"', 'algorithm = "os:system"', "is not a reference agent"),
-        ('steps = "recorded"', 'steps = "claimed"', "The training of this entry was not recorded"),
+        ('steps = "recorded"', 'steps = "claimed"', "The training of this submission was not recorded"),
     ],
 )
 def test_the_agent_of_a_stranger_is_refused_before_anything_is_run(
@@ -145,13 +147,13 @@ def test_training_is_tried_with_one_thread_and_with_all(
     workshop: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Large matrix products have other last bits then, and no document says which it was."""
-    entry = workshop / "random"
+    submission = workshop / "random"
     tried: list[int] = []
-    other = Path(shutil.copytree(entry, workshop / "other"))
+    other = Path(shutil.copytree(submission, workshop / "other"))
     multiply(other, 0, 0.5)
 
     def trained(*_: object, **__: object) -> Path:
-        return (other if len(tried) == 1 else entry) / f"{RUN}.csv"
+        return (other if len(tried) == 1 else submission) / f"{RUN}.csv"
 
     def limits(threads: int) -> AbstractContextManager[None]:
         tried.append(threads)
@@ -160,8 +162,8 @@ def test_training_is_tried_with_one_thread_and_with_all(
     monkeypatch.setattr(retrain, "threadpool_info", lambda: [{"num_threads": 1}, {"num_threads": 8}])
     monkeypatch.setattr(retrain, "threadpool_limits", limits)
     monkeypatch.setattr(retrain, "retrain", trained)
-    submission = read(entry, with_custom([workshop / "quick.toml"]), merge_runs=False)
-    assert train_again(entry, runs_of(submission)[RUN]).is_same
+    found = read(submission, with_custom([workshop / "quick.toml"]), merge_runs=False)
+    assert train_again(submission, runs_of(found)[RUN]).is_same
     assert tried == [1, 8]
 
 

@@ -1,4 +1,4 @@
-"""An entry is verified: its episodes are repeated, its policies run on new seeds, and that decides."""
+"""A submission is verified: its episodes are repeated, its policies run on new seeds, and that decides."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ import pytest
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import fingerprinting
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.files import policy_keys, read_policies
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import read_review
-from gym_extensions.scoring.poses import load_entry
+from gym_extensions.submissions.policies.files import policy_keys, read_policies
+from gym_extensions.submissions.poses import load_submission
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import read_review
 from gym_extensions.verification import cli as verification_cli, episodes
 from gym_extensions.verification.cli import main
-from gym_extensions.verification.verify import Report, verify as verify_entry
+from gym_extensions.verification.verify import Report, verify as verify_submission
 
-from . import entries
-from .entries import GROUP, VALUE, Row, change_document, change_log, copy, honest, level_of, verify
+from . import made_submissions as submissions
+from .made_submissions import GROUP, VALUE, Row, change_document, change_log, copy, honest, level_of, verify
 
 
 @pytest.fixture
 def limited(tmp_path: Path) -> Path:
-    """A copy of an honest entry with deterministic policies."""
+    """A copy of an honest submission with deterministic policies."""
     return copy(honest(), tmp_path / "mine")
 
 
 @pytest.fixture
-def entry(limited: Path, in_this_process: None) -> Path:
+def submission(limited: Path, in_this_process: None) -> Path:
     """The same, whose policies run in this process, without limits."""
     return limited
 
 
-def test_an_honest_entry_is_verified_and_the_record_says_what_was_done(limited: Path) -> None:
-    entry = limited
-    assert level_of(entry) == "claimed"
-    assert verify(entry, "--write") == 0
-    (record,) = read_review(entry).verifications
+def test_an_honest_submission_is_verified_and_the_record_says_what_was_done(limited: Path) -> None:
+    submission = limited
+    assert level_of(submission) == "claimed"
+    assert verify(submission, "--write") == 0
+    (record,) = read_review(submission).verifications
     tasks = len(group(GROUP).tasks)
     assert record.passed
     assert record.value == VALUE
@@ -47,46 +47,46 @@ def test_an_honest_entry_is_verified_and_the_record_says_what_was_done(limited: 
     assert record.cells == 5 * (2 * tasks - 1)
     assert record.difference == ""
     assert sorted(record.runs) == [f"{GROUP}/sequential/run{run}" for run in range(5)]
-    assert level_of(entry) == "verified"
-    (poses,) = load_entry(entry).values()
-    assert poses.shows((0,), (_means(entry),))
+    assert level_of(submission) == "verified"
+    (poses,) = load_submission(submission).values()
+    assert poses.shows((0,), (_means(submission),))
 
 
-def _means(entry: Path) -> tuple[tuple[float, ...], ...]:
+def _means(submission: Path) -> tuple[tuple[float, ...], ...]:
     """The mean return of every stage and task of run 0."""
-    (submitted,) = read(entry).groups.values()
+    (submitted,) = read(submission).groups.values()
     log, count = submitted.logs["sequential"], len(submitted.group.tasks)
     returns = log.rows["return"][log.rows["run"] == 0].to_numpy()
     means = returns.reshape(count + 1, count, -1).mean(axis=2)
     return tuple(map(tuple, means.tolist()))
 
 
-def test_without_seeds_nothing_is_recorded(entry: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([str(entry), "--cache", str(entry.parent / "cache")]) == 0
+def test_without_seeds_nothing_is_recorded(submission: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(submission), "--cache", str(submission.parent / "cache")]) == 0
     assert "not stored" in capsys.readouterr().out
-    assert main([str(entry), "--write"]) == 2
-    assert not (entry / "review.toml").exists()
+    assert main([str(submission), "--write"]) == 2
+    assert not (submission / "review.toml").exists()
 
 
 def test_the_first_draw_stands_and_new_files_are_drawn_for_anew(
-    entry: Path, capsys: pytest.CaptureFixture[str]
+    submission: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    change_log(entry, lambda row: {"return": row["return"] * 1.5})
-    assert verify(entry, "--write") == 1
-    refused = (entry / "review.toml").read_bytes()
-    assert verify(entry, "--write", "--seeds", "4f" * 20) == 0
+    change_log(submission, lambda row: {"return": row["return"] * 1.5})
+    assert verify(submission, "--write") == 1
+    refused = (submission / "review.toml").read_bytes()
+    assert verify(submission, "--write", "--seeds", "4f" * 20) == 0
     assert "no run with policies is left" in capsys.readouterr().out
-    assert (entry / "review.toml").read_bytes() == refused
-    assert level_of(entry) == "claimed"
-    change_log(entry, lambda row: {"return": row["return"] / 1.4}, run=3)
-    assert verify(entry, "--write") == 1
-    first, second = read_review(entry).verifications
+    assert (submission / "review.toml").read_bytes() == refused
+    assert level_of(submission) == "claimed"
+    change_log(submission, lambda row: {"return": row["return"] / 1.4}, run=3)
+    assert verify(submission, "--write") == 1
+    first, second = read_review(submission).verifications
     assert list(second.runs) == [f"{GROUP}/sequential/run3"]
     assert len(first.runs) == 5, "the refusal stays on record"
 
 
 def test_an_episode_that_differs_is_named_with_its_place_and_size(
-    entry: Path, capsys: pytest.CaptureFixture[str]
+    submission: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     place = {"stage": 1, "episode": 7, "task": group(GROUP).task_ids[1]}
 
@@ -94,61 +94,64 @@ def test_an_episode_that_differs_is_named_with_its_place_and_size(
         is_there = all(row[name] == value for name, value in place.items())
         return {"return": row["return"] - 0.25} if is_there else {}
 
-    change_log(entry, lower, run=2)
-    assert verify(entry) == 1
+    change_log(submission, lower, run=2)
+    assert verify(submission) == 1
     out = capsys.readouterr().out
     assert f"{GROUP}/sequential/run2: stage 1, {group(GROUP).tasks[1].name}, episode 7" in out
     assert "difference 0.25" in out
 
 
 def test_a_difference_on_another_machine_neither_raises_nor_lowers_the_level(
-    entry: Path, capsys: pytest.CaptureFixture[str]
+    submission: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    change_log(entry, lambda row: {"return": row["return"] - 1e-9}, run=2)
-    entries.move_elsewhere(entry)
-    assert verify(entry, "--write") == 0
+    change_log(submission, lambda row: {"return": row["return"] - 1e-9}, run=2)
+    submissions.move_elsewhere(submission)
+    assert verify(submission, "--write") == 0
     assert "openblas Zen" in capsys.readouterr().out
-    (record,) = read_review(entry).verifications
+    (record,) = read_review(submission).verifications
     assert record.repeated < record.episodes
     assert "run2" in record.difference
 
 
 @pytest.mark.usefixtures("in_this_process")
 def test_policies_that_sample_are_not_repeated_and_are_verified(tmp_path: Path) -> None:
-    entry = copy(honest("gaussian"), tmp_path / "mine")
-    assert verify(entry, "--write") == 0
-    (record,) = read_review(entry).verifications
+    submission = copy(honest("gaussian"), tmp_path / "mine")
+    assert verify(submission, "--write") == 0
+    (record,) = read_review(submission).verifications
     assert (record.passed, record.repeated) == (True, 0)
 
 
-def test_policies_that_were_mended_are_run_again(entry: Path) -> None:
-    path = entry / GROUP / "sequential" / "run0.npz"
+def test_policies_that_were_mended_are_run_again(submission: Path) -> None:
+    path = submission / GROUP / "sequential" / "run0.npz"
     whole = path.read_bytes()
     path.write_bytes(whole[:1000])
-    assert verify(entry) == 1
+    assert verify(submission) == 1
     path.write_bytes(whole)
-    assert verify(entry) == 0
+    assert verify(submission) == 0
 
 
-def test_an_entry_that_cannot_be_verified_now_does_not_stop_the_next(
-    entry: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_a_submission_that_cannot_be_verified_now_does_not_stop_the_next(
+    submission: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    first = copy(entry, entry.parent / "first")
+    first = copy(submission, submission.parent / "first")
 
     def away(path: Path, *arguments: Any, **keywords: Any) -> Report:
         if path == first:
             raise BenchError("not-fetched", "The server does not answer.", "first")
-        return verify_entry(path, *arguments, **keywords)
+        return verify_submission(path, *arguments, **keywords)
 
     monkeypatch.setattr(verification_cli, "verify", away)
-    assert main([str(first), str(entry), "--seeds", VALUE, "--cache", str(entry.parent / "cache")]) == 2
+    assert (
+        main([str(first), str(submission), "--seeds", VALUE, "--cache", str(submission.parent / "cache")])
+        == 2
+    )
     output = capsys.readouterr()
     assert "The server does not answer." in output.err
     assert "mine: verified" in output.out
 
 
 def test_an_interrupted_verification_goes_on_where_it_was(
-    entry: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    submission: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     save, saved = episodes.Store.save, list[str]()
 
@@ -159,56 +162,56 @@ def test_an_interrupted_verification_goes_on_where_it_was(
             raise KeyboardInterrupt
 
     monkeypatch.setattr(episodes.Store, "save", interrupted)
-    assert verify(entry, "--write") == 130
+    assert verify(submission, "--write") == 130
     assert f"--seeds {VALUE}" in capsys.readouterr().err
-    assert not (entry / "review.toml").exists(), "no half-written review"
-    assert verify(entry, "--write") == 0
+    assert not (submission / "review.toml").exists(), "no half-written review"
+    assert verify(submission, "--write") == 0
     assert len(saved) == len(set(saved)) == 5
 
 
 def test_a_log_without_policies_is_claimed_and_says_why(
-    entry: Path, capsys: pytest.CaptureFixture[str]
+    submission: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    change_document(entry / GROUP / "sequential" / "run4.json", policies=None)
-    (entry / GROUP / "sequential" / "run4.npz").unlink()
-    assert verify(entry, "--write") == 1
+    change_document(submission / GROUP / "sequential" / "run4.json", policies=None)
+    (submission / GROUP / "sequential" / "run4.npz").unlink()
+    assert verify(submission, "--write") == 1
     assert f"{GROUP}/sequential/run4" in capsys.readouterr().out
-    assert level_of(entry) == "claimed"
+    assert level_of(submission) == "claimed"
 
 
 def test_another_engine_repeats_nothing(
-    entry: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    submission: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(fingerprinting, "engine", lambda: {"mujoco": "3.9.0", "gymnasium": "1.3.0"})
-    assert verify(entry, "--write") == 2
+    assert verify(submission, "--write") == 2
     assert "but mujoco 3.9.0" in capsys.readouterr().err
-    assert not (entry / "review.toml").exists()
+    assert not (submission / "review.toml").exists()
 
 
-def test_a_policy_of_another_task_is_refused(entry: Path) -> None:
+def test_a_policy_of_another_task_is_refused(submission: Path) -> None:
     members = group(GROUP)
     keys = policy_keys("sequential", members)
-    wrong = dict.fromkeys(keys, entries.network(1, actions=6))
-    played = read_policies(entry, members, "sequential", 0)
-    entries.write_run_files(entry, "sequential", 0, wrong, played)
-    assert verify(entry, "--write") == 1
-    assert "6 actions" in read_review(entry).verifications[0].difference
+    wrong = dict.fromkeys(keys, submissions.network(1, actions=6))
+    played = read_policies(submission, members, "sequential", 0)
+    submissions.write_run_files(submission, "sequential", 0, wrong, played)
+    assert verify(submission, "--write") == 1
+    assert "6 actions" in read_review(submission).verifications[0].difference
 
 
 @pytest.mark.parametrize("value", ["xyz", "3f", "3f" * 65])
 def test_seeds_that_are_no_such_number_are_named(
-    entry: Path, value: str, capsys: pytest.CaptureFixture[str]
+    submission: Path, value: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([str(entry), "--seeds", value]) == 2
+    assert main([str(submission), "--seeds", value]) == 2
     assert "--seeds" in capsys.readouterr().err
 
 
 def test_several_processes_find_the_same(limited: Path, tmp_path: Path) -> None:
-    entry = limited
-    assert verify(entry, "--write") == 0
-    first = read_review(entry)
-    (entry / "review.toml").unlink()
+    submission = limited
+    assert verify(submission, "--write") == 0
+    first = read_review(submission)
+    (submission / "review.toml").unlink()
     options = ["--seeds", VALUE, "--write", "--jobs", "2", "--cache", str(tmp_path / "other")]
-    assert main([str(entry), *options]) == 0
-    (once,), (again,) = first.verifications, read_review(entry).verifications
+    assert main([str(submission), *options]) == 0
+    (once,), (again,) = first.verifications, read_review(submission).verifications
     assert msgspec.structs.replace(again, date=once.date) == once

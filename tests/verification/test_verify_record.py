@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gym_extensions import experts
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.poses import PolicyPoses
+from gym_extensions.references import experts
 from gym_extensions.scoring.records import Record
+from gym_extensions.submissions.poses import PolicyPoses
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify_record import sample, verify_record, write_expert_poses, write_record
 
-from .entries import VALUE
 from .made_records import HISTORY, change_card, claim_more, lower_the_bar, make_policy, make_record
+from .made_submissions import VALUE
 
 
 @pytest.fixture

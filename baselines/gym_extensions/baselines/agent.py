@@ -22,7 +22,7 @@ class Observes:
 
     Args:
         task_in_training: the tasks that are trained, in ``learn``.
-        task_in_evaluation: the task that is evaluated, in ``act``. Such entries have separate boards.
+        task_in_evaluation: the task that is evaluated, in ``act``. Such submissions have separate boards.
         boundaries: the number of the stage and the number of tasks, in ``learn``. An agent whose
             ``learn`` works differently from its second call on, as with a penalty on forgetting, needs it.
 
@@ -170,7 +170,7 @@ class Card:
 
     Args:
         algorithm: a short name of at most 100 characters.
-        title: the heading of the entry; ``algorithm`` if empty.
+        title: the heading of the submission; ``algorithm`` if empty.
         description: at most 4000 characters.
         evaluation: how the agent acts in evaluation, ``"sampled"`` or ``"deterministic"``.
         hyperparameters: strings, finite numbers, booleans, or lists of them, by name.

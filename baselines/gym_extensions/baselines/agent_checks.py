@@ -14,10 +14,10 @@ import msgspec
 from gym_extensions.baselines.agent import Agent, Array, Card, Context, Described, Factory, Observes
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import MANIFEST, Folder
-from gym_extensions.rollouts.manifest import FORMAT
-from gym_extensions.rollouts.rules import problems
-from gym_extensions.rollouts.run import Count, Versions
+from gym_extensions.submissions.layout import MANIFEST, Folder
+from gym_extensions.submissions.manifest import FORMAT
+from gym_extensions.submissions.rules import problems
+from gym_extensions.submissions.run import Count, Versions
 from gym_extensions.versions import version_or_none
 
 CARD_TYPES: dict[str, Any] = {

@@ -47,7 +47,12 @@ def parser() -> argparse.ArgumentParser:
         "--evaluate-episodes", type=int, default=5, help="episodes per task of these evaluations (default: 5)"
     )
     add("--log", help=f"comma-separated: {', '.join(LOGS)}; files in .progress of the submission's folder")
-    add("--by", default="", metavar="NAME", help="your name, if you donate these runs to an entry of others")
+    add(
+        "--by",
+        default="",
+        metavar="NAME",
+        help="your name, if you donate these runs to a submission of others",
+    )
     add("--quiet", action="store_true", help="do not show the progress")
     return command
 

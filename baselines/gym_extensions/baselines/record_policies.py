@@ -28,13 +28,13 @@ from gym_extensions.catalog.protocol import stages
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.rollouts.layout import LOG, MANIFEST, run_file
-from gym_extensions.rollouts.log import Episode, read_log
-from gym_extensions.rollouts.manifest import CLAIMED
-from gym_extensions.rollouts.policies.files import AnyPolicy
-from gym_extensions.rollouts.policies.mlp import Policy as PlainPolicy
-from gym_extensions.rollouts.policies.onnx import OnnxPolicy
-from gym_extensions.rollouts.run import Curve
+from gym_extensions.submissions.layout import LOG, MANIFEST, run_file
+from gym_extensions.submissions.log import Episode, read_log
+from gym_extensions.submissions.manifest import CLAIMED
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.policies.mlp import Policy as PlainPolicy
+from gym_extensions.submissions.policies.onnx import OnnxPolicy
+from gym_extensions.submissions.run import Curve
 
 WRITE_SECONDS = 300.0
 """How long a process waits for another one that writes the run."""
@@ -192,8 +192,8 @@ def record(
 
     Args:
         policy: a function from observations (n, …) to actions (n, …), an object with such a method ``act``,
-            a :class:`gym_extensions.rollouts.policies.mlp.Policy` or
-            :class:`gym_extensions.rollouts.policies.onnx.OnnxPolicy`,
+            a :class:`gym_extensions.submissions.policies.mlp.Policy` or
+            :class:`gym_extensions.submissions.policies.onnx.OnnxPolicy`,
             which the submission then contains, or an object with a method ``predict`` as in
             Stable-Baselines3. Actions are clipped to the action space.
         group: a task group: the name of a published group, the TOML file of a custom group, or a
@@ -208,7 +208,7 @@ def record(
         card: what the manifest says about the algorithm. The algorithm, the hyperparameters and
             ``evaluation`` are the same in every call.
         observes: what the policies of all stages observe besides observations. By default the attribute
-            ``observes`` of the policy; a :class:`gym_extensions.rollouts.policies.mlp.Policy` observes the
+            ``observes`` of the policy; a :class:`gym_extensions.submissions.policies.mlp.Policy` observes the
             task if it has arrays per task. Pass it if the policies of the first stages have none.
         curves: the stage's training curves by task name, each as pairs of training step and mean return;
             optional.

@@ -26,12 +26,12 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.rollouts import layout, run as documents
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
-from gym_extensions.rollouts.log import log_text
-from gym_extensions.rollouts.manifest import RECORDED
-from gym_extensions.rollouts.policies.files import content_sha256, policy_files, size_error
-from gym_extensions.rollouts.policies.onnx import RUNTIME
+from gym_extensions.submissions import layout, run as documents
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
+from gym_extensions.submissions.log import log_text
+from gym_extensions.submissions.manifest import RECORDED
+from gym_extensions.submissions.policies.files import content_sha256, policy_files, size_error
+from gym_extensions.submissions.policies.onnx import RUNTIME
 from gym_extensions.versions import version
 
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")

@@ -37,9 +37,9 @@ from gym_extensions.catalog.tasks import whole_number
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, MANIFEST, PROGRESS, run_file
-from gym_extensions.rollouts.manifest import RECORDED
-from gym_extensions.rollouts.run import LONGEST, read_run
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, PROGRESS, run_file
+from gym_extensions.submissions.manifest import RECORDED
+from gym_extensions.submissions.run import LONGEST, read_run
 
 INTERIM_EPISODES = 5
 """Episodes per task of an evaluation during training."""
@@ -94,7 +94,7 @@ def train(
             evaluates after each stage only. Neither what is learned nor the logs depend on it if the agent
             can be saved; docs/submit.md says what is guaranteed for other agents.
         evaluate_episodes: episodes per task of these evaluations, from 1 to 20.
-        by: who trains the runs, at most 200 characters: for runs that are donated to an entry of others.
+        by: who trains the runs, at most 200 characters: for runs that are donated to a submission of others.
 
     Returns:
         The paths of the logs of the requested runs, including those that were finished before.
@@ -143,14 +143,14 @@ def train(
 
 
 def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) -> Path:
-    """Trains one run of an entry again with the reference agent that its manifest names.
+    """Trains one run of a submission again with the reference agent that its manifest names.
 
-    The entry in ``folder`` stays as it is; ``out`` is the folder of the new submission, which may be an
+    The submission in ``folder`` stays as it is; ``out`` is the folder of the new submission, which may be an
     unfinished one of an earlier call. Returns the path of the log; document and policies are beside it.
 
     Raises:
-        BenchError: the training of the entry was not recorded, no reference agent has its name, or the agent
-            is another one or has other settings.
+        BenchError: the training of the submission was not recorded, no reference agent has its name, or the
+            agent is another one or has other settings.
     """
     path, budget = folder / MANIFEST, str(_recorded_protocol(folder)["budget"])
     options: dict[str, Any] = {"out": out, "progress": False}
@@ -173,14 +173,15 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
 
 
 def reference_agent(folder: Path) -> str:
-    """The reference agent that an entry's manifest names.
+    """The reference agent that a submission's manifest names.
 
-    Raises ``BenchError`` if the training of the entry was not recorded, or no reference agent has its name.
+    Raises ``BenchError`` if the training of the submission was not recorded, or no reference agent has its
+    name.
     """
     name = _recorded_protocol(folder)["algorithm"]
     if name not in algorithms.names():
         message = f"The algorithm {name!r} is not a reference agent."
-        hint = "Train the entry's own agent by hand."
+        hint = "Train the submission's own agent by hand."
         raise BenchError("not-reproducible", message, str(folder / MANIFEST), hint)
     return str(name)
 
@@ -190,7 +191,7 @@ def _recorded_protocol(folder: Path) -> dict[str, Any]:
     tables = submission.read_manifest(folder / MANIFEST)
     table: dict[str, Any] = {"algorithm": "", "budget": "", "steps": RECORDED} | tables.get("protocol", {})
     if table["steps"] != RECORDED or "reported" in tables:
-        message = "The training of this entry was not recorded, so it cannot be repeated."
+        message = "The training of this submission was not recorded, so it cannot be repeated."
         raise BenchError("not-reproducible", message, str(folder / MANIFEST), "Verify without --retrain.")
     return table
 

@@ -135,11 +135,11 @@ class _Content(msgspec.Struct):
 def read_descriptions(text: str | bytes) -> dict[str, Description]:
     """The description of every task, by its id, from the text of ``descriptions.json``."""
     content, found = msgspec.json.decode(text, type=_Content), {}
-    for task_id, entry in content.tasks.items():
-        tables = content.tables[entry.actions], content.tables[entry.observations]
-        skeleton = None if entry.skeleton is None else content.skeletons[entry.skeleton]
-        obstacles = () if entry.map is None else content.maps[entry.map]
-        found[task_id] = Description(entry.differences, *tables, skeleton, obstacles, entry.goal)
+    for task_id, submission in content.tasks.items():
+        tables = content.tables[submission.actions], content.tables[submission.observations]
+        skeleton = None if submission.skeleton is None else content.skeletons[submission.skeleton]
+        obstacles = () if submission.map is None else content.maps[submission.map]
+        found[task_id] = Description(submission.differences, *tables, skeleton, obstacles, submission.goal)
     return found
 
 
@@ -165,7 +165,7 @@ def summary(task: Task) -> str:
         )
     prose = task.body.prose
     groups = [group.id for group in GROUPS.values() if task in group.tasks]
-    entries = {
+    submissions = {
         "base": task.base,
         "what": prose.summary,
         "differs": " ".join(facts.differences) or "nothing",
@@ -179,7 +179,7 @@ def summary(task: Task) -> str:
         "versions": "; ".join(f"v{number}: {text}" for number, text in versions(task).items()),
         "fingerprint": published(task.id),
     }
-    lines = [task.id, *(f"  {name:<13}{value}" for name, value in entries.items())]
+    lines = [task.id, *(f"  {name:<13}{value}" for name, value in submissions.items())]
     lines += ["", *_text_table("action", facts.actions), ""]
     seen = facts.observations
     lines += _text_table("observation", seen) if seen else [f"observation: {PICTURE}"]

@@ -14,7 +14,7 @@ whole sequence, which tells practice from transfer."""
 EVALUATION_EPISODES = 20
 FIRST_REFERENCE_RUN = 1000
 """First training seed of reference runs. A submission may not use this seed or a larger one."""
-FULL_ENTRY_RUNS = 5
+FULL_SUBMISSION_RUNS = 5
 CURVE_POINTS = 10
 """Minimum number of points of a training curve for an area under the curve."""
 
@@ -74,10 +74,10 @@ def budget(name: str) -> Budget:
 
 @dataclass(frozen=True)
 class Report:
-    """A published table, and the fixed facts of the entry that shows it."""
+    """A published table, and the fixed facts of the submission that shows it."""
 
     file: str  # in ``scoring/published_data/``
-    entry: str
+    submission: str
     budget: str
     algorithm: str
 

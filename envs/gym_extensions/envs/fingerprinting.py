@@ -230,11 +230,11 @@ def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
         )
     rows, changed = dict[str, Any](), []
     for task in TASKS.values():
-        entry = old["tasks"].get(task.id)
-        if entry is None or (replace and any(True for _ in _task_differences(task, entry))):
-            entry = row(task)
+        submission = old["tasks"].get(task.id)
+        if submission is None or (replace and any(True for _ in _task_differences(task, submission))):
+            submission = row(task)
             changed.append(task.id)
-        rows[task.id] = entry
+        rows[task.id] = submission
     return {"format": fingerprints.FORMAT, "engine": engine(), "tasks": rows}, changed
 
 

@@ -253,6 +253,6 @@ def register() -> None:
     """Registers each published id once, for ``gymnasium.make`` and ``gymnasium.make_vec``."""
     for task in TASKS.values():
         if task.id not in gym.registry:
-            entry = f"{__name__}:{task.id.removeprefix(f'{NAMESPACE}/')}"
+            submission = f"{__name__}:{task.id.removeprefix(f'{NAMESPACE}/')}"
             limit = task.max_steps
-            gym.register(task.id, entry, vector_entry_point=entry + VECTOR, max_episode_steps=limit)
+            gym.register(task.id, submission, vector_entry_point=submission + VECTOR, max_episode_steps=limit)

@@ -31,7 +31,7 @@ def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
 
 
 def _appended(space: gym.Space[Any], length: int) -> Box:
-    """Returns the space with entries in [0, 1] appended. Raises ``BenchError`` unless it is a flat Box."""
+    """Returns the space with elements in [0, 1] appended. Raises ``BenchError`` unless it is a flat Box."""
     if not isinstance(space, Box) or len(space.shape) != 1:
         message = f"The observation space {space} is not a vector."
         raise BenchError("no-vector", message, "TaskId", "Give the task to the agent as a separate input.")
@@ -44,7 +44,7 @@ class TaskId(gym.ObservationWrapper[Any, Any, Any], gym.utils.RecordConstructorA
 
     Args:
         env: an environment of one of the tasks.
-        tasks: a group, or the tasks in the order of the vector's entries.
+        tasks: a group, or the tasks in the order of the vector's submissions.
     """
 
     def __init__(self, env: gym.Env[Any, Any], tasks: Tasks) -> None:
@@ -63,7 +63,7 @@ class VectorTaskId(VectorObservationWrapper):
 
     Args:
         env: a vector environment of the tasks.
-        tasks: a group, or the tasks in the order of the vector's entries.
+        tasks: a group, or the tasks in the order of the vector's submissions.
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], tasks: Tasks) -> None:

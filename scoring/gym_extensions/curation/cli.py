@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
-from gym_extensions import experts
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation import after_merge
 from gym_extensions.curation.gate import check_pull_request
@@ -18,13 +17,14 @@ from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request_rules import RULES
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.layout import DOCUMENT, MANIFEST, submission_folders
-from gym_extensions.rollouts.review import Action, Review, review_text
-from gym_extensions.rollouts.run import read_run
+from gym_extensions.references import experts
 from gym_extensions.scoring.cli import print_text
 from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
+from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.layout import DOCUMENT, MANIFEST, submission_folders
+from gym_extensions.submissions.review import Action, Review, review_text
+from gym_extensions.submissions.run import read_run
 from gym_extensions.verification import cli as verification
-from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.landscape_recorder import measure_all
 from gym_extensions.verification.verify import add_verifications
 from gym_extensions.verification.verify_record import line_of, verify_record, write_expert_poses
@@ -83,10 +83,10 @@ def maintain_parser() -> argparse.ArgumentParser:
         help="verify what was merged, or store a decision",
         description="Verify every run and record that has no verdict yet, with seeds from the commit that "
         "merged it, and write the result into its review. With --decision, store a decision of a maintainer.",
-        epilog="Exit status: 0 verified or recorded, 1 an entry is not verified, 2 wrong usage.",
+        epilog="Exit status: 0 verified or recorded, 1 a submission is not verified, 2 wrong usage.",
     )
     add = review.add_argument
-    add("entries", nargs="+", type=Path, metavar="ENTRY", help=verification.ENTRY_HELP)
+    add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=verification.SUBMISSION_HELP)
     verification.add_options(review)
     only = review.add_mutually_exclusive_group().add_argument
     only("--record", type=Path, metavar="DIR", help="write the result to a file in DIR, not to the review")
@@ -100,21 +100,29 @@ def maintain_parser() -> argparse.ArgumentParser:
     wanted = parts.add_parser(
         "wanted",
         help="list the runs that complete the next look of the core board",
-        description="List the runs that complete the next look of an entry on the core board, those first "
+        description="List the runs that complete a submission's next look on the core board, those first "
         "that would decide most comparisons per run. Each is one command, and one pull request may bring any "
         "of them.",
     )
     default = [Path("submissions")]
-    help_ = "all entries of the board (default: submissions)"
-    wanted.add_argument("entries", nargs="*", type=Path, metavar="ENTRY", default=default, help=help_)
+    help_ = "all submissions of the board (default: submissions)"
+    wanted.add_argument(
+        "submissions", nargs="*", type=Path, metavar="SUBMISSION", default=default, help=help_
+    )
     landscapes = parts.add_parser(
         "landscapes",
         help="measure policies in worlds between and beyond those that they were trained in",
         description="Run the policies of the runs 0 to 4 at values between and beyond those of the tasks, "
-        "and write landscapes/GROUP.json into the entry, unless it is up to date.",
+        "and write landscapes/GROUP.json into the submission, unless it is up to date.",
     )
     add = landscapes.add_argument
-    add("entries", nargs="+", type=Path, metavar="ENTRY", help="a submission's folder, or a folder of them")
+    add(
+        "submissions",
+        nargs="+",
+        type=Path,
+        metavar="SUBMISSION",
+        help="a submission's folder, or a folder of them",
+    )
     add("--groups", nargs="+", default=[], metavar="NAME", help="gravity, body or wall groups (default: all)")
     add("--again", action="store_true", help="also measure what is up to date")
     verification.add_options(landscapes)
@@ -141,13 +149,13 @@ def maintain(argv: Sequence[str] | None = None) -> int:
             print(line, flush=True)
     elif options.command == "landscapes":
         fetcher = Fetcher(options.cache / "policies", options.public_only)
-        entries = _existing(options.entries)
-        for line in measure_all(entries, options.groups, fetcher, options.jobs, options.again):
+        submissions = _existing(options.submissions)
+        for line in measure_all(submissions, options.groups, fetcher, options.jobs, options.again):
             print(line, flush=True)
     else:
         from gym_extensions.curation import wanted  # loads the agents
 
-        print("\n".join(wanted.wanted(_existing(options.entries))))
+        print("\n".join(wanted.wanted(_existing(options.submissions))))
     return 0
 
 
@@ -161,25 +169,27 @@ def _existing(paths: list[Path]) -> list[Path]:
 
 
 def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> int:
-    records, paths = split_paths(options.entries)
-    entries = submission_folders(paths)
-    if options.take and len(records) == 1 and not entries:
+    records, paths = split_paths(options.submissions)
+    submissions = submission_folders(paths)
+    if options.take and len(records) == 1 and not submissions:
         after_merge.take_record(records[0], options.take)
         return 0
-    if (options.decision or options.take) and (records or len(entries) != 1):
-        command.error("--decision is about one entry, --take about one entry or record")
+    if (options.decision or options.take) and (records or len(submissions) != 1):
+        command.error("--decision is about one submission, --take about one submission or record")
     if (options.by or options.reason) and not options.decision:
         command.error("--by and --reason belong to --decision")
     if options.decision:
-        after_merge.decide(_existing(entries)[0], options.decision, options.by, options.reason)
+        after_merge.decide(_existing(submissions)[0], options.decision, options.by, options.reason)
         return 0
     if options.take:
-        after_merge.take(entries[0], options.take)
+        after_merge.take(submissions[0], options.take)
         return 0
-    status, reviewed = 0, list[Path | Record]([*entries, *records])
+    status, reviewed = 0, list[Path | Record]([*submissions, *records])
     for each in reviewed:
         try:
-            found = review_record(each, options) if isinstance(each, Record) else review_entry(each, options)
+            found = (
+                review_record(each, options) if isinstance(each, Record) else review_submission(each, options)
+            )
         except (BenchError, OSError) as error:
             print(f"error: {error}", file=sys.stderr)
             found = 2
@@ -204,39 +214,40 @@ def review_record(record: Record, options: argparse.Namespace) -> int:
     return int(bool(review.problem))
 
 
-def review_entry(entry: Path, options: argparse.Namespace) -> int:
-    """Verifies the undecided runs of an entry, records the result, and returns the exit status.
+def review_submission(submission: Path, options: argparse.Namespace) -> int:
+    """Verifies the undecided runs of a submission, records the result, and returns the exit status.
 
     Raises:
-        BenchError: the entry has problems, or cannot be verified at the moment. Nothing is recorded then.
+        BenchError: the submission has problems, or cannot be verified at the moment. Nothing is recorded
+            then.
     """
-    runs = after_merge.undecided_runs(entry)
+    runs = after_merge.undecided_runs(submission)
     if not runs:
-        print(f"{entry.name}: {verification.NOTHING_LEFT}")
+        print(f"{submission.name}: {verification.NOTHING_LEFT}")
         return 0
     if options.fetch:
         fetcher = Fetcher(options.cache / "policies", options.public_only)
         for name in runs:
-            policies = read_run(entry / f"{name}{DOCUMENT}").policies
+            policies = read_run(submission / f"{name}{DOCUMENT}").policies
             if policies is not None and policies.url:
                 fetcher.fetch(policies, name)
         return 0
     status, found = 0, []
-    for value, names in after_merge.runs_by_commit(entry, runs).items():
-        report = verification.verified(entry, value, options, only=names)
-        if options.retrain_own and after_merge.is_trained_again(entry):
+    for value, names in after_merge.runs_by_commit(submission, runs).items():
+        report = verification.verified(submission, value, options, only=names)
+        if options.retrain_own and after_merge.is_trained_again(submission):
             from gym_extensions.verification import retrain  # loads the agents
 
             try:
-                report = retrain.retrained(entry, report, GROUPS)
+                report = retrain.retrained(submission, report, GROUPS)
             except BenchError as error:  # what was verified counts
                 report = replace(report, retraining=f"not possible: {error}")
         print("\n".join(verification.lines_of(report)))
         status |= not verification.is_verified(report)
         found += [report.verification] if report.verification else []
         if options.record:
-            write_text(options.record / f"{entry.name}.toml", review_text(Review(verifications=found)))
+            write_text(options.record / f"{submission.name}.toml", review_text(Review(verifications=found)))
         elif report.verification:
-            add_verifications(entry, report.verification)
-            verification.write_poses(entry, report)
+            add_verifications(submission, report.verification)
+            verification.write_poses(submission, report)
     return status

@@ -19,15 +19,15 @@ from gym_extensions.curation.git import MACHINE_ERRORS, Repository
 from gym_extensions.curation.pull_request_rules import RULES, PullRequest, is_data
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
+from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.references import load_references
-from gym_extensions.rollouts.problem import Problem, cut, escape, problems as problems_of
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import CLAIMED, REPORTED
-from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.rollouts.submission import Submission
-from gym_extensions.scoring.entry.scorer import score
-from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.records import CARD, Record
+from gym_extensions.scoring.submission.scorer import score
+from gym_extensions.submissions.problem import Problem, cut, escape, problems as problems_of
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import CLAIMED, REPORTED
+from gym_extensions.submissions.run import RunDocument
+from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.episodes import Cell, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest
@@ -35,14 +35,14 @@ from gym_extensions.verification.verify import SAMPLED, Run, repetition, runs_of
 from gym_extensions.verification.verify_record import sample
 
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
-"""Of the process that reads the files of an entry."""
+"""Of the process that reads the files of a submission."""
 JOB = "gym_extensions.curation.gate:judge"
 SAMPLE = 20
 """Cells of 20 episodes that are repeated."""
 SAMPLE_SECONDS = 240.0
 """No further cell is started after this time."""
 JUDGED = ("level", "repeated", "episodes", "without_policies", "scores", "notes")
-"""What that process says of an entry for the report, besides its problems."""
+"""What that process says of a submission for the report, besides its problems."""
 
 
 def check_pull_request(
@@ -62,11 +62,11 @@ def check_pull_request(
         pull_request = opened(repository, base, head)
         if not any(map(is_data, pull_request.paths)):
             return replace(report, kind="code", verdict="not-judged")
-        name = next(iter(pull_request.entries or pull_request.records), "")
+        name = next(iter(pull_request.submissions or pull_request.records), "")
         report = replace(
             report,
             kind=pull_request.kind,
-            entry=name if re.fullmatch(reports.ENTRY_NAME, name) else "",
+            submission=name if re.fullmatch(reports.SUBMISSION_NAME, name) else "",
         )
         problems = problems_of("pull request", pull_request, rules=RULES)
         return _closed(report, problems) if problems else _judged(report, pull_request, limits)
@@ -105,15 +105,15 @@ def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.
 
 
 def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limits) -> reports.GateReport:
-    """The report with what the files of the entry or record are worth, found out in a process with limits."""
+    """The report with what the files are worth, found out in a process with limits."""
     is_record = report.kind == "record"
-    files = (pull_request.files_of_record if is_record else pull_request.files_of)(report.entry)
+    files = (pull_request.files_of_record if is_record else pull_request.files_of)(report.submission)
     contents = pull_request.repository.blobs(file.object_id for file in files)
     with tempfile.TemporaryDirectory() as scratch:
         # The paths and sizes keep to the rules.
         for file, content in zip(files, contents, strict=True):
             write_bytes(Path(scratch, file.path.partition("/")[2]), content)
-        path = Path(scratch, report.entry)
+        path = Path(scratch, report.submission)
         donated = list(pull_request.donated_runs)
         call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path), "donated": donated}
         (answer,) = answers(JOB, call, limits)
@@ -124,16 +124,17 @@ def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limit
 
 
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:
-    """The job of the process with limits: reads and scores an entry, and repeats a sample of its episodes.
+    """The job of the process with limits: reads and scores a submission, and repeats a sample of its
+    episodes.
 
     Of a record, the first measurement episodes are run.
     """
-    judged = _judge_record if "record" in call else _judge_entry
+    judged = _judge_record if "record" in call else _judge_submission
     yield msgspec.to_builtins(judged(call))
 
 
 Judgement = dict[str, Any]
-"""What is found out about an entry: some of ``JUDGED``, and the ``problems``."""
+"""What is found out about a submission: some of ``JUDGED``, and the ``problems``."""
 
 
 def _judge_record(call: Mapping[str, Any]) -> Judgement:
@@ -144,7 +145,7 @@ def _judge_record(call: Mapping[str, Any]) -> Judgement:
     return {"problems": problems, "episodes": episodes, "notes": [note]}
 
 
-def _judge_entry(call: Mapping[str, Any]) -> Judgement:
+def _judge_submission(call: Mapping[str, Any]) -> Judgement:
     folder, donated = Path(call["folder"]), frozenset(call["donated"])
     card = score(read(folder, policies=True), load_references())
     whole = read(folder, merge_runs=False)
@@ -164,10 +165,10 @@ def _judge_entry(call: Mapping[str, Any]) -> Judgement:
 
 
 def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Problem]:
-    """What is wrong with donated runs, by their names, of an entry without other problems.
+    """What is wrong with donated runs, by their names, of a submission without other problems.
 
     A run publishes its policies, and was trained with versions of the packages, and about as many steps, as a
-    run of the entry.
+    run of the submission.
     """
     documents = {name: run.document for name, run in runs_of(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]
@@ -182,11 +183,13 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
         stated, message = _agent_versions(document), ""
         if stated not in versions:
             words = ", ".join(f"{package} {version}" for package, version in stated.items())
-            message = f"It was trained with {words}, and no run of the entry was."
+            message = f"It was trained with {words}, and no run of the submission was."
         elif steps and not 0.95 < document.steps / max(1, *steps) < 1.05:
             message = f"It states {document.steps} training steps; other runs have up to {max(steps)}."
         if message:
-            hint = "Train it with the versions and the steps (within 5 %) that the entry's documents state."
+            hint = (
+                "Train it with the versions and the steps (within 5 %) that the submission's documents state."
+            )
             yield Problem("other-agent-version", name, message, hint)
 
 

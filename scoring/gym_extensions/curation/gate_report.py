@@ -9,12 +9,12 @@ from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta
 
-from gym_extensions.catalog.protocol import BUDGETS, FULL_ENTRY_RUNS
+from gym_extensions.catalog.protocol import BUDGETS, FULL_SUBMISSION_RUNS
+from gym_extensions.documents import JsonDocument
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.problem import MAX_TEXT, Problem
-from gym_extensions.rollouts.review import CLAIMED, REPORTED
-from gym_extensions.scoring.documents import JsonDocument
 from gym_extensions.scoring.output.screen import count, number
+from gym_extensions.submissions.problem import MAX_TEXT, Problem
+from gym_extensions.submissions.review import CLAIMED, REPORTED
 
 Kind = Literal["submission", "edit", "donation", "record", "code", "none"]
 Verdict = Literal["passed", "review", "refused", "not-judged"]
@@ -22,11 +22,11 @@ Level = Literal["reported", "claimed"]
 MAX_BYTES = 2**20
 MAX_PROBLEMS = 50
 """Most problems and most notes of a report."""
-ENTRY_NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}(/[A-Za-z0-9_-]{1,64})?"
-"""An entry, or task and name of a record."""
+SUBMISSION_NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}(/[A-Za-z0-9_-]{1,64})?"
+"""A submission, or task and name of a record."""
 KIND_LABELS: dict[Kind, str] = {
     "submission": "submission",
-    "edit": "edits-entry",
+    "edit": "edits-submission",
     "donation": "donation",
     "record": "record",
 }
@@ -55,12 +55,12 @@ class GateReport(JsonDocument):
     Attributes:
         pull_request: its number; None outside of a code host.
         base, head: the commit of the branch that it is for, whose code judged, and its last commit.
-        kind: ``submission`` (a new entry), ``edit`` (of an existing one), ``donation`` (further runs of an
-            agent of this project), ``record``, ``code``, or ``none`` if it changes nothing.
+        kind: ``submission`` (a new submission), ``edit`` (of an existing one), ``donation`` (further runs of
+            an agent of this project), ``record``, ``code``, or ``none`` if it changes nothing.
         verdict: ``review``: passed, and its owner or a maintainer must agree; ``not-judged``: it changes code
             alone, which the ordinary tests check.
-        entry: name of the entry, or task and name of the record.
-        level: of the entry; None unless judged without a problem.
+        submission: name of the submission, or task and name of the record.
+        level: of the submission; None unless judged without a problem.
         repeated: number of sampled episodes that were repeated bit for bit, of ``episodes``.
         without_policies: number of its runs that publish none, which cannot be verified.
         problems: the first broken rules; ``more_problems`` counts the others.
@@ -73,7 +73,7 @@ class GateReport(JsonDocument):
     head: CommitId
     kind: Kind
     verdict: Verdict
-    entry: Annotated[str, Meta(pattern=f"^({ENTRY_NAME})?$")] = ""
+    submission: Annotated[str, Meta(pattern=f"^({SUBMISSION_NAME})?$")] = ""
     level: Level | None = None
     repeated: int = 0
     episodes: int = 0
@@ -117,10 +117,10 @@ HEADINGS = {
 CODE = "It changes code alone, which the ordinary tests check."
 NEXT = "There is nothing more to do. After the merge, new seeds follow from the merge commit."
 RECORD = "If the policy keeps its claim and beats the expert on 100 of them, the page of the task shows it."
-ENTRY = "If the returns of the policies on them agree with the log, the entry is verified{}."
+SUBMISSION = "If the returns of the policies on them agree with the log, the submission is verified{}."
 DONATION = (
     "If the returns of the policies on them agree with the log, the run is verified. It is scored as soon as "
-    "all runs with lower numbers are there, unless the entry is withdrawn."
+    "all runs with lower numbers are there, unless the submission is withdrawn."
 )
 TABLE = "There is nothing more to do. A published table is shown, without a rank."
 
@@ -134,20 +134,20 @@ def code_block(lines: Sequence[str]) -> str:
 
 
 def _limits(report: GateReport) -> Iterator[str]:
-    """What keeps a new entry from the boards or from a rank, whatever follows."""
+    """What keeps a new submission from the boards or from a rank, whatever follows."""
     off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
     if report.kind == "submission" and report.scores:
         if off_boards.issuperset(score.budget for score in report.scores):
-            yield f"The budget `{report.scores[0].budget}` is for trials: its entries appear on no board."
-        elif all(score.runs < FULL_ENTRY_RUNS for score in report.scores):
-            yield f"A rank needs {FULL_ENTRY_RUNS} runs."
+            yield f"The budget `{report.scores[0].budget}` is for trials: its submissions appear on no board."
+        elif all(score.runs < FULL_SUBMISSION_RUNS for score in report.scores):
+            yield f"A rank needs {FULL_SUBMISSION_RUNS} runs."
 
 
 def comment(report: GateReport) -> str:
     """The comment as Markdown."""
     parts = [f"### {HEADINGS[report.verdict]}"]
-    if report.entry:
-        parts.append(f"{'Record' if report.kind == 'record' else 'Entry'} `{report.entry}`.")
+    if report.submission:
+        parts.append(f"{'Record' if report.kind == 'record' else 'Submission'} `{report.submission}`.")
     if report.verdict == "not-judged":
         parts.append(CODE)
     if report.problems:
@@ -168,12 +168,12 @@ def comment(report: GateReport) -> str:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review"):
         limits = list(_limits(report))
-        entry = ENTRY.format("" if limits else " and has a rank")
-        follows = {"record": RECORD, "donation": DONATION}.get(report.kind, entry)
+        submission = SUBMISSION.format("" if limits else " and has a rank")
+        follows = {"record": RECORD, "donation": DONATION}.get(report.kind, submission)
         if report.without_policies:
             runs = count(report.without_policies, "run")
             parts.append(
-                f"The entry cannot be verified and gets no rank, because {runs} published no policies."
+                f"The submission cannot be verified and gets no rank, because {runs} published no policies."
             )
         else:
             parts.append(TABLE if report.level == REPORTED else f"{NEXT} {follows}")

@@ -128,9 +128,9 @@ class Repository:
 
         Sizes need the contents of the files, which a clone may lack; without them they are None.
         """
-        return self._entries("-r", *["-l"] * sizes, commit, *(f"{folder}/" for folder in folders))
+        return self._submissions("-r", *["-l"] * sizes, commit, *(f"{folder}/" for folder in folders))
 
-    def _entries(self, *arguments: str) -> tuple[TreeEntry, ...]:
+    def _submissions(self, *arguments: str) -> tuple[TreeEntry, ...]:
         output = self.run("ls-tree", "-z", "--full-tree", *arguments)
         return tuple(_tree_entry(line) for line in output.split(b"\0") if line)
 
@@ -155,8 +155,8 @@ class Repository:
 
     def file(self, commit: str, path: str) -> bytes | None:
         """The content of a file of a commit; None without such a file."""
-        entries = (each for each in self._entries(commit, path) if each.path == path)
-        return next(self.blobs(each.object_id for each in entries if each.mode.startswith("100")), None)
+        submissions = (each for each in self._submissions(commit, path) if each.path == path)
+        return next(self.blobs(each.object_id for each in submissions if each.mode.startswith("100")), None)
 
     def require_history(self) -> None:
         """Raises ``BenchError`` if the clone lacks older commits."""

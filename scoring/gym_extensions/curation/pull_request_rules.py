@@ -17,12 +17,12 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
-from gym_extensions.experts import MAX_CARD, MAX_POLICY
-from gym_extensions.rollouts import layout
-from gym_extensions.rollouts.manifest import RECORDED, Protocol, manifest_of, parse
-from gym_extensions.rollouts.problem import Finding, Rule, rule as registered
+from gym_extensions.references.experts import MAX_CARD, MAX_POLICY
 from gym_extensions.scoring import records
 from gym_extensions.scoring.records import RECORDS, recordable
+from gym_extensions.submissions import layout
+from gym_extensions.submissions.manifest import RECORDED, Protocol, manifest_of, parse
+from gym_extensions.submissions.problem import Finding, Rule, rule as registered
 
 SUBMISSIONS = "submissions"
 FOLDERS = (SUBMISSIONS, RECORDS)
@@ -89,9 +89,9 @@ class PullRequest:
         return self.repository.tree(self.head, *FOLDERS)
 
     @cached_property
-    def entries(self) -> tuple[str, ...]:
-        """The names of the entries whose files it changes, sorted."""
-        return tuple(sorted(_entries(self.paths)))
+    def submissions(self) -> tuple[str, ...]:
+        """The names of the submissions whose files it changes, sorted."""
+        return tuple(sorted(_submissions(self.paths)))
 
     @cached_property
     def records(self) -> tuple[str, ...]:
@@ -104,13 +104,13 @@ class PullRequest:
     def donated_runs(self) -> tuple[str, ...]:
         """The runs that it donates, by their names in review.toml; empty if it does anything else.
 
-        It donates runs if it only adds files of runs that an existing entry of an agent of this project did
-        not have.
+        It donates runs if it only adds files of runs that an existing submission of an agent of this project
+        did not have.
         """
         matches = [RUN_FILE.fullmatch(change.path) for change in self.changes if change.status == "A"]
-        if len(self.entries) != 1 or len(matches) < len(self.changes) or not all(matches):
+        if len(self.submissions) != 1 or len(matches) < len(self.changes) or not all(matches):
             return ()
-        data = self.repository.file(self.start, f"{SUBMISSIONS}/{self.entries[0]}/{layout.MANIFEST}")
+        data = self.repository.file(self.start, f"{SUBMISSIONS}/{self.submissions[0]}/{layout.MANIFEST}")
         try:
             protocol = manifest_of(parse(data or b"")).protocol
         except ValueError:  # also that of msgspec
@@ -122,21 +122,21 @@ class PullRequest:
     @property
     def kind(self) -> Kind:
         """What it changes; it changes data."""
-        if not self.entries:
+        if not self.submissions:
             return "record" if self.records else "none"
         if self.donated_runs:
             return "donation"
-        known = _entries(file.path for file in self.base_files)
-        return "edit" if self.entries[0] in known else "submission"
+        known = _submissions(file.path for file in self.base_files)
+        return "edit" if self.submissions[0] in known else "submission"
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
         """Every path that it changes, old paths of renamed files included, sorted."""
         return tuple(sorted({path for item in self.changes for path in (item.path, item.source) if path}))
 
-    def files_of(self, entry: str) -> tuple[TreeEntry, ...]:
-        """The files of an entry with their sizes: in its last commit; of a donation, after its merge."""
-        folder = f"{SUBMISSIONS}/{entry}"
+    def files_of(self, submission: str) -> tuple[TreeEntry, ...]:
+        """The files of a submission with their sizes: in its last commit; of a donation, after its merge."""
+        folder = f"{SUBMISSIONS}/{submission}"
         files = self.repository.tree(self.head, folder, sizes=True)
         if not self.donated_runs:
             return files
@@ -149,7 +149,7 @@ class PullRequest:
         return tuple(file for file in files if file.path in record_files(record))
 
 
-def _entries(paths: Iterable[str]) -> set[str]:
+def _submissions(paths: Iterable[str]) -> set[str]:
     parts = (path.split("/") for path in paths)
     return {names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2}
 
@@ -180,11 +180,11 @@ def code_and_data(pull_request: PullRequest) -> Iterator[Finding]:
 
 
 @rule
-def several_entries(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request changes the folder of one entry, or adds one record."""
-    entries = (*pull_request.entries, *pull_request.records)
-    if len(entries) > 1:
-        message = f"It changes {', '.join(entries[:5])}{', …' if len(entries) > 5 else ''}."
+def several_submissions(pull_request: PullRequest) -> Iterator[Finding]:
+    """A pull request changes the folder of one submission, or adds one record."""
+    submissions = (*pull_request.submissions, *pull_request.records)
+    if len(submissions) > 1:
+        message = f"It changes {', '.join(submissions[:5])}{', …' if len(submissions) > 5 else ''}."
         yield Finding("submissions", message, "Make one pull request for each of them.")
 
 
@@ -200,13 +200,13 @@ def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """Every file belongs to an entry or a record."""
+    """Every file belongs to a submission or a record."""
     allowed = {file for record in pull_request.records for file in record_files(record)}
     for path in pull_request.paths:
         names = path.split("/")
         if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2) and path not in allowed:
-            hint = "Move it into the folder of the entry, or leave it out."
-            yield Finding(path, "The file belongs to no entry or record.", hint)
+            hint = "Move it into the folder of the submission, or leave it out."
+            yield Finding(path, "The file belongs to no submission or record.", hint)
 
 
 @rule
@@ -227,14 +227,16 @@ def new_record(pull_request: PullRequest) -> Iterator[Finding]:
 
 
 @rule
-def outdated_entry(pull_request: PullRequest) -> Iterator[Finding]:
-    """The entry has not changed on the base since the pull request started from it. (A pull request that only
-    donates runs may be older.)"""
-    for name in () if pull_request.donated_runs else pull_request.entries:
+def outdated_submission(pull_request: PullRequest) -> Iterator[Finding]:
+    """The submission has not changed on the base since the pull request started from it. (A pull request that
+    only donates runs may be older.)"""
+    for name in () if pull_request.donated_runs else pull_request.submissions:
         folder = f"submissions/{name}"
         repository = pull_request.repository
         if repository.tree(pull_request.start, folder) != repository.tree(pull_request.base, folder):
-            yield Finding(folder, "The entry was changed on the base meanwhile.", "Merge the base first.")
+            yield Finding(
+                folder, "The submission was changed on the base meanwhile.", "Merge the base first."
+            )
 
 
 @rule
@@ -268,25 +270,27 @@ def path_characters(pull_request: PullRequest) -> Iterator[Finding]:
 
 
 @rule
-def entry_name(pull_request: PullRequest) -> Iterator[Finding]:
-    """The name of an entry is that of a submission's folder: 1 to 64 such characters."""
-    for name in pull_request.entries:
+def submission_name(pull_request: PullRequest) -> Iterator[Finding]:
+    """The name of a submission is that of a submission's folder: 1 to 64 such characters."""
+    for name in pull_request.submissions:
         if not layout.NAME.fullmatch(name):
-            yield Finding(f"submissions/{name[:MAX_PATH]}", "It is not a name of an entry.", "Rename it.")
+            yield Finding(f"submissions/{name[:MAX_PATH]}", "It is not a name of a submission.", "Rename it.")
 
 
 @rule
 def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
-    """No two paths differ only in letter case or Unicode spelling, among all entries."""
+    """No two paths differ only in letter case or Unicode spelling, among all submissions."""
     spellings: dict[str, str] = {}
     changed = {change.path for change in pull_request.changes}
-    for entry in (*pull_request.base_files, *pull_request.head_files):
-        names = entry.path.split("/")
+    for submission in (*pull_request.base_files, *pull_request.head_files):
+        names = submission.path.split("/")
         for depth in range(1, len(names) + 1):
             path = "/".join(names[:depth])
             first = spellings.setdefault(unicodedata.normalize("NFKC", path).casefold(), path)
-            if first != path and entry.path in changed:
-                yield Finding(entry.path, f"{path} and {first} differ only in letter case.", "Rename it.")
+            if first != path and submission.path in changed:
+                yield Finding(
+                    submission.path, f"{path} and {first} differ only in letter case.", "Rename it."
+                )
                 break
 
 
@@ -302,12 +306,12 @@ def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file is deleted or renamed. (A maintainer's decision withdraws an entry.)"""
+    """No file is deleted or renamed. (A maintainer's decision withdraws a submission.)"""
     for change in pull_request.changes:
         if change.source:
             yield Finding(change.path, f"It was renamed from {change.source}.", "Keep the old name.")
         elif change.status == "D" and is_data(change.path):
-            hint = "Restore it. To withdraw an entry, ask a maintainer for a decision."
+            hint = "Restore it. To withdraw a submission, ask a maintainer for a decision."
             yield Finding(change.path, "It was deleted.", hint)
 
 
@@ -329,10 +333,10 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def too_large(pull_request: PullRequest) -> Iterator[Finding]:
-    """An entry keeps to the limits of docs/rollout-log.md on sizes and on the number of files. The policy of
-    a record has at most 4 MiB, its card 64 KiB."""
+    """A submission keeps to the limits of docs/rollout-log.md on sizes and on the number of files. The policy
+    of a record has at most 4 MiB, its card 64 KiB."""
     sized = []
-    for name in pull_request.entries:
+    for name in pull_request.submissions:
         files = pull_request.files_of(name)
         total = sum(file.size or 0 for file in files)
         if len(files) > layout.MAX_FILES or total > layout.MAX_SUBMISSION_BYTES:

@@ -1,4 +1,4 @@
-"""Which runs would help the core board most: those that complete the next look of an entry."""
+"""Which runs would help the core board most: those that complete the next look of a submission."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gym_extensions.baselines.submission import finished_runs
 from gym_extensions.catalog.groups import CORE, CORES, group
 from gym_extensions.curation.pull_request_rules import is_of_this_project
 from gym_extensions.scoring.pipeline import make_scorer, scorecards
-from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
+from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, core_board
 from gym_extensions.scoring.scorecard import Scorecard
 
@@ -20,10 +20,10 @@ NORMAL = NormalDist()
 
 
 def wanted(folders: Sequence[Path]) -> list[str]:
-    """What the entries of this project's agents need for their next look, of all entries, in words.
+    """What the submissions of this project's agents need for their next look, of all submissions, in words.
 
-    First what decides most open comparisons per run. After the line of an entry follows a command for each
-    group, which trains its missing runs; ``--runs`` may name any one of them.
+    First what decides most open comparisons per run. After the line of a submission follows a command for
+    each group, which trains its missing runs; ``--runs`` may name any one of them.
     """
     cards = list(scorecards(folders, make_scorer(only=("core",))))
     board = core_board(cards)
@@ -43,12 +43,12 @@ def wanted(folders: Sequence[Path]) -> list[str]:
             words += ["--budget", budget, "--runs", ",".join(map(str, numbers)), "--out", str(folder)]
             lines.append(f"  {shlex.join(words)} --by NAME")
         found.append(((decides is None, -(decides or 0.0) / count, row.name), lines))
-    lines = [line for _, of_entry in sorted(found) for line in of_entry]
-    return lines or ["No entry of a reference agent needs runs for its next look."]
+    lines = [line for _, of_submission in sorted(found) for line in of_submission]
+    return lines or ["No submission of a reference agent needs runs for its next look."]
 
 
-def _missing(row: CoreEntry, folder: Path, card: Scorecard) -> dict[str, list[int]]:
-    """The sequential runs by group that an entry lacks; none if they cannot be donated, or not compared."""
+def _missing(row: CoreRow, folder: Path, card: Scorecard) -> dict[str, list[int]]:
+    """The sequential runs by group that a submission lacks; none if none can be donated or compared."""
     is_own = card.manifest is not None and is_of_this_project(card.manifest.protocol)
     could_be_ranked = row.ranked or row.look == 0
     if not is_own or not could_be_ranked or row.next_look is None:
@@ -58,13 +58,13 @@ def _missing(row: CoreEntry, folder: Path, card: Scorecard) -> dict[str, list[in
     return {each.name: sorted(runs) for each, runs in lacking.items() if runs}
 
 
-def _decides(row: CoreEntry, board: CoreBoard) -> float:
-    """About how many open comparisons the next look of an entry would separate.
+def _decides(row: CoreRow, board: CoreBoard) -> float:
+    """About how many open comparisons the next look of a submission would separate.
 
     The sum of their powers, if the present differences and deviations are the truth; half of it where the
-    other entry needs its next look, too.
+    other submission needs its next look, too.
     """
-    looks = {entry.name: entry.look for entry in board.rows}
+    looks = {submission.name: submission.look for submission in board.rows}
     total = 0.0
     for pairs in board.pairs.values():
         for pair in pairs:

@@ -24,19 +24,19 @@ def parser() -> argparse.ArgumentParser:
     )
     formats = command.add_subparsers(dest="format", required=True, metavar="FORMAT")
     eee = formats.add_parser("every-eval-ever", help="metrics as records of Every Eval Ever", epilog=EPILOG)
-    _add_entries(eee, "+")
+    _add_submissions(eee, "+")
     _add_out(eee)
     hugging_face = formats.add_parser(
         "hugging-face",
         help="policies with model cards, and episodes as a dataset with Croissant metadata",
         epilog=EPILOG,
     )
-    _add_entries(hugging_face, "*")
+    _add_submissions(hugging_face, "*")
     hugging_face.add_argument("--experts", action="store_true", help="also the experts of this version")
     _add_out(hugging_face)
     minari = formats.add_parser("minari", help="episodes of a verified policy as a Minari dataset")
     add = minari.add_argument
-    add("entry", type=Path, metavar="ENTRY", help="a submission's folder")
+    add("submission", type=Path, metavar="SUBMISSION", help="a submission's folder")
     add("--group", required=True, metavar="NAME", help="the group")
     add("--protocol", choices=PROTOCOLS, default="sequential")
     add("--run", type=int, default=0, metavar="N", help="the run (default: 0)")
@@ -47,9 +47,9 @@ def parser() -> argparse.ArgumentParser:
     return command
 
 
-def _add_entries(command: argparse.ArgumentParser, count: str) -> None:
+def _add_submissions(command: argparse.ArgumentParser, count: str) -> None:
     help_ = "a submission, or a folder of submissions"
-    command.add_argument("entries", nargs=count, type=Path, metavar="ENTRY", help=help_)
+    command.add_argument("submissions", nargs=count, type=Path, metavar="SUBMISSION", help=help_)
     help_ = "only this group; may be repeated (default: all)"
     command.add_argument("--group", action="append", default=[], metavar="NAME", help=help_)
 
@@ -89,17 +89,17 @@ def main(argv: list[str] | None = None) -> int:
         if options.format == "every-eval-ever":
             from gym_extensions.export.every_eval_ever import write_records
 
-            count = write_records(folder, options.entries, options.group)
+            count = write_records(folder, options.submissions, options.group)
             said = f"{count} record{'s' if count > 1 else ''}"
         elif options.format == "hugging-face":
             from gym_extensions.export.hugging_face import write_repositories
 
-            said = ", ".join(write_repositories(folder, options.entries, options.group, options.experts))
+            said = ", ".join(write_repositories(folder, options.submissions, options.group, options.experts))
         else:
             from gym_extensions.export.minari_dataset import write_dataset
 
             names = ("protocol", "run", "stage", "task", "episodes")
             chosen = {name: getattr(options, name) for name in names}
-            said = write_dataset(folder, options.entry, options.group, **chosen)
+            said = write_dataset(folder, options.submission, options.group, **chosen)
     print(f"{options.out}: {said}")
     return 0

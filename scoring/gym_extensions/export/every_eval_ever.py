@@ -17,20 +17,21 @@ from typing import Any
 
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
+from gym_extensions.metrics.formulas import BOARD_METRICS, NOT_RANKED, Metric
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import References
-from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.formulas import BOARD_METRICS, NOT_RANKED, Metric, MetricValue
 from gym_extensions.scoring.output.board_frames import scores
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+from gym_extensions.submissions.review import REPORTED
 from gym_extensions.versions import version
 
 SCHEMA = "0.3.0"
 NAME = "gym-extensions"
 
 
-def write_records(folder: Path, entries: Sequence[Path], groups: Sequence[str] = ()) -> int:
-    """Writes ``data/gym-extensions/DEVELOPER/ENTRY/UUID.json`` for every submission with a metric.
+def write_records(folder: Path, submissions: Sequence[Path], groups: Sequence[str] = ()) -> int:
+    """Writes ``data/gym-extensions/DEVELOPER/SUBMISSION/UUID.json`` for every submission with a metric.
 
     All groups are exported if none is named. Returns the number of records.
 
@@ -39,7 +40,7 @@ def write_records(folder: Path, entries: Sequence[Path], groups: Sequence[str] =
     """
     scorer = make_scorer(only=groups)
     count = 0
-    for card in valid_scorecards(entries, scorer).values():
+    for card in valid_scorecards(submissions, scorer).values():
         if content := record(card, scorer.references, int(time.time())):
             developer, _, name = content["model_info"]["id"].partition("/")
             digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).digest()
@@ -48,7 +49,9 @@ def write_records(folder: Path, entries: Sequence[Path], groups: Sequence[str] =
             write_text(target, json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
             count += 1
     if not count:
-        raise BenchError("nothing-to-export", "No submission has a metric.", str(entries[0]), "See score.")
+        raise BenchError(
+            "nothing-to-export", "No submission has a metric.", str(submissions[0]), "See score."
+        )
     return count
 
 

@@ -1,4 +1,5 @@
-"""Folders for Hugging Face: policies of entries and the experts with model cards, and episodes as a dataset.
+"""Folders for Hugging Face: policies of submissions and the experts with model cards, and episodes as a
+dataset.
 
 Each folder below ``models`` and ``datasets`` is one repository. The dataset has Croissant metadata.
 """
@@ -11,18 +12,18 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from gym_extensions import experts
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.export.croissant import DESCRIPTIONS, NAME, croissant
 from gym_extensions.files import write_text
+from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.references import experts
 from gym_extensions.results.frames import episodes
-from gym_extensions.rollouts.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, scan
-from gym_extensions.rollouts.run import file_sha256
-from gym_extensions.scoring.formulas import METRICS
 from gym_extensions.scoring.output.board_frames import scores
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, scan
+from gym_extensions.submissions.run import file_sha256
 from gym_extensions.versions import version
 
 LICENSE = "mit"
@@ -47,22 +48,23 @@ policy = policies.load(".", "{group}", protocol="{protocol}", run={run}{task})
 
 
 def write_repositories(
-    folder: Path, entries: Sequence[Path], groups: Sequence[str] = (), with_experts: bool = False
+    folder: Path, submissions: Sequence[Path], groups: Sequence[str] = (), with_experts: bool = False
 ) -> list[str]:
-    """Writes ``models/NAME`` for every entry with policies, ``models/experts``, and ``datasets/episodes``.
+    """Writes ``models/NAME`` for every submission with policies, ``models/experts``, and
+    ``datasets/episodes``.
 
     All groups are exported if none is named. Returns the paths of the repositories.
 
     Raises:
         BenchError: a path or group does not exist, a submission has problems, or there is nothing to write.
     """
-    cards = valid_scorecards(entries, make_scorer(only=groups)) if entries else {}
+    cards = valid_scorecards(submissions, make_scorer(only=groups)) if submissions else {}
     written = []
     if with_experts:
         write_experts(folder / "models" / "experts")
         written.append("models/experts")
     for path, card in cards.items():
-        if write_entry(folder / "models" / card.name, path, card):
+        if write_submission(folder / "models" / card.name, path, card):
             written.append(f"models/{card.name}")
     logged = [path for path, card in cards.items() if any(_protocols(card))]
     if logged:
@@ -70,7 +72,7 @@ def write_repositories(
         write_dataset(folder / "datasets" / "episodes", logged, names)
         written.append("datasets/episodes")
     if not written:
-        hint = "Name entries with logs, or --experts."
+        hint = "Name submissions with logs, or --experts."
         raise BenchError("nothing-to-export", "There are neither policies nor logs.", "", hint)
     return written
 
@@ -81,8 +83,8 @@ def _protocols(card: Scorecard) -> Iterator[tuple[str, str]]:
         yield from ((id_, protocol) for protocol, score in protocols.items() if score.runs)
 
 
-def write_entry(target: Path, source: Path, card: Scorecard) -> bool:
-    """Writes the policies and documents of an entry's runs and their card; False if it has no policies."""
+def write_submission(target: Path, source: Path, card: Scorecard) -> bool:
+    """Writes the policies, documents and card of a submission's runs; False if it has no policies."""
     files = scan(source).runs
     written, kinds = [], set[str]()
     for id_, protocol in _protocols(card):
@@ -101,7 +103,7 @@ def write_entry(target: Path, source: Path, card: Scorecard) -> bool:
 
 
 def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]], kinds: set[str]) -> str:
-    """The card of an entry's policies, with its metrics; ``kinds`` are the suffixes of the runs' files."""
+    """The card of a submission's policies, with its metrics; ``kinds``: suffixes of the runs' files."""
     assert card.manifest is not None
     results = [
         {
@@ -125,7 +127,7 @@ def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]], kinds: set
     task = f', task="{group(name).tasks[0].name}"' if protocol == "single" else ""
     lines = [
         f"# {card.title}",
-        *(f"**This entry was {doubt}**" for doubt in card.doubts),
+        *(f"**This submission was {doubt}**" for doubt in card.doubts),
         card.manifest.description,
         f"Authors: {', '.join(card.manifest.authors)}. Level: {card.level}. "
         f"Training budget: {card.manifest.protocol.budget} steps per task. "
@@ -158,7 +160,7 @@ One deterministic policy per MuJoCo task as plain arrays, `TASK.npz`, and how it
 
 ```python
 from pathlib import Path
-from gym_extensions import experts
+from gym_extensions.references import experts
 
 policy = experts.load("{experts.names()[0]}", Path("."))
 ```
@@ -169,11 +171,11 @@ policy = experts.load("{experts.names()[0]}", Path("."))
     write_text(target / "README.md", head + text + "\n".join(rows) + "\n")
 
 
-def write_dataset(target: Path, entries: Sequence[Path], groups: set[str]) -> None:
-    """Writes the evaluation episodes, a CSV file per entry, with a card and Croissant metadata."""
+def write_dataset(target: Path, submissions: Sequence[Path], groups: set[str]) -> None:
+    """Writes the evaluation episodes, a CSV file per submission, with a card and Croissant metadata."""
     files: dict[str, str] = {}
     count = 0
-    for path in entries:
+    for path in submissions:
         frame = episodes(path)
         frame = frame[frame["group"].isin(groups)]
         name = f"data/{path.resolve().name}.csv"

@@ -17,12 +17,12 @@ from gym_extensions.catalog.protocol import stages
 from gym_extensions.envs import make
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, require_known
-from gym_extensions.rollouts.layout import run_key
-from gym_extensions.rollouts.manifest import Manifest
-from gym_extensions.rollouts.policies.files import AnyPolicy
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import CLAIMED, level
 from gym_extensions.scoring.pipeline import refuse_problems
+from gym_extensions.submissions.layout import run_key
+from gym_extensions.submissions.manifest import Manifest
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import CLAIMED, level
 from gym_extensions.versions import version
 
 ROOT = "MINARI_DATASETS_PATH"
@@ -32,7 +32,7 @@ MAX_EPISODES = 10_000
 
 def write_dataset(
     folder: Path,
-    entry: Path,
+    submission: Path,
     group_name: str,
     *,
     protocol: str = "sequential",
@@ -66,12 +66,12 @@ def write_dataset(
     if stage not in known:
         hint = f"Choose {known[0]} to {known[-1]}."
         raise BenchError("unknown-stage", f"Stage {stage} does not exist.", "--stage", hint)
-    manifest = _verified(entry, members, protocol, run)
+    manifest = _verified(submission, members, protocol, run)
     trained = name if protocol == "single" else None
-    policy = policies.load(entry, members, run=run, stage=stage, task=trained, protocol=protocol)
+    policy = policies.load(submission, members, run=run, stage=stage, task=trained, protocol=protocol)
     position = names.index(name)
     require_published_engine()
-    title = entry.resolve().name
+    title = submission.resolve().name
     dataset = f"gym-extensions/{name}/{title}-{protocol}-run{run}-stage{stage}-v0"
     with _root(folder), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it asks for an e-mail address and for a link to code
@@ -104,19 +104,19 @@ def _play(env: Any, policy: AnyPolicy, position: int, seed: int, noise: np.rando
         ended = terminated or truncated
 
 
-def _verified(entry: Path, tasks: TaskGroup, protocol: str, run: int) -> Manifest:
-    """The manifest of an entry that has the run, with a verification that passed."""
-    found = read(entry, GROUPS, only=(tasks.name,), merge_runs=False)
-    refuse_problems(entry, found.problems)
-    found = found.groups.get(tasks.id)
+def _verified(submission: Path, tasks: TaskGroup, protocol: str, run: int) -> Manifest:
+    """The manifest of a submission that has the run, with a verification that passed."""
+    found = read(submission, GROUPS, only=(tasks.name,), merge_runs=False)
+    refuse_problems(submission, found.problems)
+    group = found.groups.get(tasks.id)
     key = run_key(tasks.name, protocol, run)
-    digests = found.digests(protocol) if found and protocol in found.logs else {}
+    digests = group.digests(protocol) if group and protocol in group.logs else {}
     if key not in digests or found.manifest is None:
-        raise BenchError("unknown-run", f"It has no run {key}.", str(entry), "Name one of its runs.")
+        raise BenchError("unknown-run", f"It has no run {key}.", str(submission), "Name one of its runs.")
     if level(found.review, {key: digests[key]}) == CLAIMED:
-        command = f"gym-extensions verify {entry} --seeds HEX --write"
+        command = f"gym-extensions verify {submission} --seeds HEX --write"
         hint = f"Run: {command}, with 40 to 128 random hexadecimal digits"
-        raise BenchError("not-verified", f"No verification of {key} has passed.", str(entry), hint)
+        raise BenchError("not-verified", f"No verification of {key} has passed.", str(submission), hint)
     return found.manifest
 
 

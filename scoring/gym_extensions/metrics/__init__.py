@@ -1,7 +1,8 @@
-"""Metrics of continual learning from a matrix of returns, whatever produced it: the reference implementation.
+"""Metrics of continual learning: arrays in, numbers out, whatever produced them.
 
-The formulas are those of the scorecards (docs/metrics.md), computed by the same functions. Other
-implementations can be tested with the conformance kit, JSON files in ``gym_extensions/scoring/conformance``.
+``compute`` computes every metric from a matrix of returns. The formulas are those of the scorecards
+(docs/metrics.md). Other implementations can be tested with the conformance kit, the JSON files in the folder
+``conformance`` of this package.
 
 >>> from gym_extensions import metrics
 >>> values = metrics.compute([[1.0, 0.0], [0.5, 1.0]])  # row: tasks trained so far; column: task
@@ -9,27 +10,10 @@ implementations can be tested with the conformance kit, JSON files in ``gym_exte
 0.5
 """
 
-from __future__ import annotations
-
-from typing import Any
-
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from gym_extensions.errors import BenchError
-from gym_extensions.scoring import formulas
-from gym_extensions.scoring.entry.values import joint_gap, over_runs
-from gym_extensions.scoring.formulas import (
-    Metric,
-    MetricValue,
-    Profile,
-    Run,
-    area,
-    iqm,
-    probability_of_improvement,
-    profile,
-)
-from gym_extensions.scoring.statistics import Interval, difference, interval
+from gym_extensions.metrics.compute import FORMULAS, compute
+from gym_extensions.metrics.formulas import Profile, area, iqm, probability_of_improvement, profile
+from gym_extensions.metrics.statistics import Interval, difference, interval
+from gym_extensions.metrics.values import MetricValue
 
 __all__ = [
     "FORMULAS",
@@ -44,170 +28,3 @@ __all__ = [
     "probability_of_improvement",
     "profile",
 ]
-
-Array = NDArray[np.float64]
-
-FORMULAS = {metric.name: metric.formula for metric in formulas.TABLE}
-"""The formula of every metric, by name."""
-
-NEEDS_STAGE_0 = ("zero_shot_transfer", "generalization_to_unseen_tasks")
-NEEDS_EPISODES = ("return_std", "cvar_10")
-
-
-def compute(
-    matrix: ArrayLike,
-    single: ArrayLike | None = None,
-    *,
-    joint: ArrayLike | None = None,
-    cumulative: ArrayLike | None = None,
-    episodes: ArrayLike | None = None,
-    auc: ArrayLike | None = None,
-    single_auc: ArrayLike | None = None,
-    floor: ArrayLike | None = None,
-    expert: ArrayLike | None = None,
-) -> dict[str, MetricValue]:
-    """Every metric of one or more runs on a sequence of T tasks.
-
-    Args:
-        matrix: ([runs,] T or T + 1, T). Row s, column j is the mean return (or success rate) on task j after
-            training on s tasks. With T + 1 rows, the first is the untrained agent.
-        single: ([runs,] T), the same of an agent trained on task j alone, for asymptotic transfer.
-        joint: ([runs,] T), the same of an agent trained on all tasks at once, for the joint gap. Its number
-            of runs may differ.
-        cumulative: ([runs]), the return on task T of an agent trained on it alone for the steps of all tasks.
-        episodes: ([runs,] T, episodes), the returns of single episodes after the last task, for their
-            standard deviation and their worst tenth.
-        auc: ([runs,] T), the area under the training curve of task j (:func:`area`), for forward transfer.
-        single_auc: ([runs,] T), the same of an agent trained on task j alone.
-        floor: (T,) returns that count as 0; 0 by default.
-        expert: (T,) returns that count as 1; 1 by default. A task whose expert is None or NaN is left out
-            of every mean.
-
-    Returns:
-        The value of every metric by name, in the order of docs/metrics.md: ``mean``, ``low`` and ``high``
-        (95 % interval, from two runs), ``runs`` (one value per run), and ``why`` where one is missing.
-
-    Raises:
-        BenchError: an argument has another shape or contains something that is not a finite number
-            (``bad-matrix``), or an expert is not above its floor (``bad-expert``).
-    """
-    values = _array("matrix", matrix, 2)
-    runs, rows, tasks = values.shape
-    if rows not in (tasks, tasks + 1):
-        hint = f"Give {tasks} rows, or {tasks + 1} with the untrained agent first."
-        raise BenchError("bad-matrix", f"It has {rows} rows and {tasks} columns.", "matrix", hint)
-    scored, low, height = _scale(floor, expert, tasks)
-    p, first = (values - low) / height, tasks + 1 - rows
-    stages = range(first, tasks + 1)
-
-    def normalized(name: str, given: ArrayLike) -> Array:
-        """An array (runs, …, T)."""
-        array = _array(name, given, AXES.get(name, 1))
-        if name == "episodes":
-            array = array.swapaxes(1, 2)
-        elif name == "cumulative":  # as an array with tasks, of which the last alone counts
-            array = np.tile(array[:, None], tasks)
-        count = len(array) if name == "joint" else runs
-        if array.shape[-1] != tasks or len(array) != count:
-            hint = f"Give {count} runs and {tasks} tasks."
-            raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, hint)
-        return (array - low) / height
-
-    others = {"single": single, "joint": joint, "cumulative": cumulative, "episodes": episodes}
-    others |= {"auc": auc, "single_auc": single_auc}
-    found = {name: normalized(name, array) for name, array in others.items() if array is not None}
-
-    def by_task(name: str, run: int) -> dict[int, Any]:
-        return {j: found[name][run, ..., j - 1].tolist() for j in scored} if name in found else {}
-
-    all_runs = [
-        Run(
-            T=tasks,
-            scored=scored,
-            normalized_returns={(s, j): float(p[run, s - first, j - 1]) for s in stages for j in scored},
-            final_episodes=by_task("episodes", run),
-            single_task=by_task("single", run),
-            auc=by_task("auc", run),
-            single_task_auc=by_task("single_auc", run),
-            cumulative=by_task("cumulative", run),
-        )
-        for run in range(runs)
-    ]
-
-    def value(metric: Metric) -> MetricValue:
-        lacking = [name for name in _needs(metric) if name not in found]
-        if metric.name in NEEDS_STAGE_0 and first:
-            lacking.append("a first row of the untrained agent")
-        if lacking:
-            return MetricValue(why=f"It needs {' and '.join(lacking)}.")
-        if metric is formulas.JOINT_GAP:
-            joint_runs = _last_stage(found["joint"], scored)
-            return joint_gap(over_runs(formulas.FINAL, all_runs), over_runs(formulas.FINAL, joint_runs))
-        if metric.protocols == ("cumulative",):
-            return over_runs(metric, _last_stage(found["cumulative"], scored))
-        return over_runs(metric, all_runs)
-
-    return {metric.name: value(metric) for metric in formulas.TABLE}
-
-
-AXES = {"cumulative": 0, "episodes": 2}
-"""Axes of the arguments without that of runs; 1 for the others."""
-
-
-def _needs(metric: Metric) -> tuple[str, ...]:
-    """The arguments that a metric needs beside the matrix. The area alone is enough for forward transfer."""
-    if "curves" in metric.needs:
-        return "auc", "single_auc"
-    if metric.name in NEEDS_EPISODES:
-        return ("episodes",)
-    return metric.needs if "sequential" in metric.protocols else metric.protocols
-
-
-def _last_stage(array: Array, scored: tuple[int, ...]) -> list[Run]:
-    """Runs of which nothing but the last stage is known, (runs, T)."""
-    T = array.shape[1]
-    return [Run(T, scored, {(T, j): float(row[j - 1]) for j in scored}) for row in array]
-
-
-def _scale(
-    floor: ArrayLike | None, expert: ArrayLike | None, tasks: int
-) -> tuple[tuple[int, ...], Array, Array]:
-    """The positions of the tasks with an expert, the floors, and the experts' heights above them, (T,)."""
-    low = np.zeros(tasks) if floor is None else _finite("floor", _numbers("floor", floor))
-    high = np.ones(tasks) if expert is None else _numbers("expert", expert)
-    for name, array in (("floor", low), ("expert", high)):
-        if array.shape != (tasks,):
-            raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, f"Give {tasks} numbers.")
-    open_ = np.isnan(high)
-    bad = ~open_ & ~((high > low) & np.isfinite(high))
-    if bad.any():
-        j = int(np.flatnonzero(bad)[0])
-        message = f"The expert of task {j + 1} is {high[j]:g}, its floor {low[j]:g}."
-        raise BenchError("bad-expert", message, "expert", "Give a higher one, or NaN to leave the task out.")
-    scored = tuple((np.flatnonzero(~open_) + 1).tolist())
-    return scored, low, np.where(open_, 1.0, high - low)
-
-
-def _numbers(name: str, given: ArrayLike) -> Array:
-    try:
-        return np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        message = "It is not an array of numbers."
-        raise BenchError("bad-matrix", message, name, "Give rows of equal length.") from error
-
-
-def _array(name: str, given: ArrayLike, axes: int) -> Array:
-    """An array with an axis of runs before its other axes. Raises ``BenchError`` for another array."""
-    array = _numbers(name, given)
-    if array.ndim not in (axes, axes + 1) or 0 in array.shape:
-        hint = f"Give {axes} axes, or {axes + 1} with the runs first."
-        raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, hint)
-    return _finite(name, array).reshape(-1, *array.shape[array.ndim - axes :])
-
-
-def _finite(name: str, array: Array) -> Array:
-    if not np.isfinite(array).all():
-        place = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
-        message = f"The value at index {list(place)} is {array[place]}."
-        raise BenchError("bad-matrix", message, name, "Leave out runs and tasks without results.")
-    return array

@@ -46,7 +46,7 @@ class Floor(msgspec.Struct, omit_defaults=True):
     fingerprint: str = ""
 
 
-class Run(msgspec.Struct, omit_defaults=True):
+class MeasuredRun(msgspec.Struct, omit_defaults=True):
     """The mean return of one training run; in version 1 with more."""
 
     run: int
@@ -72,7 +72,7 @@ class Expert(msgspec.Struct, omit_defaults=True):
     policy: str = ""
     provisional: str = ""
     budget: str = ""
-    runs: list[Run] = []
+    runs: list[MeasuredRun] = []
 
     @property
     def df(self) -> float:
@@ -141,9 +141,10 @@ class Reference:
         return self.expert is None
 
     @property
-    def relative_error(self) -> float:
-        """The expert's standard error in spans from floor to expert; 0 for an open task."""
-        return 0.0 if self.expert is None else self.standard_error / (self.expert - self.floor)
+    def expert_error(self) -> tuple[float, float]:
+        """The expert's standard error in spans from floor to expert, 0 for an open task, and its df."""
+        span = math.inf if self.expert is None else self.expert - self.floor
+        return self.standard_error / span, self.df
 
     def normalize(self, value: float) -> float:
         """(value − floor) / (expert − floor), not clipped. Raises ValueError for an open task."""

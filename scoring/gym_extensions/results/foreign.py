@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.metrics import compute
-from gym_extensions.scoring.formulas import METRICS
+from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.scoring.output.board_frames import ENDS, typed
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ def foreign_board(folder: str | Path, benchmark: str) -> pd.DataFrame:
     level             str      ``imported``: nobody has verified the logs
     runs              int64    number of runs
     ranked            bool     False
-    why               str      why the entry is not ranked
+    why               str      why the submission is not ranked
     ``METRIC``        float64  mean over runs, in the unit of the logs; may be missing
     ``METRIC_low``    float64  lower end of its 95 % interval; missing with one run or without a mean
     ``METRIC_high``   float64  upper end of its 95 % interval; missing with one run or without a mean

@@ -10,11 +10,11 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.protocol import PROTOCOLS, Budget, budget as budget_named
-from gym_extensions.rollouts.log import stage_steps
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.submission import Submission, SubmittedGroup
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions, refuse_problems
+from gym_extensions.submissions.log import stage_steps
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.submission import Submission, SubmittedGroup
 
 CustomGroups = Iterable[str | Path | TaskGroup]
 """Groups of the user: TOML files or TaskGroup objects."""
@@ -69,7 +69,7 @@ def episodes(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     ===========  =======  ==========================================================================
 
     Identical runs of an agent without parameters appear once, as they count once in scores. Reported
-    entries have no episodes.
+    submissions have no episodes.
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.

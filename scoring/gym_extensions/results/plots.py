@@ -46,7 +46,7 @@ def plot_board(
     budget: str = STANDARD_BUDGET,
     ax: Axes | None = None,
 ) -> Axes:
-    """A board: one row per entry with the mean of a metric and its 95 % interval, in the order of the
+    """A board: one row per submission with the mean of a metric and its 95 % interval, in the order of the
     board.
 
     Args:
@@ -66,7 +66,9 @@ def plot_board(
     if metric is not None:
         require_known("metric", metric, metrics, "metric")
     if frame.empty or not metrics:
-        raise BenchError("bad-plot", "The board has no entry with a metric.", "data", "Use results.board(…).")
+        raise BenchError(
+            "bad-plot", "The board has no submission with a metric.", "data", "Use results.board(…)."
+        )
     chosen = metric or metrics[0]
     rows = frame[frame[chosen].notna()]
     axes, heights = new_axes(ax), range(len(rows))

@@ -15,15 +15,15 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET,
 from gym_extensions.errors import BenchError, did_you_mean, require_known
 from gym_extensions.metrics import compute
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups
-from gym_extensions.rollouts.review import is_withdrawn, read_review
 from gym_extensions.scoring import pipeline
-from gym_extensions.scoring.landscapes import best, landscapes_of, summary
 from gym_extensions.scoring.output import board_frames
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.ranking.group_board import board as board_of
+from gym_extensions.submissions.landscapes import best, landscapes_of, summary
+from gym_extensions.submissions.review import is_withdrawn, read_review
 
 
 def metrics(
@@ -39,7 +39,7 @@ def metrics(
     group     str      group id, or name of a suite
     protocol  str      ``sequential``, ``single``, ``joint`` or ``cumulative``
     budget    str      name of the training budget
-    runs      Int64    number of runs; missing for a suite, 0 for a reported entry
+    runs      Int64    number of runs; missing for a suite, 0 for a reported submission
     metric    str      name of the metric (docs/metrics.md)
     mean      float64  mean over runs, in normalized return: 0 = floor, 1 = expert; may be missing
     low       float64  lower end of the 95 % interval; missing with one run or without a mean
@@ -72,10 +72,10 @@ def board(
 ) -> pd.DataFrame:
     """A board: the submissions with results on it, one per row.
 
-    Ranked entries are sorted by the protocol's first metric (final performance, or single-task performance),
-    best first; the others follow, and at the end ``alone`` (``trpo`` on each task alone, with the
-    budget ``300k``), ``random`` and ``zero``, computed from the references. Only the groups of the board are
-    read.
+    Ranked submissions are sorted by the protocol's first metric (final performance, or single-task
+    performance), best first; the others follow, and at the end ``alone`` (``trpo`` on each task alone, with
+    the budget ``300k``), ``random`` and ``zero``, computed from the references. Only the groups of the board
+    are read.
 
     ================  =======  =====================================================================
     column            dtype    value
@@ -87,8 +87,8 @@ def board(
     level             str      ``reported``, ``claimed``, ``verified`` or ``reproduced``
     evaluation        str      ``sampled`` or ``deterministic``: how actions are selected in evaluation
     runs              int64    number of runs; on a suite the fewest of its groups
-    ranked            bool     whether the board ranks the entry
-    why               str      why the entry is not ranked; else empty
+    ranked            bool     whether the board ranks the submission
+    why               str      why the submission is not ranked; else empty
     ``METRIC``        float64  mean over runs, in normalized return: 0 = floor, 1 = expert; may be missing
     ``METRIC_low``    float64  lower end of its 95 % interval; missing with one run or without a mean
     ``METRIC_high``   float64  upper end of its 95 % interval; missing with one run or without a mean
@@ -218,10 +218,10 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
     top = best(found)
     rows = [
         (name, group.id, share, len(value.runs), value.mean, value.low, value.high)
-        for name, of_entry in found.items()
+        for name, of_submission in found.items()
         for group in GROUPS.values()
-        if group.id in of_entry
-        for share, value in summary(of_entry[group.id], group, top).items()
+        if group.id in of_submission
+        for share, value in summary(of_submission[group.id], group, top).items()
     ]
     return typed(rows, LANDSCAPE_DTYPES)
 

@@ -56,7 +56,7 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
     if options.compare and any(getattr(options, name) for name in others):
         command.error("--compare takes two submissions, only with --json, --groups, --references and --ruler")
     if options.out and options.group:
-        command.error("--out writes whole entries: leave out --group")
+        command.error("--out writes whole submissions: leave out --group")
     if options.jobs is not None and options.jobs < 1:
         command.error("--jobs takes a number from 1")
     return options

@@ -13,13 +13,13 @@ from gym_extensions.catalog.groups import CORE, CORES, GROUPS, TaskGroup, with_c
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.files import write_text
 from gym_extensions.references import RULERS, References, add_references, load_references, read_references
-from gym_extensions.rollouts.layout import MANIFEST, NAME, submission_folders
-from gym_extensions.rollouts.problem import Problem, escape
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.submission import Submission
-from gym_extensions.scoring.entry.scorer import score
 from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
+from gym_extensions.scoring.submission.scorer import score
+from gym_extensions.submissions.layout import MANIFEST, NAME, submission_folders
+from gym_extensions.submissions.problem import Problem, escape
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.submission import Submission
 
 Paths = str | Path | Iterable[str | Path]
 """A submission, a folder of submissions, or several of these."""

@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from gym_extensions.catalog.tasks import Task, mujoco_tasks, task
+from gym_extensions.documents import JsonDocument, about
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import MAX_CARD, Measurement, RecordCard, floor_margin, read_card
 from gym_extensions.files import write_text
 from gym_extensions.references import measured
-from gym_extensions.rollouts.layout import MEBIBYTE, read_regular
-from gym_extensions.rollouts.review import Count, Date, Sha256, Text, Value
-from gym_extensions.scoring.documents import JsonDocument, about
-from gym_extensions.scoring.poses import TaskPoses
+from gym_extensions.references.experts import MAX_CARD, Measurement, RecordCard, floor_margin, read_card
+from gym_extensions.submissions.layout import MEBIBYTE, read_regular
+from gym_extensions.submissions.poses import TaskPoses
+from gym_extensions.submissions.review import Count, Date, Sha256, Text, Value
 
 RECORDS = "records"
 CARD, POLICY, REVIEW = ".json", ".npz", ".review.json"

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 
-from gym_extensions.rollouts.manifest import Code, Hyperparameter, Observes, Protocol, Tuning
-from gym_extensions.rollouts.problem import Problem
-from gym_extensions.rollouts.review import Decision, Level, is_withdrawn
-from gym_extensions.rollouts.run import Memory, RunDocument
-from gym_extensions.scoring.documents import JsonDocument, about, filled
-from gym_extensions.scoring.formulas import MetricValue, Profile
+from gym_extensions.documents import JsonDocument, about, filled
+from gym_extensions.metrics.formulas import Profile
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.submissions.manifest import Code, Hyperparameter, Observes, Protocol, Tuning
+from gym_extensions.submissions.problem import Problem
+from gym_extensions.submissions.review import Decision, Level, is_withdrawn
+from gym_extensions.submissions.run import Memory, RunDocument
 
 if TYPE_CHECKING:
     from gym_extensions.references import Reference
@@ -31,13 +32,13 @@ class ManifestSummary:
     protocol: Protocol
     hyperparameters: Annotated[dict[str, Hyperparameter], about("free keys")]
     observes: Observes
-    tuning: Annotated[Tuning | None, about("null in a reported entry")]
-    memory: Annotated[Memory | None, about("the largest of all runs; null in a reported entry")]
+    tuning: Annotated[Tuning | None, about("null in a reported submission")]
+    memory: Annotated[Memory | None, about("the largest of all runs; null in a reported submission")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerificationSummary:
-    """What one verification of the entry's runs found (`review.toml`)."""
+    """What one verification of the submission's runs found (`review.toml`)."""
 
     date: Annotated[str, about("YYYY-MM-DD")]
     version: Annotated[str, about("version of gym-extensions that verified them")]
@@ -101,7 +102,7 @@ class PaperCell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PaperColumns:
-    """The four cells of a row or of a total; null where the entry has no such log."""
+    """The four cells of a row or of a total; null where the submission has no such log."""
 
     fully_trained: Annotated[PaperCell | None, about("after the last stage")] = None
     after_env_training: Annotated[PaperCell | None, about("right after training on the task")] = None
@@ -122,7 +123,7 @@ class PaperRow(PaperColumns):
     """One task's row."""
 
     task: Annotated[str, about("the task's id")]
-    printed_task: Annotated[str, about("its name in the publication; empty in entries with logs")] = ""
+    printed_task: Annotated[str, about("its name in the publication; empty in submissions with logs")] = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +142,7 @@ class RunProvenance:
     run: Annotated[int, about("training seed")]
     command: Annotated[str, about("what trained it; empty if it is not known")]
     commit: Annotated[str, about("of the code; empty if it is not known")]
-    by: Annotated[str, about("who donated the run; empty if the authors of the entry trained it")]
+    by: Annotated[str, about("who donated the run; empty if the authors of the submission trained it")]
     date: Annotated[str | None, about("YYYY-MM-DD; null if it is not known")]
     versions: Annotated[dict[str, str], about("of packages, Python, platform and BLAS kernels")]
     processor: Annotated[str, about("of the machine; empty if it is not known")]
@@ -172,7 +173,7 @@ class GroupScore:
     level: Annotated[Level, about("level of the log: `reported`, `claimed`, `verified` or `reproduced`")]
     why_claimed: Annotated[str, about("why the log is not verified, in words; else empty")] = ""
     budget: Annotated[str, about("name of the budget")]
-    runs: Annotated[tuple[int, ...], about("training seeds; empty in a reported entry")]
+    runs: Annotated[tuple[int, ...], about("training seeds; empty in a reported submission")]
     unverified: Annotated[tuple[int, ...], about("training seeds of the runs that are not verified")] = ()
     provenance: Annotated[tuple[RunProvenance, ...], about("how each run was trained")] = ()
     tasks: Annotated[tuple[str, ...], about("task ids in training order")]
@@ -197,8 +198,12 @@ class GroupScore:
     ] = ()
     paper_table: Annotated[tuple[PaperRow, ...], about("one row per task; empty outside `sequential`")] = ()
     paper_total: Annotated[PaperColumns | None, about("its total: mean of means, pooled deviation")] = None
-    printed_total: Annotated[PaperColumns | None, about("the total as printed, in reported entries")] = None
-    notes: Annotated[tuple[str, ...], about("reported entries: contradictions between printed numbers")] = ()
+    printed_total: Annotated[PaperColumns | None, about("the total as printed, in reported submissions")] = (
+        None
+    )
+    notes: Annotated[
+        tuple[str, ...], about("reported submissions: contradictions between printed numbers")
+    ] = ()
 
     def __repr__(self) -> str:
         means = {key: round(value.mean, 3) for key, value in self.metrics.items() if value.mean is not None}
@@ -242,7 +247,7 @@ class Scorecard:
 
     @property
     def withdrawn(self) -> bool:
-        """Whether the last acceptance or withdrawal is a withdrawal; such an entry is on no board."""
+        """Whether the last acceptance or withdrawal is a withdrawal; such a submission is on no board."""
         return is_withdrawn(self.decisions)
 
     @property

@@ -1,1 +1,1 @@
-"""Runs the policies of entries. No other package of scoring/ starts a simulator."""
+"""Runs the policies of submissions. No other package of scoring/ starts a simulator."""

@@ -1,4 +1,4 @@
-"""``gym-extensions verify``: repeats an entry's episodes, and runs policies and records on new seeds."""
+"""``gym-extensions verify``: repeats a submission's episodes, and runs policies and records on new seeds."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from rich.console import Console
 
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.rollouts.layout import submission_folders
-from gym_extensions.rollouts.reader import read
 from gym_extensions.scoring.output.screen import count
-from gym_extensions.scoring.poses import write
 from gym_extensions.scoring.records import split_paths
+from gym_extensions.submissions.fetch import Fetcher, cache_folder
+from gym_extensions.submissions.layout import submission_folders
+from gym_extensions.submissions.poses import write
+from gym_extensions.submissions.reader import read
 from gym_extensions.verification.episodes import Store
-from gym_extensions.verification.fetch import Fetcher, cache_folder
 from gym_extensions.verification.new_seeds import ALPHA, require_value
 from gym_extensions.verification.pose_recorder import poses_of
 from gym_extensions.verification.verify import Report, add_verifications, runs_of, verify
 from gym_extensions.verification.verify_record import line_of, verify_record
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
-ENTRY_HELP = "a submission's folder, a folder of submissions, records/TASK/NAME, or the folder records"
-EPILOG = """Exit status: 0 all entries are verified, 1 one is not or has problems, 2 wrong usage."""
+SUBMISSION_HELP = "a submission's folder, a folder of submissions, records/TASK/NAME, or the folder records"
+EPILOG = """Exit status: 0 all submissions are verified, 1 one is not or has problems, 2 wrong usage."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -41,13 +41,13 @@ def parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
     )
     add = command.add_argument
-    add("entries", nargs="+", type=Path, metavar="ENTRY", help=ENTRY_HELP)
+    add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=SUBMISSION_HELP)
     add("--groups", action="append", default=[], metavar="FILE", help="the TOML file of a custom group")
     digits = "hexadecimal digits (40 to 128) that determine the new seeds, such as the id of the merge commit"
     add("--seeds", metavar="HEX", help=f"{digits} (default: random)")
     add("--retrain", action="store_true", help="also train one random run again (reference agents only)")
     add_options(command)
-    stored = "store the result in the entry's review.toml, or beside a record's card; needs --seeds"
+    stored = "store the result in the submission's review.toml, or beside a record's card; needs --seeds"
     add("--write", action="store_true", help=stored)
     return command
 
@@ -71,7 +71,7 @@ def positive(text: str) -> int:
 def verified(
     path: Path, value: str, options: argparse.Namespace, files: Sequence[str] = (), **which: Any
 ) -> Report:
-    """The report on one entry, with a progress bar; see :func:`verify`. ``options`` are the shared ones."""
+    """The report on one submission, with a progress bar; see :func:`verify`."""
     console = Console(stderr=True)
     columns = (
         *(bars.TextColumn("{task.description}"), bars.BarColumn(), bars.MofNCompleteColumn()),
@@ -100,7 +100,7 @@ def verified(
 def _verified_and_trained(
     path: Path, value: str, options: argparse.Namespace, files: Sequence[str]
 ) -> Report:
-    """The report on one entry, after one drawn run was trained again if the options ask for it."""
+    """The report on one submission, after one drawn run was trained again if the options ask for it."""
     if not options.retrain:
         return verified(path, value, options, files, only_new=options.write)
     from gym_extensions.verification import retrain  # loads the agents
@@ -159,7 +159,7 @@ def lines_of(report: Report) -> Iterator[str]:
 
 
 def is_verified(report: Report) -> bool:
-    """Whether nothing speaks against the entry, and all its runs have policies."""
+    """Whether nothing speaks against the submission, and all its runs have policies."""
     passed = report.verification is None or report.verification.passed
     return passed and not report.problems and not report.without_policies
 
@@ -173,7 +173,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         hint = "Pass --seeds with the id of the merge commit or a beacon's randomness."
         raise BenchError("no-seeds", "A stored verification needs seeds that nobody chose.", "--write", hint)
     value = require_value(options.seeds) if options.seeds else secrets.token_hex(32)
-    records, entries = split_paths(options.entries)
+    records, submissions = split_paths(options.submissions)
     status = 0
     for each in records:
         if options.write and each.review is not None:
@@ -185,7 +185,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if options.write:
             each.write(review)
     files = [str(Path(file).resolve()) for file in options.groups]
-    for path in submission_folders(entries):
+    for path in submission_folders(submissions):
         try:
             report = _verified_and_trained(path, value, options, files)
         except BenchError as error:

@@ -22,13 +22,13 @@ from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.envs.rollout import Outcome, run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.rollouts.layout import run_key
-from gym_extensions.rollouts.manifest import Manifest
-from gym_extensions.rollouts.policies import files as stored
-from gym_extensions.rollouts.policies.files import AnyPolicy, Key
-from gym_extensions.rollouts.policies.onnx import MISSING, RUNTIME, OnnxPolicy
-from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.verification.fetch import Fetcher
+from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.layout import run_key
+from gym_extensions.submissions.manifest import Manifest
+from gym_extensions.submissions.policies import files as stored
+from gym_extensions.submissions.policies.files import AnyPolicy, Key
+from gym_extensions.submissions.policies.onnx import MISSING, RUNTIME, OnnxPolicy
+from gym_extensions.submissions.run import RunDocument
 from gym_extensions.verification.limits import Limits, answers, end_all
 from gym_extensions.versions import blas_kernels, version, version_or_none
 

@@ -16,14 +16,14 @@ from gym_extensions.catalog.protocol import evaluation_seed, stages
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.layout import MANIFEST
-from gym_extensions.rollouts.manifest import manifest_of, parse
-from gym_extensions.rollouts.policies.files import AnyPolicy
-from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.scoring import landscapes
-from gym_extensions.scoring.landscapes import Landscape, measured_runs
+from gym_extensions.submissions import landscapes
+from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.landscapes import Landscape, measured_runs
+from gym_extensions.submissions.layout import MANIFEST
+from gym_extensions.submissions.manifest import manifest_of, parse
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.run import RunDocument
 from gym_extensions.verification.episodes import Cell, RunRequest, request_of, run_cell, stored_policies
-from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.versions import blas_kernels, version
 
@@ -57,19 +57,19 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
             yield returns_of(group, policies[stage, None], axis, stage, request.run)
 
 
-def landscape_of(entry: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1) -> Landscape | str:
-    """The landscape of an entry on a group with axes, measured now; or why there is none.
+def landscape_of(submission: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1) -> Landscape | str:
+    """The landscape of a submission on a group with axes, measured now; or why there is none.
 
     Runs are measured ``jobs`` at once. Raises ``BenchError`` if policies cannot be read or run, or a limit
     was reached.
     """
-    documents = measured_runs(entry, group)
+    documents = measured_runs(submission, group)
     if not documents or any(document.policies is None for document in documents.values()):
         return landscapes.NO_POLICIES
-    manifest = manifest_of(parse((entry / MANIFEST).read_bytes()))
+    manifest = manifest_of(parse((submission / MANIFEST).read_bytes()))
 
     def work(document: RunDocument) -> list[Any]:
-        request = request_of(document, group, manifest, entry, fetcher=fetcher)
+        request = request_of(document, group, manifest, submission, fetcher=fetcher)
         return list(answers(JOB, {"run": msgspec.to_builtins(request)}, LIMITS))
 
     with ThreadPoolExecutor(jobs) as pool:
@@ -103,9 +103,9 @@ def _rounded(values: NDArray[np.float64]) -> tuple[Any, ...]:
 
 
 def measure_all(
-    entries: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
+    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
 ) -> Iterator[str]:
-    """Measures the landscapes of entries that are not up to date, or ``again``; yields a line about each.
+    """Measures the landscapes of submissions that are not up to date, or ``again``; yields a line about each.
 
     ``names`` are those of groups; all groups with axes if empty.
 
@@ -118,16 +118,16 @@ def measure_all(
         if not axes(group):
             hint = "Choose a gravity, body or wall group."
             raise BenchError("no-worlds", f"{group.name} varies no quantity.", "--groups", hint)
-    for entry in entries:
+    for submission in submissions:
         for group in wanted:
-            where = f"{entry.name}, {group.name}"
-            if not measured_runs(entry, group):
+            where = f"{submission.name}, {group.name}"
+            if not measured_runs(submission, group):
                 continue
-            if not again and isinstance(landscapes.load(entry, group), Landscape):
+            if not again and isinstance(landscapes.load(submission, group), Landscape):
                 yield f"{where}: up to date."
                 continue
-            found = landscape_of(entry, group, fetcher, jobs)
+            found = landscape_of(submission, group, fetcher, jobs)
             if isinstance(found, str):
                 yield f"{where}: {found}"
                 continue
-            yield f"{landscapes.write(entry, found)}: {len(found.runs)} runs."
+            yield f"{landscapes.write(submission, found)}: {len(found.runs)} runs."

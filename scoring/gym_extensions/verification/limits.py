@@ -1,7 +1,7 @@
 """Runs a job on a stranger's files in a process of its own: limits on memory, time and files, no network.
 
 The process is Python itself with this module. It reads a request from standard input, imports the job's
-module, limits itself, and writes one line of JSON per answer. Nothing of an entry is executed in it; the
+module, limits itself, and writes one line of JSON per answer. Nothing of a submission is executed in it; the
 limits are for files that are made to use up memory or time, and for mistakes in the libraries that read them.
 """
 
@@ -72,7 +72,7 @@ def apply_limits(limits: Limits) -> None:
 
 def _refuse(event: str, _: object) -> None:
     if event.startswith(FORBIDDEN):
-        raise PermissionError(f"{event} is not allowed in a process that reads files of an entry")
+        raise PermissionError(f"{event} is not allowed in a process that reads files of a submission")
 
 
 LIVE: set[subprocess.Popen[bytes]] = set()
@@ -158,11 +158,20 @@ def main() -> None:
         _write({"error": [error.code, error.message, error.where, error.hint]})
     except (MemoryError, OSError):  # a limit
         raise
-    except Exception as error:  # noqa: BLE001 - a mistake of the verifier is not one of the entry
+    except Exception as error:  # noqa: BLE001 - a mistake of the verifier is not one of the submission
         last = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(last.filename).name}, {last.name}"
         message = f"The verifier stopped with {type(error).__name__} in {place}."
-        _write({"error": ["fault-of-the-verifier", message, "", "Please report it; the entry may be right."]})
+        _write(
+            {
+                "error": [
+                    "fault-of-the-verifier",
+                    message,
+                    "",
+                    "Please report it; the submission may be right.",
+                ]
+            }
+        )
 
 
 def _write(answer: dict[str, Any]) -> None:

@@ -4,7 +4,8 @@ Under the null hypothesis the logged and the new seeds of a task are exchangeabl
 same distribution, and the policies were fixed before the new ones. All runs, stages and protocols of a task
 are evaluated on the same seeds, and tasks may be much harder from some of them, so that returns of one seed
 are not independent. The test therefore exchanges seeds and not returns, which makes it exact for any
-dependence between runs: it rejects an honest entry with a probability of at most ``ALPHA``. An agent may draw
+dependence between runs: it rejects an honest submission with a probability of at most ``ALPHA``. An agent may
+draw
 the same noise in all tasks, so that episodes of one number are not independent either: the same numbers are
 exchanged in all tasks. The new episodes do not share noise between tasks; the numbers of both kinds are
 equal, so the test is then exact in the limit of many episodes.
@@ -29,10 +30,10 @@ Array = NDArray[np.float64]
 
 VALUE = re.compile(r"[0-9a-f]{40,128}")
 ALPHA = 0.004
-"""Probability of rejecting an honest entry."""
+"""Probability of rejecting an honest submission."""
 PERMUTATIONS = 4999
 STATISTICS = 3
-"""Tests of an entry: all cells, the largest run and the largest cell. Their p values are multiplied by it."""
+"""Tests of a submission: all cells, the largest run, the largest cell. It multiplies their p values."""
 ROUNDING = 1e-9
 """Statistics that differ by less are equal."""
 
@@ -40,7 +41,7 @@ ROUNDING = 1e-9
 class TaskReturns(NamedTuple):
     """The returns of the cells of one task: logged (cells, prescribed seeds), and fresh (cells, new seeds).
 
-    ``runs`` has the run of each cell, as an index over all runs of all logs of the entry.
+    ``runs`` has the run of each cell, as an index over all runs of all logs of the submission.
     """
 
     runs: Sequence[int]

@@ -1,4 +1,4 @@
-"""Poses of an entry: episodes of the stored policies, run again while their coordinates are recorded."""
+"""Poses of a submission: episodes of the stored policies, run again while their coordinates are recorded."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.rollout import Outcome
-from gym_extensions.rollouts.policies.files import AnyPolicy
-from gym_extensions.rollouts.submission import Submission
-from gym_extensions.scoring import poses as store
+from gym_extensions.submissions import poses as store
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.episodes import Cell, RunRequest, limits_of, run_cell, stored_policies
 from gym_extensions.verification.limits import answers
 from gym_extensions.verification.new_seeds import tested_cells

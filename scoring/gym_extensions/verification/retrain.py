@@ -1,4 +1,4 @@
-"""Trains one drawn run of an entry again, and compares it with the log. For agents of this project alone.
+"""Trains one drawn run of a submission again, and compares it with the log. For agents of this project alone.
 
 A stranger's agent is code of a stranger: a maintainer trains it by hand in a container.
 """
@@ -24,10 +24,10 @@ from gym_extensions.baselines.training.usage import commit_of, processor
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import working
-from gym_extensions.rollouts.log import log_of, read_log
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.scoring.statistics import holm, subtract, summary, zero_mean_p
+from gym_extensions.metrics.statistics import holm, subtract, summary, zero_mean_p
+from gym_extensions.submissions.log import log_of, read_log
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.run import RunDocument
 from gym_extensions.verification.verify import Report, Run, differing, logged_cells, runs_of
 from gym_extensions.versions import blas_kernels, version_or_none
 
@@ -73,17 +73,17 @@ def _p_value(first: list[Outcome], second: list[Outcome]) -> float:
     return zero_mean_p(subtract(old, new))
 
 
-def require_reference_agent(entry: Path, groups: Mapping[str, TaskGroup]) -> None:
-    """Refuses an entry that cannot be trained again, before hours are spent on its verification.
+def require_reference_agent(submission: Path, groups: Mapping[str, TaskGroup]) -> None:
+    """Refuses a submission that cannot be trained again, before hours are spent on its verification.
 
     Raises ``BenchError`` if the training was not recorded, the agent is none of this project, or its extra is
     missing.
     """
-    if not read(entry, groups, merge_runs=False).problems:
-        algorithms.factory(reference_agent(entry))
+    if not read(submission, groups, merge_runs=False).problems:
+        algorithms.factory(reference_agent(submission))
 
 
-def train_again(entry: Path, run: Run) -> Comparison:
+def train_again(submission: Path, run: Run) -> Comparison:
     """Trains a run again in a temporary folder and compares it with the log.
 
     The last bits of large matrix products depend on the number of threads, which no document states: workers
@@ -93,13 +93,13 @@ def train_again(entry: Path, run: Run) -> Comparison:
         BenchError: the agent is none of this project, is another one today, or has other settings.
     """
     log, number = run.log, run.document.run
-    algorithms.factory(reference_agent(entry))  # loads its libraries before their threads are limited
+    algorithms.factory(reference_agent(submission))  # loads its libraries before their threads are limited
     all_threads = max((each["num_threads"] for each in threadpool_info()), default=1)
     found = []
     for threads in dict.fromkeys((1, all_threads)):
         with tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch, threadpool_limits(threads):
             out = Path(scratch) / "again"
-            path = retrain(entry, log.group, log.protocol, number, out)
+            path = retrain(submission, log.group, log.protocol, number, out)
             again = log_of({number: read_log(path)}, log.protocol, log.group)
         found.append(compare_cells(run.logged, logged_cells(again, number)))
         if found[-1].is_same:
@@ -125,20 +125,20 @@ def made_elsewhere(document: RunDocument) -> str:
     return differing(pairs)
 
 
-def retrained(entry: Path, report: Report, groups: Mapping[str, TaskGroup]) -> Report:
+def retrained(submission: Path, report: Report, groups: Mapping[str, TaskGroup]) -> Report:
     """The report after one drawn run was trained again.
 
     A run is reproduced if its episodes are the same; if it was made elsewhere, with other versions or on
     another machine, also if all means agree. Means that differ though it was made on a machine like this one
-    refute the entry. Anything else neither raises nor lowers the level.
+    refute the submission. Anything else neither raises nor lowers the level.
     """
     found = report.verification
     if found is None or not found.passed:
         return report
     name = drawn_run(found.runs, found.value)
-    run = runs_of(read(entry, groups, merge_runs=False))[name]
-    with working(f"training {name} of {entry.name} again"):
-        result, elsewhere = train_again(entry, run), made_elsewhere(run.document)
+    run = runs_of(read(submission, groups, merge_runs=False))[name]
+    with working(f"training {name} of {submission.name} again"):
+        result, elsewhere = train_again(submission, run), made_elsewhere(run.document)
     if result.is_same or (result.agrees and elsewhere):
         kind = "the same episodes" if result.is_same else f"all {result.cells} means within noise"
         found = replaced(found, retrained=[name])

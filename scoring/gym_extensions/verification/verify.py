@@ -1,4 +1,4 @@
-"""Verifies an entry: repeats its logged episodes with the stored policies, and runs these on new seeds."""
+"""Verifies a submission: repeats logged episodes with the stored policies, and runs these on new seeds."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ import numpy as np
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.rollout import Outcome
-from gym_extensions.rollouts.layout import run_key
-from gym_extensions.rollouts.log import Log
-from gym_extensions.rollouts.policies.onnx import RUNTIME
-from gym_extensions.rollouts.problem import Problem
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import Review, Verification, read_review, write_review
-from gym_extensions.rollouts.run import RunDocument
-from gym_extensions.rollouts.submission import Submission
+from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.layout import run_key
+from gym_extensions.submissions.log import Log
+from gym_extensions.submissions.policies.onnx import RUNTIME
+from gym_extensions.submissions.problem import Problem
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import Review, Verification, read_review, write_review
+from gym_extensions.submissions.run import RunDocument
+from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import new_seeds
 from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, request_of, run_all
-from gym_extensions.verification.fetch import Fetcher
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
 SAMPLED = "sampled"
@@ -50,7 +50,7 @@ def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[Outcome]]:
 
 @dataclass(frozen=True)
 class Run:
-    """A run of an entry: the logs of its protocol and group, and its document."""
+    """A run of a submission: the logs of its protocol and group, and its document."""
 
     log: Log
     document: RunDocument
@@ -180,7 +180,7 @@ class Report:
 
 
 def runs_of(submission: Submission) -> dict[str, Run]:
-    """The runs of an entry by name, group by group."""
+    """The runs of a submission by name, group by group."""
     runs = (
         Run(group.logs[protocol], document)
         for group in submission.groups.values()
@@ -197,11 +197,11 @@ def verified_before(review: Review, runs: Mapping[str, Run]) -> set[str]:
     return {name for name, digest in stated if name in runs and runs[name].document.digest == digest}
 
 
-def add_verifications(entry: Path, *found: Verification) -> None:
-    """Adds verifications to the review of an entry, all or none."""
-    review = read_review(entry)
+def add_verifications(submission: Path, *found: Verification) -> None:
+    """Adds verifications to the review of a submission, all or none."""
+    review = read_review(submission)
     verifications = [*review.verifications, *found]
-    write_review(entry, msgspec.structs.replace(review, verifications=verifications))
+    write_review(submission, msgspec.structs.replace(review, verifications=verifications))
 
 
 def verify(
@@ -217,16 +217,16 @@ def verify(
     started: Callable[[int], None] = lambda _: None,
     done: Callable[[int], None] = lambda _: None,
 ) -> Report:
-    """Verifies the runs of an entry that have policies.
+    """Verifies the runs of a submission that have policies.
 
     Args:
-        path: the entry's folder.
+        path: the submission's folder.
         value: 40 to 128 hexadecimal digits that were fixed after the files.
         store: keeps outcomes, so that an interrupted verification goes on where it was.
         fetcher: gets policies that lie elsewhere.
         only_new: whether to leave out runs about which a verification has decided.
         only: the names of the runs to verify; all if None.
-        files: TOML files of custom groups that the entry may contain.
+        files: TOML files of custom groups that the submission may contain.
         jobs: processes that work at once.
         started, done: called with the number of cells before they are run, and of each finished run.
 

@@ -11,18 +11,18 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from gym_extensions import experts
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task, task
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import Measurement, RecordCard, Step, described_policy
 from gym_extensions.files import write_text
-from gym_extensions.rollouts.layout import POSES
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.references import experts
+from gym_extensions.references.experts import Measurement, RecordCard, Step, described_policy
 from gym_extensions.scoring import records
-from gym_extensions.scoring.poses import Clip, PolicyPoses, TaskPoses
+from gym_extensions.submissions.layout import POSES
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.poses import Clip, PolicyPoses, TaskPoses
 from gym_extensions.verification.episodes import Cell
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import Draw

@@ -1,4 +1,4 @@
-"""The boards as pages show them: entries, rows, the first entry and how certain its lead is."""
+"""The boards as pages show them: submissions, rows, the first submission and how certain its lead is."""
 
 from __future__ import annotations
 
@@ -10,20 +10,26 @@ from typing import NamedTuple
 
 from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import load_references
-from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.formulas import MetricValue
 from gym_extensions.scoring.ranking import boards as model
-from gym_extensions.scoring.ranking.boards import BoardEntry, BoardMetric, BoardsDocument
+from gym_extensions.scoring.ranking.boards import BoardMetric, BoardRow, BoardsDocument
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site.entry_results import COLUMNS, SEQUENTIAL, EntryResult, group_order, shown_columns
+from gym_extensions.site.submission_results import (
+    COLUMNS,
+    SEQUENTIAL,
+    SubmissionResult,
+    group_order,
+    shown_columns,
+)
 from gym_extensions.site.text import count
+from gym_extensions.submissions.review import REPORTED
 
 
 def shortened(card: Scorecard) -> Scorecard:
-    """The part of a scorecard that pages of many entries show, so that many fit in memory.
+    """The part of a scorecard that pages of many submissions show, so that many fit in memory.
 
     It lacks success rates, training curves, the README, and provenance but that of the core, which states
     costs.
@@ -54,12 +60,12 @@ RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
 
 @dataclass(frozen=True)
 class Row:
-    """One entry on a board."""
+    """One submission on a board."""
 
     card: Scorecard  # shortened
-    result: EntryResult  # its scores on this board
-    entry: BoardEntry  # what the scorer's board says of it
-    ranked_on: Mapping[str, int]  # the number of ranked entries per metric
+    result: SubmissionResult  # its scores on this board
+    submission: BoardRow  # what the scorer's board says of it
+    ranked_on: Mapping[str, int]  # the number of ranked submissions per metric
 
     @property
     def score(self) -> MetricValue:
@@ -67,12 +73,12 @@ class Row:
         return self.result.metric(COLUMNS[self.result.protocol][0])
 
     def rank(self, metric: str) -> tuple[int, int] | None:
-        """Best and worst possible rank on a metric; None if it has none, or if no other entry is ranked."""
-        return self.entry.metrics[metric].rank if self.ranked_on[metric] > 1 else None
+        """Best and worst possible rank on a metric; None if it has none, or if it alone is ranked."""
+        return self.submission.metrics[metric].rank if self.ranked_on[metric] > 1 else None
 
 
 class Leader(NamedTuple):
-    """The first entry of a board, and how certain its lead is, in a sentence."""
+    """The first submission of a board, and how certain its lead is, in a sentence."""
 
     row: Row
     certainty: str
@@ -81,42 +87,43 @@ class Leader(NamedTuple):
 def _ranked(ranked: Sequence[Row]) -> str:
     first, *others = ranked
     if not others:
-        return "It is the only ranked entry."
+        return "It is the only ranked submission."
     best, worst = first.rank(COLUMNS[first.result.protocol][0]) or (1, 1)
     if best == worst:
-        return "It is significantly better than every other ranked entry (95\u202f% confidence)."
+        return "It is significantly better than every other ranked submission (95\u202f% confidence)."
     tied = worst - best
-    return f"No significant difference from {count(tied, 'other ranked entry', 'other ranked entries')}."
+    rivals = count(tied, "other ranked submission", "other ranked submissions")
+    return f"No significant difference from {rivals}."
 
 
 def _unranked(scored: Sequence[Row]) -> str:
     first, *others = scored
     if not others:
-        return "It is the only entry with a score."
+        return "It is the only submission with a score."
     if first.score.ends is None:
         return "It has one run, so its uncertainty is unknown."
     tops = (row.score.ends[1] if row.score.ends else row.score.mean or 0.0 for row in others)
     overlapping = sum(top >= first.score.ends[0] for top in tops)
     if overlapping:
-        names = "another entry" if overlapping == 1 else f"{overlapping} others"
+        names = "another submission" if overlapping == 1 else f"{overlapping} others"
         return f"Its interval overlaps with {names}, so the order may be due to chance."
-    return "Its interval lies above those of all other entries."
+    return "Its interval lies above those of all other submissions."
 
 
 @dataclass(frozen=True)
 class Computed:
     """A row that follows from the references: an agent without rank and page."""
 
-    entry: model.ComputedEntry
+    submission: model.ComputedRow
 
     @property
     def note(self) -> str:
         """What the agent is."""
-        return COMPUTED_NOTES.get(self.entry.name, "")
+        return COMPUTED_NOTES.get(self.submission.name, "")
 
     def metric(self, name: str) -> MetricValue:
         """The named metric; one without a value where the board's document has none."""
-        value = self.entry.metrics.get(name)
+        value = self.submission.metrics.get(name)
         return value_of(value) if value else MetricValue()
 
 
@@ -129,7 +136,7 @@ COMPUTED_NOTES = {
 
 @dataclass(frozen=True)
 class BoardView:
-    """The entries of one group or suite, protocol and budget; task-conditioned ones are on other boards."""
+    """The submissions of one group or suite, protocol and budget; task-conditioned ones are apart."""
 
     group: str
     protocol: str
@@ -151,8 +158,8 @@ class BoardView:
         return COLUMNS[self.protocol]
 
     @cached_property
-    def results(self) -> tuple[EntryResult, ...]:
-        """The results of its entries, from top to bottom."""
+    def results(self) -> tuple[SubmissionResult, ...]:
+        """The results of its submissions, from top to bottom."""
         return tuple(row.result for row in self.rows)
 
     @cached_property
@@ -177,30 +184,33 @@ class BoardView:
 
     @cached_property
     def leader(self) -> Leader | None:
-        """The first ranked entry, or if none is ranked the first with a score, and how certain its lead is.
+        """The first ranked submission, or if none is ranked the first with a score, and how certain its lead
+        is.
 
-        Ranked entries are compared by the scorer's rank intervals, others by their intervals.
+        Ranked submissions are compared by the scorer's rank intervals, others by their intervals.
         """
         scored = [row for row in self.rows if row.score.mean is not None]
-        ranked = [row for row in scored if row.entry.ranked]
+        ranked = [row for row in scored if row.submission.ranked]
         if ranked:
             return Leader(ranked[0], _ranked(ranked))
         return Leader(scored[0], _unranked(scored)) if scored else None
 
     @cached_property
     def least_forgetting(self) -> Row | None:
-        """The ranked entry that forgets least of those that learned something."""
-        lost = [(row.entry.metrics["forgetting"], row) for row in self.rows if self.protocol == SEQUENTIAL]
-        ranked = [(value.mean or 0.0, row.entry.name, row) for value, row in lost if value.rank]
+        """The ranked submission that forgets least of those that learned something."""
+        lost = [
+            (row.submission.metrics["forgetting"], row) for row in self.rows if self.protocol == SEQUENTIAL
+        ]
+        ranked = [(value.mean or 0.0, row.submission.name, row) for value, row in lost if value.rank]
         return min(ranked)[2] if ranked else None
 
     @property
     def why_no_score(self) -> str:
-        """The reason why no entry has a score."""
-        return next((row.score.why for row in self.rows if row.score.why), "No entry has a score.")
+        """The reason why no submission has a score."""
+        return next((row.score.why for row in self.rows if row.score.why), "No submission has a score.")
 
 
-def missing_reasons(results: Sequence[EntryResult]) -> tuple[str, ...]:
+def missing_reasons(results: Sequence[SubmissionResult]) -> tuple[str, ...]:
     """Why values in the shown columns of results of one protocol are missing, each reason once, in order."""
     values = (result.metric(name) for result in results for name in shown_columns(results))
     return tuple(dict.fromkeys(value.why for value in values if value.mean is None))
@@ -212,7 +222,7 @@ def board_views(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tu
     Boards that have only published tables without logs are omitted.
     """
     by_name, budgets = {card.name: card for card in cards}, list(BUDGETS)
-    shown = [board for board in scored if any(entry.level != REPORTED for entry in board.rows)]
+    shown = [board for board in scored if any(submission.level != REPORTED for submission in board.rows)]
 
     def order(view: BoardView) -> tuple[bool, int, int, bool, tuple[int, str]]:
         place = (PROTOCOLS.index(view.protocol), budgets.index(view.budget))
@@ -223,15 +233,18 @@ def board_views(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tu
 
 def _board(board: model.Board, cards: Mapping[str, Scorecard]) -> BoardView:
     ranked_on = Counter(
-        name for entry in board.rows for name, metric in entry.metrics.items() if metric.rank is not None
+        name
+        for submission in board.rows
+        for name, metric in submission.metrics.items()
+        if metric.rank is not None
     )
     suite = board.group in SUITES
     rows = []
-    for entry in board.rows:
-        card = cards[entry.name]
+    for submission in board.rows:
+        card = cards[submission.name]
         scores = card.suites if suite else card.groups
-        result = EntryResult(board.group, board.protocol, scores[board.group][board.protocol])
-        rows.append(Row(card, result, entry, ranked_on))
+        result = SubmissionResult(board.group, board.protocol, scores[board.group][board.protocol])
+        rows.append(Row(card, result, submission, ranked_on))
     return BoardView(
         board.group, board.protocol, board.budget, board.task_conditioned, suite, tuple(rows), board
     )
@@ -239,22 +252,22 @@ def _board(board: model.Board, cards: Mapping[str, Scorecard]) -> BoardView:
 
 @dataclass(frozen=True)
 class Leaderboard:
-    """All entries and their boards."""
+    """All submissions and their boards."""
 
     references: ReferencesInfo  # that normalize all scores
-    entries: tuple[Scorecard, ...]  # of every submission, shortened, sorted by name
+    submissions: tuple[Scorecard, ...]  # of every submission, shortened, sorted by name
     inputs: Mapping[str, bytes] = field(default_factory=dict)  # the digest of each whole scorecard, by name
     records: Mapping[str, tuple[Record, ...]] = field(default_factory=dict)  # the verified ones by task id
 
     @cached_property
     def boards(self) -> tuple[BoardView, ...]:
         """Every board, in the order of the overview."""
-        return board_views(self.scored.boards, self.entries)
+        return board_views(self.scored.boards, self.submissions)
 
     @cached_property
     def scored(self) -> BoardsDocument:
         """The scorer's boards of all submissions without problems; computed rows only of known references."""
-        document = scored_boards([card for card in self.entries if not card.problems])
+        document = scored_boards([card for card in self.submissions if not card.problems])
         if load_references().digest == self.references.sha256:
             return document
         return replace(document, boards=tuple(replace(board, computed=()) for board in document.boards))

@@ -1,7 +1,7 @@
 """Builds the site from scorecards. The same scorecards give the same bytes.
 
-Scorecards are read one after another: the files of an entry are written from its whole scorecard, and the
-pages that show many entries are written at the end, from what ``shortened`` keeps of each.
+Scorecards are read one after another: the files of a submission are written from its whole scorecard, and the
+pages that show many submissions are written at the end, from what ``shortened`` keeps of each.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ class Site:
 
     @cached_property
     def leaderboard(self) -> Leaderboard:
-        """All entries and their boards. No entry may follow."""
+        """All submissions and their boards. No submission may follow."""
         cards = tuple(self.cards[name] for name in sorted(self.cards))
         return Leaderboard(self.render.references, cards, self.render.inputs, self.records)
 
     def files(self, cards: Iterable[Scorecard]) -> Iterator[File]:
-        """Every file: those of each entry as it comes, then those that are made from all entries.
+        """Every file: those of each submission as it comes, then those that are made from all submissions.
 
-        Raises ``BenchError`` if an entry has the name of one before it.
+        Raises ``BenchError`` if a submission has the name of one before it.
         """
         for card in cards:
             if card.name in self.cards:
@@ -53,7 +53,7 @@ class Site:
                 raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
             self.render.inputs[card.name] = digest(encoded(card)).encode()
             for page in self.render.pages:
-                yield from page.publish_entry(card, self.render) if page.publish_entry else ()
+                yield from page.publish_submission(card, self.render) if page.publish_submission else ()
             yield kept_path(card.name), encoded((self.keys.get(card.name, ""), card))
             self.cards[card.name] = shortened(card)
         for page in self.render.pages:
@@ -95,19 +95,20 @@ def build_site(
         cards: scorecards, which may come from a generator: only one is in memory at a time.
         references: the references that normalize all of them.
         out: the folder.
-        keys: by entry, the key under which its scorecard is kept for the next build.
-        folders: by entry, its folder, whose poses Watch panels show; poses of other results are not shown.
+        keys: by submission, the key under which its scorecard is kept for the next build.
+        folders: by submission, its folder, whose poses Watch panels show; poses of other results are not
+            shown.
         simulator: MuJoCo for the browser; without it the page Play says that it is missing.
         records: the verified records by task id, the best one first.
         docs: whether pages link to the documentation in ``out/docs``, which is built afterwards.
 
     Raises:
-        BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two entries have
-            the same name.
+        BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two submissions
+            have the same name.
     """
     render = Render(references, PAGES, folders or {}, simulator, docs)
     site = Site(render, records or {}, keys or {})
-    gc.disable()  # it would search all entries again and again
+    gc.disable()  # it would search all submissions again and again
     try:
         with Output(out, f"{base_digest(references)} {docs}") as output:
             for number, (path, content) in enumerate(site.files(cards)):

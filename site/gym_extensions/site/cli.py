@@ -76,7 +76,7 @@ def main(argv: list[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     for folder in empty:
         print(f"{folder} contains no submissions.")
-    refused = [card for card in built.leaderboard.entries if card.problems]
+    refused = [card for card in built.leaderboard.submissions if card.problems]
     if refused:
         print("Refused (not on a board until all problems are fixed):")
     for card in refused:

@@ -1,6 +1,7 @@
 """The paths of pages and data.
 
-A path depends on a name alone, so that a new entry moves no page. Paths are relative to the root of the site.
+A path depends on a name alone, so that a new submission moves no page. Paths are relative to the root of the
+site.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ def slug(name: str) -> str:
     return f"{plain}_{hashlib.sha256(name.encode('utf-8', 'surrogatepass')).hexdigest()[:12]}"
 
 
-def entry_path(name: str) -> str:
+def submission_path(name: str) -> str:
     """The page of a submission, by the name of its folder."""
     return f"submissions/{slug(name)}.html"
 
@@ -53,13 +54,13 @@ def board_tab(group_id: str, board_id: str) -> str:
     return f"{group_path(group_id)}#{board_id}"
 
 
-def entry_data(name: str) -> str:
+def submission_data(name: str) -> str:
     """The scorecard of a submission."""
-    return f"api/entries/{slug(name)}.json"
+    return f"api/submissions/{slug(name)}.json"
 
 
 def board_data(board_id: str, suffix: str = "json") -> str:
-    """A board as JSON, its table as ``csv``, or the differences of its entries as ``pairs.js``."""
+    """A board as JSON, its table as ``csv``, or the differences of its submissions as ``pairs.js``."""
     return f"api/boards/{slug(board_id.lower())}.{suffix}"
 
 
@@ -74,6 +75,6 @@ def group_data(group_id: str) -> str:
     return f"api/groups/{slug(group_id)}.json"
 
 
-def entry_file(name: str, file: str) -> str:
+def submission_file(name: str, file: str) -> str:
     """A file that belongs to the page of a submission, by the names of its folder and of the file."""
     return f"submissions/{slug(name)}/{file}"

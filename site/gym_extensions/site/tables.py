@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from markupsafe import Markup
 
 from gym_extensions.scoring.scorecard import ReferenceValue
-from gym_extensions.site.entry_results import Change, EntryResult
+from gym_extensions.site.submission_results import Change, SubmissionResult
 from gym_extensions.site.text import fixed, variation
 
 STEPS = 10
@@ -31,7 +31,7 @@ def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> st
     return "below" if level < 0 else f"h{min(level, STEPS)}"
 
 
-def tinted(rows: Sequence[Sequence[float]], result: EntryResult) -> list[list[tuple[str, str]]]:
+def tinted(rows: Sequence[Sequence[float]], result: SubmissionResult) -> list[list[tuple[str, str]]]:
     """The cells of a matrix ``[row][task]`` of raw returns: tint and text of each."""
     columns = [(result.reference(task), result.top_score, result.matrix_digits) for task in result.tasks]
     return [
@@ -43,7 +43,7 @@ def tinted(rows: Sequence[Sequence[float]], result: EntryResult) -> list[list[tu
     ]
 
 
-def stage_rows(cells: Sequence[Sequence[float]], result: EntryResult) -> Markup:
+def stage_rows(cells: Sequence[Sequence[float]], result: SubmissionResult) -> Markup:
     """The rows of a matrix ``[stage][task]``, each with the task that was trained last; that cell is marked.
 
     They are written here, because a large site has millions of cells and a template needs longer for each.
@@ -60,7 +60,7 @@ def stage_rows(cells: Sequence[Sequence[float]], result: EntryResult) -> Markup:
     return Markup("".join(rows))
 
 
-def shows_each_run(result: EntryResult) -> bool:
+def shows_each_run(result: SubmissionResult) -> bool:
     """Whether the page has the matrix of every run: at most some thousand cells, or it would be too large."""
     return len(result.runs) * len(result.tasks) ** 2 <= MAX_CELLS
 

@@ -8,18 +8,18 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from gym_extensions import catalog, references, rollouts, scoring
-from gym_extensions.rollouts.review import REPORTED
-from gym_extensions.scoring.formulas import BY_NAME
+from gym_extensions import catalog, references, scoring, submissions
+from gym_extensions.metrics.formulas import BY_NAME
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
-from gym_extensions.site import FOLDER, entry_facts, entry_results, paths, tables, text
+from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
 from gym_extensions.site.board_views import RANKED_COLUMNS, missing_reasons
 from gym_extensions.site.charts import landscapes, profiles, strips, task_curves, task_pictures
 from gym_extensions.site.charts.task_pictures import PICTURES
 from gym_extensions.site.output import digest
 from gym_extensions.site.play import stroboscopes
 from gym_extensions.site.play.assets import play_group_link
+from gym_extensions.submissions.review import REPORTED
 
 LIBRARIES = ("jinja2", "markupsafe", "msgspec", "numpy", "scipy")
 
@@ -46,16 +46,16 @@ def environment() -> Environment:
     templates.globals.update(
         paths=paths,
         text=text,
-        entry_facts=entry_facts,
+        submission_facts=submission_facts,
         tables=tables,
-        results=entry_results,
+        results=submission_results,
         landscape_charts=landscapes,
         profiles=profiles,
         task_curves=task_curves,
         strips=strips,
         task_pictures=task_pictures,
         stroboscopes=stroboscopes,
-        board_columns=entry_results.COLUMNS,
+        board_columns=submission_results.COLUMNS,
         forgetting=highlights.FORGETTING,
         largest_change=highlights.largest_change,
         metrics=BY_NAME,
@@ -74,7 +74,7 @@ def source_digest() -> str:
     folders = [
         FOLDER,
         PICTURES,
-        *(Path(path) for package in (catalog, references, rollouts, scoring) for path in package.__path__),
+        *(Path(path) for package in (catalog, references, scoring, submissions) for path in package.__path__),
     ]
     files = sorted(
         file

@@ -12,7 +12,8 @@ from markupsafe import Markup, escape
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.catalog.protocol import BUDGETS
-from gym_extensions.scoring.formulas import BY_NAME, MetricValue
+from gym_extensions.metrics.formulas import BY_NAME
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.verification.new_seeds import ALPHA
 
 MINUS = "\N{MINUS SIGN}"

@@ -25,7 +25,7 @@ from gym_extensions.baselines.training.environment import Batch, TrainingEnv  # 
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
 from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
-from gym_extensions.rollouts.run import read_run  # noqa: E402
+from gym_extensions.submissions.run import read_run  # noqa: E402
 
 from ..conftest import QUICK_GROUP, digests  # noqa: E402
 

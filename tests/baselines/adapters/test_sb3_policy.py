@@ -23,8 +23,8 @@ from gym_extensions.baselines.adapters.sb3_vec_env import SpacesVecEnv
 from gym_extensions.baselines.training.evaluation import Evaluator
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.policies.onnx import OnnxPolicy
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.onnx import OnnxPolicy
 from gym_extensions.verification.episodes import Cell, run_cell
 
 OBSERVATIONS = gym.spaces.Box(-np.inf, np.inf, (5,), np.float64)

@@ -15,7 +15,7 @@ from gym_extensions.baselines.agent_checks import card_of
 from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy
 
 NUMPY = [name for name in algorithms.names() if name not in ("ppo", "sac", "sac-fresh-buffer")]
 """The agents without optional packages; ``test_ppo_and_sac`` tests the others."""

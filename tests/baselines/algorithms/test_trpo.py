@@ -1,4 +1,4 @@
-"""The two TRPO agents: acting, learning, saving, and agreement with the committed entry."""
+"""The two TRPO agents: acting, learning, saving, and agreement with the committed submission."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from gym_extensions.baselines.training.jobs import training_seed
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec
-from gym_extensions.rollouts.run import read_run
+from gym_extensions.submissions.run import read_run
 
 BOX = gym.spaces.Box(-1, 1, (3,), np.float32)
 WIDE = gym.spaces.Box(-2, 2, (2,), np.float32)
-ENTRY = Path(__file__).parents[3] / "submissions/trpo-2017/hopper-gravity/sequential/run0.json"
+SUBMISSION = Path(__file__).parents[3] / "submissions/trpo-2017/hopper-gravity/sequential/run0.json"
 
 
 class Corridor(gym.vector.VectorEnv[Any, Any, Any]):
@@ -128,7 +128,7 @@ def test_a_loaded_agent_learns_exactly_as_the_saved_agent(make: Any, tmp_path: P
     assert (tmp_path / "original.npz").read_bytes() == (tmp_path / "loaded.npz").read_bytes()
 
 
-def test_trpo_2017_learns_as_in_the_committed_entry() -> None:
+def test_trpo_2017_learns_as_in_the_committed_submission() -> None:
     """The first batch of run 0 and, after an update, the second.
 
     The bits of an update depend on the processor. Hopper amplifies them, so later batches are not compared.
@@ -149,7 +149,7 @@ def test_trpo_2017_learns_as_in_the_committed_entry() -> None:
         recorder.single_observation_space, recorder.single_action_space, training_seed(0, tasks.id, "agent")
     )
     agent.learn(recorder, 2 * plan.batch_steps)
-    curve = read_run(ENTRY).curves[0]
+    curve = read_run(SUBMISSION).curves[0]
     expected = list(zip(curve.steps, curve.returns, strict=True))
     np.testing.assert_allclose(points[0], expected[0], rtol=1e-6)
     np.testing.assert_allclose(points[1], expected[1], rtol=2e-2)

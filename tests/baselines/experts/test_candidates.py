@@ -11,7 +11,7 @@ from gym_extensions.baselines.experts.__main__ import main
 from gym_extensions.baselines.experts.candidates import fitted
 from gym_extensions.baselines.experts.recipes import meant
 from gym_extensions.catalog.tasks import task
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy
 
 SUBMISSIONS = Path(__file__).resolve().parents[3] / "submissions"
 

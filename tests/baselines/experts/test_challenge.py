@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from gym_extensions import experts
 from gym_extensions.baselines.experts import candidates
 from gym_extensions.baselines.experts.candidates import Workplace
 from gym_extensions.catalog.tasks import task
-from gym_extensions.references import measured
+from gym_extensions.references import experts, measured
 
 
 def test_a_challenge_evaluates_cells_above_the_expert_on_seeds_of_its_own(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from gym_extensions.catalog.tasks import customize, task
 from gym_extensions.catalog.variations import Wall
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy
 
 SHORT = Recipe("short", ("Pusher",), steps=400, batch_steps=200, num_envs=4, checkpoint=200, value_batches=1)
 

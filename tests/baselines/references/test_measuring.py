@@ -10,7 +10,6 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from gym_extensions import experts
 from gym_extensions.baselines.experts.candidates import QUICK
 from gym_extensions.baselines.references.measuring import (
     Measurement,
@@ -26,7 +25,7 @@ from gym_extensions.baselines.references.measuring import (
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.references import Floor, FloorAgent, MeasuredReference, parse_file, path_of
+from gym_extensions.references import Floor, FloorAgent, MeasuredReference, experts, parse_file, path_of
 
 PUSHER = task("Pusher")
 HOPPER = task("Hopper")

@@ -18,7 +18,7 @@ from gym_extensions.baselines.training.checkpoints import JobFolder
 from gym_extensions.baselines.training.jobs import jobs_of
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.run import read_run
+from gym_extensions.submissions.run import read_run
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, digests
 

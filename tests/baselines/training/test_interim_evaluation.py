@@ -15,7 +15,7 @@ from gym_extensions.baselines.training.evaluation import acting_copy, evaluate
 from gym_extensions.baselines.training.events import TaskEvaluated
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import make_vec
-from gym_extensions.rollouts.run import read_run
+from gym_extensions.submissions.run import read_run
 
 from ..conftest import SHORT_GROUP, Watched, digests
 

@@ -12,10 +12,10 @@ from gym_extensions.baselines import Card, Observes, train
 from gym_extensions.baselines.training.evaluation import policy_of
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts import layout
-from gym_extensions.rollouts.policies.files import policy_keys, read_policies
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.reader import read
+from gym_extensions.submissions import layout
+from gym_extensions.submissions.policies.files import policy_keys, read_policies
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.reader import read
 
 from ..conftest import QUICK_GROUP
 

@@ -17,11 +17,11 @@ Write = Callable[..., Path]
 
 
 @pytest.fixture
-def document(submission: Write, known: None) -> ScorecardDocument:
+def document(make_submission: Write, known: None) -> ScorecardDocument:
     """A submission with a suite, and a submission with two problems."""
     bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
-    submission(name="good", groups=tuple(f"{body}-gravity" for body in bodies), runs=(0, 1, 2))
-    bad = submission(name="bad")
+    make_submission(name="good", groups=tuple(f"{body}-gravity" for body in bodies), runs=(0, 1, 2))
+    bad = make_submission(name="bad")
     for name in ("a", "b"):
         (bad / f"{name}.txt").write_text("")
     return score_folders([bad.parent])

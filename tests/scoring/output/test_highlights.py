@@ -30,63 +30,67 @@ def forgets(fall: float, noise: float, runs: int = 5) -> Callable[..., float]:
     return value
 
 
-def test_what_every_run_forgets_stands_out(submission: Write, references: References) -> None:
+def test_what_every_run_forgets_stands_out(make_submission: Write, references: References) -> None:
     # Falls of 190, 195, 200, 205, 210.
-    folder = submission(runs=tuple(range(5)), value=forgets(200, 5))
+    folder = make_submission(runs=tuple(range(5)), value=forgets(200, 5))
     assert sentences(folder, references) == [FORGETS_HALF.format(500, 300)]
 
 
-def test_a_difference_that_chance_explains_does_not(submission: Write, references: References) -> None:
+def test_a_difference_that_chance_explains_does_not(make_submission: Write, references: References) -> None:
     # Falls of -380, -180, 20, 220, 420: their mean is 20, and its interval reaches far below 0.
-    assert sentences(submission(runs=tuple(range(5)), value=forgets(20, 200)), references) == []
+    assert sentences(make_submission(runs=tuple(range(5)), value=forgets(20, 200)), references) == []
 
 
-def test_one_run_is_told_as_it_is(submission: Write, references: References) -> None:
-    assert sentences(submission(runs=(0,), value=forgets(80, 0, 1)), references) == [
+def test_one_run_is_told_as_it_is(make_submission: Write, references: References) -> None:
+    assert sentences(make_submission(runs=(0,), value=forgets(80, 0, 1)), references) == [
         FORGETS_HALF.format(500, 420)
     ]
 
 
-def test_the_test_is_corrected_for_the_number_of_tasks(submission: Write, references: References) -> None:
+def test_the_test_is_corrected_for_the_number_of_tasks(
+    make_submission: Write, references: References
+) -> None:
     # Falls of 28, 114, 200, 286, 372: p = .03 by itself, above .05 / 4.
-    assert sentences(submission(runs=tuple(range(5)), value=forgets(200, 86)), references) == []
+    assert sentences(make_submission(runs=tuple(range(5)), value=forgets(200, 86)), references) == []
     # Falls of 80, 140, 200, 260, 320: p = .009.
-    folder = submission(runs=tuple(range(5)), value=forgets(200, 60))
+    folder = make_submission(runs=tuple(range(5)), value=forgets(200, 60))
     assert sentences(folder, references) == [FORGETS_HALF.format(500, 300)]
 
 
 @pytest.mark.parametrize(("fall", "expected"), [(49, []), (51, [FORGETS_HALF.format(500, 449)])])
 def test_a_change_is_at_least_a_twentieth_of_the_span(
-    submission: Write, references: References, fall: float, expected: list[str]
+    make_submission: Write, references: References, fall: float, expected: list[str]
 ) -> None:
-    assert sentences(submission(runs=(0,), value=forgets(fall, 0, 1)), references) == expected
+    assert sentences(make_submission(runs=(0,), value=forgets(fall, 0, 1)), references) == expected
 
 
 def test_what_earlier_tasks_help_is_told_over_the_runs_of_both_protocols(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return 500.0 + (200.0 + run) * (protocol == "sequential" and position == 3) + 50.0 * run
 
-    folder = submission(protocols=("sequential", "single"), runs=(0, 1, 2), value=value)
+    folder = make_submission(protocols=("sequential", "single"), runs=(0, 1, 2), value=value)
     assert sentences(folder, references) == ["earlier tasks help Hopper most: 550 alone, 751 after them"]
     for file in (folder / "hopper-gravity" / "single").glob("run2.*"):
         file.unlink()
     assert sentences(folder, references) == ["earlier tasks help Hopper most: 525 alone, 751 after them"]
 
 
-def test_an_agent_that_learned_nothing_has_no_change(submission: Write, references: References) -> None:
+def test_an_agent_that_learned_nothing_has_no_change(make_submission: Write, references: References) -> None:
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return -400.0 + (100.0 if protocol == "sequential" and stage >= position else 0.0) + run
 
-    assert sentences(submission(runs=tuple(range(5)), value=value), references) == []
+    assert sentences(make_submission(runs=tuple(range(5)), value=value), references) == []
 
 
-def test_the_largest_is_measured_in_the_spans_of_the_tasks(submission: Write, references: References) -> None:
+def test_the_largest_is_measured_in_the_spans_of_the_tasks(
+    make_submission: Write, references: References
+) -> None:
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return 500.0 - (stage == 5) * {1: 90.0, 2: 100.0}.get(position, 0.0) + run
 
-    folder = submission(value=value)
+    folder = make_submission(value=value)
     assert sentences(folder, references) == ["forgets HopperGravityThreeQuarters most: 500 → 400"]
     first = "gym_extensions/HopperGravityHalf-v0"
     narrow = References("x", {**references.tasks, first: Reference(0.0, 500.0)})
@@ -94,7 +98,7 @@ def test_the_largest_is_measured_in_the_spans_of_the_tasks(submission: Write, re
 
 
 def test_help_and_harm_are_after_the_earlier_tasks_against_alone(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         change = (
@@ -102,14 +106,14 @@ def test_help_and_harm_are_after_the_earlier_tasks_against_alone(
         )
         return 400.0 + change + run / 8
 
-    assert sentences(submission(value=value), references) == [
+    assert sentences(make_submission(value=value), references) == [
         "earlier tasks help HopperGravityThreeQuarters most: 400 alone, 500 after them",
         "earlier tasks hurt Hopper most: 400 alone, 350 after them",
     ]
 
 
-def test_open_tasks_are_named(submission: Write, references: References) -> None:
+def test_open_tasks_are_named(make_submission: Write, references: References) -> None:
     known = {**references.tasks, "gym_extensions/Hopper-v0": Reference(0.0, None)}
     with_open = References("x", known)
-    folder = submission(runs=(0,), value=lambda *_: 1.0)
+    folder = make_submission(runs=(0,), value=lambda *_: 1.0)
     assert sentences(folder, with_open) == ["open (no expert), left out of normalized means: Hopper"]

@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
-from gym_extensions.rollouts.rules import RULES
 from gym_extensions.scoring.output.schema import schema_texts, tables, updated
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.scorecard import ScorecardDocument
+from gym_extensions.submissions.rules import RULES
 
 ROOT = Path(__file__).parents[3]
 SUBMISSIONS = sorted(path.parent for path in ROOT.glob("submissions/*/submission.toml"))
@@ -25,7 +25,7 @@ SCHEMAS: dict[str, Json] = {name: json.loads(text) for name, text in schema_text
 
 
 SCORED = [path for path in SUBMISSIONS if path.name in ("henderson2017-trpo", "multi-head")]
-"""Entries with and without every protocol, joint runs, policies and rows; scoring all takes seconds."""
+"""Submissions with and without every protocol, joint runs, policies and rows; scoring all takes seconds."""
 
 
 def check(name: str, document: Json) -> None:

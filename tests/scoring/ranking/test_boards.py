@@ -1,11 +1,11 @@
-"""Which boards exist, in which order, and which scores of an entry a board shows."""
+"""Which boards exist, in which order, and which scores of a submission a board shows."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from gym_extensions.catalog.groups import SUITES
-from gym_extensions.scoring.formulas import MetricValue
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import (
     BoardKey,
     board_keys,
@@ -32,8 +32,8 @@ def on_group(budget: str) -> GroupScore:
 def card(groups: dict[str, dict[str, str]], suites: dict[str, str] | None = None) -> Scorecard:
     """A scorecard without a manifest: budgets by group and protocol, and sequential budgets by suite."""
     return Scorecard(
-        name="entry",
-        title="Entry",
+        name="submission",
+        title="Submission",
         level="verified",
         manifest=None,
         readme="A text.",
@@ -67,11 +67,11 @@ def test_groups_are_before_suites_then_by_name_protocol_and_budget() -> None:
 
 
 def test_a_board_shows_the_score_of_its_group_protocol_and_budget() -> None:
-    entry = card({"hopper-gravity-v0": {"sequential": "1M"}}, suites={"gravity": "1M"})
+    submission = card({"hopper-gravity-v0": {"sequential": "1M"}}, suites={"gravity": "1M"})
     key = BoardKey("hopper-gravity-v0", "sequential", "1M", False)
-    assert lookup(entry, key) is entry.groups["hopper-gravity-v0"]["sequential"]
-    assert lookup(entry, replace(key, group="gravity")) is entry.suites["gravity"]["sequential"]
-    assert lookup(entry, replace(key, group="humanoid-gravity-v0")) is None
-    assert lookup(entry, replace(key, protocol="joint")) is None
-    assert lookup(entry, replace(key, budget="100k")) is None
-    assert lookup(entry, replace(key, task_conditioned=True)) is None
+    assert lookup(submission, key) is submission.groups["hopper-gravity-v0"]["sequential"]
+    assert lookup(submission, replace(key, group="gravity")) is submission.suites["gravity"]["sequential"]
+    assert lookup(submission, replace(key, group="humanoid-gravity-v0")) is None
+    assert lookup(submission, replace(key, protocol="joint")) is None
+    assert lookup(submission, replace(key, budget="100k")) is None
+    assert lookup(submission, replace(key, task_conditioned=True)) is None

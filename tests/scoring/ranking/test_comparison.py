@@ -1,4 +1,4 @@
-"""``score --compare``: two entries side by side, with the interval of their difference."""
+"""``score --compare``: two submissions side by side, with the interval of their difference."""
 
 from __future__ import annotations
 
@@ -17,10 +17,13 @@ Write = Callable[..., Path]
 
 
 def test_compare_gives_the_interval_of_the_difference(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     better = lambda p, run, stage, j, e: 100.0 * stage + 10 * j + run + e / 8 + 50  # noqa: E731
-    first, second = submission(name="a", value=better, protocols=("sequential",)), submission(name="b")
+    first, second = (
+        make_submission(name="a", value=better, protocols=("sequential",)),
+        make_submission(name="b"),
+    )
     assert cli.main(["--compare", str(first), str(second)]) == 0
     assert [line.rstrip() for line in capsys.readouterr().out.splitlines()][:4] == [
         "hopper-gravity-v0, sequential, budget smoke",
@@ -31,19 +34,19 @@ def test_compare_gives_the_interval_of_the_difference(
 
 
 def test_compare_tells_the_problems_of_a_submission_that_has_some(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    first, second = submission(name="a"), submission(name="b")
+    first, second = make_submission(name="a"), make_submission(name="b")
     (second / "notes.txt").write_text("")
     assert cli.main(["--compare", str(first), str(second)]) == 1
     assert "notes.txt: Unexpected file." in capsys.readouterr().out
 
 
 def test_compare_has_suites_and_the_joint_gap(
-    submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
-    pair = [submission(name=name, groups=bodies, protocols=("sequential", "joint")) for name in "ab"]
+    pair = [make_submission(name=name, groups=bodies, protocols=("sequential", "joint")) for name in "ab"]
     assert cli.main(["--compare", *map(str, pair)]) == 0
     lines = capsys.readouterr().out.splitlines()
     at = lines.index("suite gravity, sequential, budget smoke")
@@ -52,9 +55,9 @@ def test_compare_has_suites_and_the_joint_gap(
 
 
 def test_the_errors_of_compare_have_a_code_a_place_and_a_hint(
-    submission: Write, references: References
+    make_submission: Write, references: References
 ) -> None:
-    first, second = submission(name="a"), submission(name="b", groups=("humanoid-gravity",))
+    first, second = make_submission(name="a"), make_submission(name="b", groups=("humanoid-gravity",))
     cards = [score_folder(folder, references) for folder in (first, second)]
     with pytest.raises(BenchError) as different:
         compare(*cards)
@@ -68,10 +71,10 @@ def test_the_errors_of_compare_have_a_code_a_place_and_a_hint(
     )
 
 
-def test_the_document_of_a_comparison_by_hand(submission: Write, references: References) -> None:
+def test_the_document_of_a_comparison_by_hand(make_submission: Write, references: References) -> None:
     # With the expert 1000, p[5][j] is (500 + run) / 1000, and .05 less in b.
-    higher = submission(name="a", value=lambda p, run, stage, j, e: 100.0 * stage + run)
-    lower = submission(name="b", value=lambda p, run, stage, j, e: 100.0 * stage + run - 50)
+    higher = make_submission(name="a", value=lambda p, run, stage, j, e: 100.0 * stage + run)
+    lower = make_submission(name="b", value=lambda p, run, stage, j, e: 100.0 * stage + run - 50)
     comparison = compare(*(score_folder(folder, references) for folder in (higher, lower)))
     assert (comparison.format, comparison.first, comparison.second) == (1, "a", "b")
     assert comparison.suites == {}

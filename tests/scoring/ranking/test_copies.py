@@ -1,4 +1,4 @@
-"""Duplicates: entries that share most of their episodes, whatever was changed in the copy."""
+"""Duplicates: submissions that share most of their episodes, whatever was changed in the copy."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.rollouts.reader import read
-from gym_extensions.rollouts.review import Decision
-from gym_extensions.rollouts.run import PolicyFile
-from gym_extensions.scoring.entry.sketches import Sketch, is_common, run_sketches
-from gym_extensions.scoring.ranking.copies import duplicate_entries
+from gym_extensions.scoring.ranking.copies import duplicate_submissions
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.sketches import Sketch, is_common, run_sketches
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import Decision
+from gym_extensions.submissions.run import PolicyFile
 
-from ..entries import GROUP, KEY, Enter, at_level
+from ..made_submissions import GROUP, KEY, Enter, at_level
 
 RUNS = (0, 1, 2)
 
@@ -59,38 +59,38 @@ OTHERS: dict[str, Value] = {
 
 @pytest.mark.parametrize("change", COPIES)
 def test_a_changed_copy_is_recognized(sketches: Callable[..., tuple[Sketch, ...]], change: str) -> None:
-    entries = {"copy": sketches("copy", COPIES[change]), "original": sketches("original")}
-    assert duplicate_entries(entries) == {"original": "copy"}
+    submissions = {"copy": sketches("copy", COPIES[change]), "original": sketches("original")}
+    assert duplicate_submissions(submissions) == {"original": "copy"}
 
 
 @pytest.mark.parametrize("change", OTHERS)
-def test_other_episodes_after_the_last_stage_are_another_entry(
+def test_other_episodes_after_the_last_stage_are_another_submission(
     sketches: Callable[..., tuple[Sketch, ...]], change: str
 ) -> None:
     """Methods that differ from the second task on share the episodes of the first stages."""
-    assert duplicate_entries({"a": sketches("a"), "b": sketches("b", OTHERS[change])}) == {}
+    assert duplicate_submissions({"a": sketches("a"), "b": sketches("b", OTHERS[change])}) == {}
 
 
 def test_a_copy_with_further_runs_is_recognized(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
-    entries = {"copy": sketches("copy", runs=tuple(range(8))), "original": sketches("original")}
-    assert duplicate_entries(entries) == {"original": "copy"}
+    submissions = {"copy": sketches("copy", runs=tuple(range(8))), "original": sketches("original")}
+    assert duplicate_submissions(submissions) == {"original": "copy"}
 
 
 def test_in_navigation_a_copy_has_the_same_policies(make_submission: Callable[..., Path]) -> None:
     """Agents that stand still have equal episodes there: those show nothing."""
     folder = make_submission(value=lambda protocol, run, *_: 1.0 + run, runs=RUNS, protocols=("sequential",))
-    entry = replace(read(folder).groups[GROUP], group=GROUPS["nav-state"])
+    submission = replace(read(folder).groups[GROUP], group=GROUPS["nav-state"])
 
     def published(digest: str | None) -> tuple[Sketch, ...]:
         runs = {
             run: msgspec.structs.replace(document, policies=digest and PolicyFile(sha256=digest * 64, size=1))
-            for run, document in entry.runs["sequential"].items()
+            for run, document in submission.runs["sequential"].items()
         }
-        return run_sketches(replace(entry, runs={"sequential": runs}), "sequential")
+        return run_sketches(replace(submission, runs={"sequential": runs}), "sequential")
 
-    assert duplicate_entries({"still": published("a"), "other": published("b")}) == {}
-    assert duplicate_entries({"still": published("a"), "copy": published("a")}) == {"copy": "still"}
-    assert duplicate_entries({"still": published(None), "other": published(None)}) == {}
+    assert duplicate_submissions({"still": published("a"), "other": published("b")}) == {}
+    assert duplicate_submissions({"still": published("a"), "copy": published("a")}) == {"copy": "still"}
+    assert duplicate_submissions({"still": published(None), "other": published(None)}) == {}
 
 
 def test_an_equal_sequential_log_is_a_copy_and_an_equal_single_or_joint_log_is_not(enter: Enter) -> None:
@@ -103,7 +103,7 @@ def test_an_equal_sequential_log_is_a_copy_and_an_equal_single_or_joint_log_is_n
 
 def test_a_copy_follows_the_first_by_name_without_a_rank(enter: Enter) -> None:
     made = board([enter(name, 500) for name in ("original", "copied", "again")] + [enter("other", 501)], KEY)
-    assert [(entry.name, entry.duplicate_of, entry.ranked) for entry in made.rows] == [
+    assert [(submission.name, submission.duplicate_of, submission.ranked) for submission in made.rows] == [
         ("other", None, True),
         ("again", None, True),
         ("copied", "again", False),
@@ -113,13 +113,13 @@ def test_a_copy_follows_the_first_by_name_without_a_rank(enter: Enter) -> None:
     assert made.ranked == 2
 
 
-def test_of_identical_entries_the_verified_one_counts(enter: Enter) -> None:
+def test_of_identical_submissions_the_verified_one_counts(enter: Enter) -> None:
     claimed = at_level(enter("a", 500), "claimed")
     rows = board([claimed, enter("b", 500)], KEY).rows
-    assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
+    assert [(submission.name, submission.duplicate_of) for submission in rows] == [("b", None), ("a", "b")]
 
 
-def test_of_identical_verified_entries_the_one_that_was_accepted_first_counts(enter: Enter) -> None:
+def test_of_identical_verified_submissions_the_one_that_was_accepted_first_counts(enter: Enter) -> None:
     def accepted(name: str, date: str) -> Scorecard:
         return replace(
             enter(name, 500), decisions=(Decision(action="accepted", by="M.", date=date, reason=""),)
@@ -130,7 +130,10 @@ def test_of_identical_verified_entries_the_one_that_was_accepted_first_counts(en
         [enter("a", 500), accepted("b", "2026-01-01")],
     ):
         rows = board(cards, KEY).rows
-        assert [(entry.name, entry.duplicate_of) for entry in rows] == [("b", None), ("a", "b")]
+        assert [(submission.name, submission.duplicate_of) for submission in rows] == [
+            ("b", None),
+            ("a", "b"),
+        ]
 
 
 @pytest.mark.parametrize(("count", "expected"), [(16, True), (6, True), (5, False), (0, False)])
@@ -140,10 +143,10 @@ def test_with_half_of_the_episodes_in_common_a_third_of_all_digests_is(count: in
     assert is_common(first, second) == expected
 
 
-def test_each_duplicate_names_the_first_entry_that_it_copies() -> None:
+def test_each_duplicate_names_the_first_submission_that_it_copies() -> None:
     one, two = [sketch(1)], [sketch(2)]
-    assert duplicate_entries({"c": one, "a": one, "b": one}) == {"a": "c", "b": "c"}
-    assert duplicate_entries({"a": one, "b": two, "c": one, "d": two}) == {"c": "a", "d": "b"}
+    assert duplicate_submissions({"c": one, "a": one, "b": one}) == {"a": "c", "b": "c"}
+    assert duplicate_submissions({"a": one, "b": two, "c": one, "d": two}) == {"c": "a", "d": "b"}
     for first, second in ("ab", "ba"):
-        assert duplicate_entries({first: one, second: two, "copy": [*two, *one]}) == {"copy": first}
-    assert duplicate_entries({"a": [], "b": [], "c": [()], "d": [()]}) == {}
+        assert duplicate_submissions({first: one, second: two, "copy": [*two, *one]}) == {"copy": first}
+    assert duplicate_submissions({"a": [], "b": [], "c": [()], "d": [()]}) == {}

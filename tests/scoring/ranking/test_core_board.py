@@ -12,10 +12,10 @@ import pytest
 from scipy import stats
 
 from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.rollouts.run import Memory
-from gym_extensions.rollouts.submission import consecutive
-from gym_extensions.scoring.formulas import METRICS, MetricValue
-from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair
+from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.metrics.statistics import ALPHA
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.ranking.core_board import (
     LOOKS,
     MARGIN,
@@ -29,9 +29,10 @@ from gym_extensions.scoring.ranking.core_board import (
     ranks,
 )
 from gym_extensions.scoring.scorecard import GroupScore, RunProvenance, Scorecard
-from gym_extensions.scoring.statistics import ALPHA
+from gym_extensions.submissions.run import Memory
+from gym_extensions.submissions.submission import consecutive
 
-from ..entries import Enter, at_level
+from ..made_submissions import Enter, at_level
 
 GROUPS = CORES[CORE]
 FINAL = "final_performance"
@@ -121,7 +122,7 @@ def test_equivalent_means_an_interval_inside_the_margin(
 
 @pytest.fixture
 def on_core(enter: Enter) -> OnCore:
-    """Makes the scorecard of an entry with these final performances of runs 0, 1, … in each group."""
+    """Makes the scorecard of a submission with these final performances of runs 0, 1, … in each group."""
     card = enter("a", 300)
     log = card.groups["hopper-gravity-v0"]["sequential"]
 
@@ -170,8 +171,8 @@ def board_of(cards: Sequence[Scorecard]) -> CoreBoard:
     return made
 
 
-def row(board: CoreBoard, name: str) -> CoreEntry:
-    return next(entry for entry in board.rows if entry.name == name)
+def row(board: CoreBoard, name: str) -> CoreRow:
+    return next(submission for submission in board.rows if submission.name == name)
 
 
 def pair_of(board: CoreBoard, first: str, second: str, metric: str = FINAL) -> CorePair:
@@ -184,7 +185,7 @@ def test_a_board_has_one_row_per_method_and_every_pair(on_core: OnCore) -> None:
     levels = {"low": 0.2, "high": 0.9, "near": 0.88}
     board = board_of([on_core(name, normal(seed, mean)) for seed, (name, mean) in enumerate(levels.items())])
     assert (board.suite, board.groups, board.looks, board.ranked) == ("core-v1", GROUPS, LOOKS, 3)
-    assert [entry.name for entry in board.rows][-1] == "low"
+    assert [submission.name for submission in board.rows][-1] == "low"
     assert row(board, "low").metrics[FINAL].rank == (3, 3)
     assert row(board, "high").metrics[FINAL].rank == (1, 2)
     assert {pair_of(board, "low", other).verdict for other in ("high", "near")} == {"separated"}
@@ -194,25 +195,32 @@ def test_a_board_has_one_row_per_method_and_every_pair(on_core: OnCore) -> None:
     assert mean == pytest.approx(np.mean(list(normal(1, 0.9).values())), rel=1e-12)
 
 
-def test_an_entry_with_part_of_the_core_is_shown_without_a_core_score(on_core: OnCore) -> None:
+def test_a_submission_with_part_of_the_core_is_shown_without_a_core_score(on_core: OnCore) -> None:
     part = {group: values for group, values in normal(1, 0.5).items() if group != GROUPS[2]}
     board = board_of([on_core("part", part), on_core("whole", normal(2, 0.5))])
     assert [each.name for each in board.rows] == ["whole", "part"]
-    entry = row(board, "part")
-    assert (entry.ranked, entry.missing, entry.metrics[FINAL].mean) == (False, (GROUPS[2],), None)
-    assert entry.groups[GROUPS[0]].mean == pytest.approx(np.mean(part[GROUPS[0]]))
-    assert entry.notes == (f"partial-core: It has no sequential runs of {GROUPS[2]}.",)
-    assert entry.cost.steps is None
+    submission = row(board, "part")
+    assert (submission.ranked, submission.missing, submission.metrics[FINAL].mean) == (
+        False,
+        (GROUPS[2],),
+        None,
+    )
+    assert submission.groups[GROUPS[0]].mean == pytest.approx(np.mean(part[GROUPS[0]]))
+    assert submission.notes == (f"partial-core: It has no sequential runs of {GROUPS[2]}.",)
+    assert submission.cost.steps is None
 
 
-def test_an_entry_without_a_score_in_a_group_says_why(on_core: OnCore) -> None:
+def test_a_submission_without_a_score_in_a_group_says_why(on_core: OnCore) -> None:
     card = on_core("a", normal(1, 0.5))
     log = card.groups[GROUPS[1]]["sequential"]
     none = MetricValue(why="A task is open.")
     without = replace(log, metrics={**log.metrics, FINAL: none})
     card = replace(card, groups={**card.groups, GROUPS[1]: {"sequential": without}})
-    entry = row(board_of([card, on_core("b", normal(2, 0.5))]), "a")
-    assert (entry.ranked, entry.metrics[FINAL].why) == (False, f"No score in {GROUPS[1]}: A task is open.")
+    submission = row(board_of([card, on_core("b", normal(2, 0.5))]), "a")
+    assert (submission.ranked, submission.metrics[FINAL].why) == (
+        False,
+        f"No score in {GROUPS[1]}: A task is open.",
+    )
 
 
 def test_runs_beyond_a_look_and_different_numbers_are_noted_and_not_compared(on_core: OnCore) -> None:
@@ -256,11 +264,11 @@ def test_runs_that_are_not_verified_yet_wait_and_change_nothing(on_core: OnCore)
 
 def test_a_missing_number_keeps_the_earlier_look(on_core: OnCore) -> None:
     numbers = {GROUPS[0]: (0, 1, 2, 3, 4, 5, 6, 8, 9, 10)}
-    entry = row(board_of([on_core("a", normal(1, 0.5, 10), runs=numbers)]), "a")
-    assert (entry.look, entry.groups[GROUPS[0]].runs) == (5, 7)
+    submission = row(board_of([on_core("a", normal(1, 0.5, 10), runs=numbers)]), "a")
+    assert (submission.look, submission.groups[GROUPS[0]].runs) == (5, 7)
 
 
-def test_entries_are_paired_if_they_start_alike(on_core: OnCore) -> None:
+def test_submissions_are_paired_if_they_start_alike(on_core: OnCore) -> None:
     cards = [
         on_core("base", normal(1, 0.5), parent="trpo"),
         on_core("alike", normal(2, 0.5), parent="trpo"),
@@ -270,7 +278,7 @@ def test_entries_are_paired_if_they_start_alike(on_core: OnCore) -> None:
     assert [pair_of(board, "base", name).paired for name in ("alike", "other")] == [True, False]
 
 
-def test_a_claimed_entry_and_a_copy_have_no_rank(on_core: OnCore) -> None:
+def test_a_claimed_submission_and_a_copy_have_no_rank(on_core: OnCore) -> None:
     claimed = at_level(on_core("claimed", normal(1, 0.9)), "claimed")
     original, copy = (on_core(name, normal(2, 0.5)) for name in ("a", "b"))
     sketches = tuple(tuple(f"{run} {part}" for part in range(16)) for run in range(5))
@@ -285,7 +293,7 @@ def test_a_claimed_entry_and_a_copy_have_no_rank(on_core: OnCore) -> None:
         for card in (original, copy)
     )
     board = board_of([claimed, first, second])
-    assert [entry.name for entry in board.rows if entry.ranked] == ["a"]
+    assert [submission.name for submission in board.rows if submission.ranked] == ["a"]
     assert row(board, "b").why == "Has most episodes of a."
     assert row(board, "claimed").why.startswith("Claimed")
 
@@ -321,7 +329,8 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
             }
         return replace(card, groups=groups)
 
-    # One run of the first group states its time; the first of each states the largest memory of its entry.
+    # One run of the first group states its time; the first of each states the largest memory of its
+    # submission.
     cost = board_of([costs(card)]).rows[0].cost
     assert (cost.steps, cost.cpu_seconds) == (7000, 10 + 6 * 12)
     assert (cost.peak_memory_mb, cost.stored_steps, cost.parameters) == (54, 7, 4)

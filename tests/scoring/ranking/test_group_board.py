@@ -13,32 +13,35 @@ import pytest
 from scipy import stats
 
 from gym_extensions.catalog.groups import group
+from gym_extensions.metrics.formulas import BOARD_METRICS, BY_NAME
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import Reference, References, trained_alone
-from gym_extensions.rollouts.review import Action, Decision
-from gym_extensions.scoring.formulas import BOARD_METRICS, BY_NAME, MetricValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import (
     Board,
-    BoardEntry,
     BoardKey,
+    BoardRow,
     BoardsDocument,
     Versus,
     board_keys,
 )
 from gym_extensions.scoring.ranking.group_board import board, boards
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.submissions.review import Action, Decision
 
 from ...conftest import MANIFEST
-from ..entries import GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
+from ..made_submissions import GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
 
 
-def test_scores_are_those_of_the_scorecards_and_do_not_move_when_an_entry_joins(enter: Enter) -> None:
+def test_scores_are_those_of_the_scorecards_and_do_not_move_when_a_submission_joins(enter: Enter) -> None:
     first, second, third = enter("a", 300), enter("b", 600), enter("c", 613)
 
     def scores(made: Board) -> dict[str, dict[str, tuple[float | None, ...]]]:
         return {
-            entry.name: {name: (value.mean, value.low, value.high) for name, value in entry.metrics.items()}
-            for entry in made.rows
+            submission.name: {
+                name: (value.mean, value.low, value.high) for name, value in submission.metrics.items()
+            }
+            for submission in made.rows
         }
 
     before, after = board([first, second], KEY), board([third, first, second], KEY)
@@ -60,14 +63,14 @@ def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) ->
     ]
 
 
-def test_a_reported_entry_is_on_a_board_without_a_rank() -> None:
+def test_a_reported_submission_is_on_a_board_without_a_rank() -> None:
     card = score_folder(Path(__file__).parents[3] / "submissions" / "henderson2017-trpo")
     made = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))
     assert (made.ranked, made.rows[0].why) == (0, "Reported from a publication: no logs.")
     assert made.rows[0].metrics["final_performance"].mean is None
 
 
-def test_the_order_of_the_entries_does_not_matter(enter: Enter) -> None:
+def test_the_order_of_the_submissions_does_not_matter(enter: Enter) -> None:
     """In any order, ties in final performance included, which the name decides."""
     cards = [enter("b", 500), enter("a", 500), enter("high", 900), enter("few", 500, runs=(0, 1))]
     made = [boards(order) for order in permutations(cards)]
@@ -75,20 +78,20 @@ def test_the_order_of_the_entries_does_not_matter(enter: Enter) -> None:
     assert all(other == made[0] for other in made)
 
 
-def test_an_entry_on_a_suite_has_the_fewest_runs_of_its_groups(enter: Enter) -> None:
+def test_a_submission_on_a_suite_has_the_fewest_runs_of_its_groups(enter: Enter) -> None:
     card = on_gravity(enter("a", 300), 0.5)
     few = replace(card.groups[GROUP]["sequential"], runs=(0, 1, 2))
     card = replace(card, groups={**card.groups, GROUP: {"sequential": few}})
-    (entry,) = board([card], BoardKey("gravity", "sequential", "100k", False)).rows
-    assert (entry.runs, entry.why) == (3, "Fewer than 5 runs.")
+    (submission,) = board([card], BoardKey("gravity", "sequential", "100k", False)).rows
+    assert (submission.runs, submission.why) == (3, "Fewer than 5 runs.")
 
 
-def versus_next(entry: BoardEntry) -> Versus:
-    assert entry.vs_next is not None
-    return entry.vs_next
+def versus_next(submission: BoardRow) -> Versus:
+    assert submission.vs_next is not None
+    return submission.vs_next
 
 
-def test_entries_are_sorted_by_final_performance_and_ranked_by_intervals(enter: Enter) -> None:
+def test_submissions_are_sorted_by_final_performance_and_ranked_by_intervals(enter: Enter) -> None:
     made = board([enter("low", 200), enter("high", 900), enter("tied", 901)], KEY)
     assert names(made) == ["tied", "high", "low"]
     assert final_ranks(made) == [(1, 2), (1, 2), (3, 3)]
@@ -97,20 +100,24 @@ def test_entries_are_sorted_by_final_performance_and_ranked_by_intervals(enter: 
     assert (versus_next(tied).name, versus_next(tied).separated) == ("high", False)
     assert versus_next(high).separated
     assert low.vs_next is None
-    assert [entry.why for entry in made.rows] == ["", "", ""]
-    assert [entry.runs for entry in made.rows] == [5, 5, 5]
+    assert [submission.why for submission in made.rows] == ["", "", ""]
+    assert [submission.runs for submission in made.rows] == [5, 5, 5]
 
 
 def test_a_row_has_what_the_manifest_states(enter: Enter) -> None:
     card = enter("a", 500)
-    (entry,) = board([card], KEY).rows
+    (submission,) = board([card], KEY).rows
     assert card.manifest is not None
     stated = card.manifest
-    assert (entry.steps, entry.evaluation) == ("recorded", "sampled")
-    assert (entry.authors, entry.observes, entry.memory) == (stated.authors, stated.observes, stated.memory)
+    assert (submission.steps, submission.evaluation) == ("recorded", "sampled")
+    assert (submission.authors, submission.observes, submission.memory) == (
+        stated.authors,
+        stated.observes,
+        stated.memory,
+    )
 
 
-def test_entries_with_fewer_runs_are_below_without_a_rank_and_count_nowhere(enter: Enter) -> None:
+def test_submissions_with_fewer_runs_are_below_without_a_rank_and_count_nowhere(enter: Enter) -> None:
     made = board(
         [at_level(enter("few", 950, runs=(0, 1)), "verified"), enter("low", 200), enter("high", 900)], KEY
     )
@@ -119,7 +126,7 @@ def test_entries_with_fewer_runs_are_below_without_a_rank_and_count_nowhere(ente
     assert made.rows[2].why == "Fewer than 5 runs."
 
 
-def test_an_entry_that_learned_nothing_has_no_rank_for_forgetting(enter: Enter) -> None:
+def test_a_submission_that_learned_nothing_has_no_rank_for_forgetting(enter: Enter) -> None:
     idle = enter("idle", 0, value=lambda p, run, stage, j, e: float((run * 7 + stage * 3 + j + e) % 11) - 5)
     learner, still = board([idle, enter("learner", 900)], KEY).rows
     assert still.metrics["forgetting"].rank_note == "nothing learned to forget"
@@ -136,19 +143,19 @@ def test_the_joint_gap_is_ranked_with_five_joint_runs(enter: Enter) -> None:
     four = {name: replace(value, runs=value.runs[:4]) for name, value in joint.metrics.items()}
     protocols = {**few.groups[GROUP], "joint": replace(joint, metrics=four)}
     made = board([*cards, replace(few, groups={GROUP: protocols})], KEY)
-    ranks = {entry.name: entry.metrics["joint_gap"].rank for entry in made.rows}
+    ranks = {submission.name: submission.metrics["joint_gap"].rank for submission in made.rows}
     # Joint returns are a fifth of the sequential ones: the gap is −.8 level, and lower is better.
     assert ranks == {"high": (1, 1), "low": (2, 2), "without": None, "few": None}
 
 
-def test_each_ranked_entry_is_compared_with_the_first_over_m_minus_1_tests(enter: Enter) -> None:
+def test_each_ranked_submission_is_compared_with_the_first_over_m_minus_1_tests(enter: Enter) -> None:
     first, near, far = board([enter("a", 900), enter("b", 899), enter("c", 100)], KEY).rows
     assert first.vs_leader is None
     assert near.vs_leader is not None
     assert far.vs_leader is not None
     assert (near.vs_leader.name, near.vs_leader.separated) == ("a", False)
     assert (far.vs_leader.name, far.vs_leader.separated) == ("a", True)
-    a, c = (entry.metrics["final_performance"].mean for entry in (first, far))
+    a, c = (submission.metrics["final_performance"].mean for submission in (first, far))
     assert a is not None
     assert c is not None
     assert far.vs_leader.difference.mean == pytest.approx(a - c)
@@ -161,16 +168,16 @@ def with_metrics(card: Scorecard, **values: MetricValue) -> Scorecard:
     return replace(card, groups={GROUP: {"sequential": changed}})
 
 
-def test_an_entry_without_final_performance_has_its_reason_and_no_rank(enter: Enter) -> None:
+def test_a_submission_without_final_performance_has_its_reason_and_no_rank(enter: Enter) -> None:
     card = with_metrics(enter("a", 300), final_performance=MetricValue(why="Every task is open."))
-    (entry,) = board([card], KEY).rows
-    assert (entry.ranked, entry.why) == (False, "Every task is open.")
-    assert entry.metrics["learning_performance"].mean is not None
+    (submission,) = board([card], KEY).rows
+    assert (submission.ranked, submission.why) == (False, "Every task is open.")
+    assert submission.metrics["learning_performance"].mean is not None
 
 
 def test_a_rank_needs_verified_logs(enter: Enter) -> None:
     made = board([at_level(enter("claimed", 900), "claimed"), enter("verified", 100)], KEY)
-    assert [(entry.name, entry.level, entry.ranked) for entry in made.rows] == [
+    assert [(submission.name, submission.level, submission.ranked) for submission in made.rows] == [
         ("verified", "verified", True),
         ("claimed", "claimed", False),
     ]
@@ -182,30 +189,30 @@ def test_a_rank_needs_verified_logs(enter: Enter) -> None:
 def test_a_metric_that_needs_other_runs_is_ranked_only_if_they_are_verified(enter: Enter) -> None:
     both = enter("a", 300, protocols=("sequential", "single", "joint"))
     for protocol, metric in (("single", "asymptotic_transfer"), ("joint", "joint_gap")):
-        (entry,) = board([at_level(both, "claimed", protocol)], KEY).rows
-        assert entry.metrics[metric].rank is None
-        assert protocol in entry.metrics[metric].rank_note
-        assert entry.metrics["final_performance"].rank == (1, 1)
-    (entry,) = board([both], KEY).rows
-    assert (entry.metrics["joint_gap"].rank, entry.metrics["joint_gap"].rank_note) == ((1, 1), "")
+        (submission,) = board([at_level(both, "claimed", protocol)], KEY).rows
+        assert submission.metrics[metric].rank is None
+        assert protocol in submission.metrics[metric].rank_note
+        assert submission.metrics["final_performance"].rank == (1, 1)
+    (submission,) = board([both], KEY).rows
+    assert (submission.metrics["joint_gap"].rank, submission.metrics["joint_gap"].rank_note) == ((1, 1), "")
 
 
-def test_a_metric_with_fewer_runs_than_the_entry_has_a_note_and_no_rank(enter: Enter) -> None:
+def test_a_metric_with_fewer_runs_than_the_submission_has_a_note_and_no_rank(enter: Enter) -> None:
     card = with_metrics(enter("a", 300), forward_transfer_auc=MetricValue(0.3, runs=(0.1, 0.3, 0.5)))
-    (entry,) = board([card], KEY).rows
-    value = entry.metrics["forward_transfer_auc"]
-    assert entry.ranked
+    (submission,) = board([card], KEY).rows
+    value = submission.metrics["forward_transfer_auc"]
+    assert submission.ranked
     assert (value.mean, value.rank, value.rank_note) == (0.3, None, "fewer than 5 runs")
     card = enter("b", 300, protocols=("sequential", "joint"))
     joint = card.groups[GROUP]["joint"]
     fewer = {name: replace(each, runs=each.runs[:3]) for name, each in joint.metrics.items()}
     groups = {GROUP: {**card.groups[GROUP], "joint": replace(joint, metrics=fewer)}}
-    (entry,) = board([replace(card, groups=groups)], KEY).rows
-    gap = entry.metrics["joint_gap"]
+    (submission,) = board([replace(card, groups=groups)], KEY).rows
+    gap = submission.metrics["joint_gap"]
     assert (gap.mean is None, gap.rank, gap.rank_note) == (False, None, "fewer than 5 runs")
 
 
-def test_a_withdrawn_entry_is_on_no_board_and_an_accepted_one_has_its_date(enter: Enter) -> None:
+def test_a_withdrawn_submission_is_on_no_board_and_an_accepted_one_has_its_date(enter: Enter) -> None:
     def decided(action: Action) -> Scorecard:
         decision = Decision(action=action, by="M.", date="2026-01-02", reason="why")
         return replace(enter("a", 300), decisions=(decision,))
@@ -272,7 +279,7 @@ def test_the_reference_agent_on_each_task_alone_is_a_row(enter: Enter, reference
     assert made.ranked == 1
 
 
-def test_without_its_budget_or_beside_an_entry_of_that_name_there_is_no_row_alone(
+def test_without_its_budget_or_beside_a_submission_of_that_name_there_is_no_row_alone(
     enter: Enter, references: References
 ) -> None:
     card = enter("a", 300)
@@ -299,7 +306,7 @@ def test_every_pair_has_welchs_interval_and_p_value_of_every_metric_of_both(ente
     assert (alone.low, alone.high, alone.p_value) == (None, None, None)
 
 
-def test_a_row_names_the_other_entries_of_its_author_and_family(
+def test_a_row_names_the_other_submissions_of_its_author_and_family(
     tmp_path: Path, make_submission: Callable[..., Path]
 ) -> None:
     for name, author, algorithm in [

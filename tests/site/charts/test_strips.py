@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gym_extensions.scoring.formulas import MetricValue
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.site.charts.strips import dumbbell, metric_scale, strip
 from gym_extensions.site.charts.svg import Scale
 

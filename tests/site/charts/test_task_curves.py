@@ -10,7 +10,7 @@ import pytest
 
 from gym_extensions.site.charts import profiles, task_curves
 from gym_extensions.site.charts.svg import Scale
-from gym_extensions.site.entry_results import results_of
+from gym_extensions.site.submission_results import results_of
 
 from ..browser import Reader, files, typed
 
@@ -42,9 +42,9 @@ HOSTILE = '"><script>alert(1)</script>'
 OPEN = "Every task of this group is open: no expert is known that is clearly better than the floor."
 
 
-def scores(document: dict[str, Any], entry: int = 0) -> dict[str, Any]:
-    """The sequential scores of an entry on the Hopper gravity group."""
-    groups = document["submissions"][entry]["groups"]
+def scores(document: dict[str, Any], submission: int = 0) -> dict[str, Any]:
+    """The sequential scores of a submission on the Hopper gravity group."""
+    groups = document["submissions"][submission]["groups"]
     sequential: dict[str, Any] = groups["hopper-gravity-v0"]["sequential"]
     return sequential
 
@@ -63,14 +63,16 @@ def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, A
         assert label in texts
 
 
-@pytest.mark.parametrize("entry", ["Title & sons", HOSTILE])
-def test_the_title_of_an_entry_is_escaped_in_the_drawing(document: dict[str, Any], entry: str) -> None:
-    document["submissions"][0]["title"] = entry
+@pytest.mark.parametrize("submission", ["Title & sons", HOSTILE])
+def test_the_title_of_a_submission_is_escaped_in_the_drawing(
+    document: dict[str, Any], submission: str
+) -> None:
+    document["submissions"][0]["title"] = submission
     scores(document).update(profile={"tau": TAUS, "fraction": SHARES}, iqm=0.4321)
     page = dict(files(document))[GROUP]
     assert page.count("<script") == page.count("static/regions.js")
     svg = '<svg class="profile"' + page.split('<svg class="profile"')[1].split("</svg>")[0] + "</svg>"
-    assert ElementTree.fromstring(svg).findtext("polyline/title") == entry
+    assert ElementTree.fromstring(svg).findtext("polyline/title") == submission
 
 
 def test_without_a_profile_the_page_says_why(document: dict[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""The site of the browser tests: entries of every level, long names, a long board, poses."""
+"""The site of the browser tests: submissions of every level, long names, a long board, poses."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Any
 import pytest
 
 from gym_extensions.references import load_references
-from gym_extensions.scoring.poses import write
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES as PAGES_OF_SITE
 from gym_extensions.site.pages.page import Draft, Render
 from gym_extensions.site.play.mujoco_wasm import FOLDER, load
+from gym_extensions.submissions.poses import write
 
 from ..browser import typed
-from ..conftest import everything, learner, sequential, submission
+from ..conftest import everything, learner, make_submission, sequential
 from ..pages.test_core import GROUPS, method
 from ..play.test_assets import write_runs
 from ..play.test_watch import poses_of
@@ -25,7 +25,7 @@ ASSETS = Path(__file__).parents[3] / FOLDER
 """The simulator of Play, where ``make site-assets`` has fetched it."""
 TASK = "tasks/hopperwall-v0.html"
 MANY = "many-"
-"""The prefix of the entries that fill a long board; their own pages are not written."""
+"""The prefix of the submissions that fill a long board; their own pages are not written."""
 
 PAGES = {
     "overview": "index.html",
@@ -36,10 +36,10 @@ PAGES = {
     "long board": "boards/walker2d-gravity-v0-sequential-100k.html",
     "tasks": "tasks.html",
     "task": TASK,
-    "entries": "entries.html",
-    "entry": "submissions/agile.html",
-    "entry of several groups": "submissions/keeper.html",
-    "refused entry": "submissions/broken.html",
+    "submissions": "submissions.html",
+    "submission": "submissions/agile.html",
+    "submission of several groups": "submissions/keeper.html",
+    "refused submission": "submissions/broken.html",
     "compare": "compare.html",
     "play": "play.html",
     "metrics": "metrics.html",
@@ -47,7 +47,7 @@ PAGES = {
     "references": "references.html",
 }
 """One page of every kind, by path."""
-QUICK = ("overview", "group", "entry")
+QUICK = ("overview", "group", "submission")
 """The kinds that also run in ``make test``: text, a table with drawings, charts and players."""
 KINDS = [
     pytest.param(path, id=kind, marks=() if kind in QUICK else pytest.mark.slow)
@@ -63,7 +63,7 @@ def write_site(folder: Path) -> Path:
     methods = [method("keeps", 0.8, 0.98), method("loses", 0.8, 0.5), method("lacks", 0.9, 0.9, GROUPS[:3])]
     methods[1]["title"] = "W" * 200
     document["submissions"] = sorted(
-        document["submissions"] + many + methods, key=lambda entry: entry["name"]
+        document["submissions"] + many + methods, key=lambda submission: submission["name"]
     )
     write(write_runs(folder.parent / "agile"), "hopper-gravity", poses_of(document))
     references = load_references()
@@ -83,4 +83,4 @@ def write_site(folder: Path) -> Path:
 
 def _many(index: int) -> dict[str, Any]:
     scores = sequential("walker2d-gravity", learner(0.3 + index / 100, 0.9, 2))
-    return submission(f"{MANY}{index:02d}", {"walker2d-gravity-v0": {"sequential": scores}})
+    return make_submission(f"{MANY}{index:02d}", {"walker2d-gravity-v0": {"sequential": scores}})

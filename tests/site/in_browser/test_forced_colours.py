@@ -90,7 +90,7 @@ def forced(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Page]:
     context.close()
 
 
-@pytest.mark.parametrize("kind", ["group", "entry"])
+@pytest.mark.parametrize("kind", ["group", "submission"])
 def test_marks_badges_and_focus_are_visible(forced: Page, address: str, kind: str) -> None:
     forced.goto(address + PAGES[kind])
     assert {name: forced.evaluate(code) for name, code in CHECKS.items()} == {name: [] for name in CHECKS}

@@ -62,7 +62,7 @@ CUT_CAPTIONS = """() => [...document.querySelectorAll(".scroll caption")].filter
   const whole = style.maskImage === "none" ? Infinity : parseFloat(style.getPropertyValue("--caption"));
   return whole < e.offsetHeight || e.getBoundingClientRect().right > region.getBoundingClientRect().right + 1;
 }).map((e) => e.textContent)"""
-COPIES = f"[data-entry^={MANY}]:nth-child(n+13), .lean tbody tr:nth-child(n+13)"
+COPIES = f"[data-submission^={MANY}]:nth-child(n+13), .lean tbody tr:nth-child(n+13)"
 """The rows of a long table that differ from the rows before them in their numbers alone."""
 ON_SCREEN = {
     "wider than the screen": WIDE,

@@ -40,7 +40,7 @@ def test_a_page_loads_from_a_file_without_a_message(page: Page, address: str, pa
     assert reports(page, address, path) == []
 
 
-@pytest.mark.parametrize("kind", ["overview", "entry"])
+@pytest.mark.parametrize("kind", ["overview", "submission"])
 def test_a_page_loads_below_a_path_of_a_server(page: Page, http_address: str, kind: str) -> None:
     assert reports(page, http_address, PAGES[kind]) == []
 

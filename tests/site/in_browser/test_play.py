@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from gym_extensions import experts
 from gym_extensions.catalog.tasks import task
 from gym_extensions.catalog.variations import Wall
 from gym_extensions.envs.mujoco.env import TaskEnv
+from gym_extensions.references import experts
 from gym_extensions.site.play.assets import policy_file
 
 from ..play.test_assets import hopper_policy
@@ -229,9 +229,9 @@ def test_a_link_chooses_a_run_and_other_choices_are_shown_after_their_last_stage
 ) -> None:
     index = page.request.get(f"{http_address}play/index.json").json()
     groups = {group["id"]: group for group in index["groups"]}
-    groups["hopper-body-v0"]["entries"] = groups["hopper-gravity-v0"]["entries"]
+    groups["hopper-body-v0"]["submissions"] = groups["hopper-gravity-v0"]["submissions"]
     page.route("**/index.json", lambda route: route.fulfill(json=index))
-    page.goto(f"{http_address}play.html#?group=hopper-gravity-v0&entry=agile&run=1&stage=2")
+    page.goto(f"{http_address}play.html#?group=hopper-gravity-v0&submission=agile&run=1&stage=2")
     page.locator("#play-load").click()
     page.wait_for_function("() => document.querySelector('.stage-of').value === '2'")
     values = "(menus) => menus.map((menu) => menu.value)"

@@ -22,8 +22,8 @@ DARK_PIXELS = """(canvas) => {
 
 @pytest.fixture
 def panel(visit: Callable[[str], Page]) -> Locator:
-    """The panel of the first task of an entry."""
-    return visit(PAGES["entry"]).locator(".watch").first
+    """The panel of the first task of a submission."""
+    return visit(PAGES["submission"]).locator(".watch").first
 
 
 def test_replay_draws_both_episodes_and_pause_stops_the_time(panel: Locator) -> None:

@@ -19,7 +19,7 @@ SHOWN = ".wide tbody:not(.computed) tr:not([hidden])"
 
 
 def names(page: Page) -> list[str]:
-    """The folders of the shown entries, from top to bottom."""
+    """The folders of the shown submissions, from top to bottom."""
     found: list[str] = page.eval_on_selector_all(
         SHOWN, "rows => rows.map((row) => row.querySelector('i').textContent)"
     )
@@ -53,11 +53,11 @@ def test_a_search_finds_titles_folders_and_algorithms(visit: Visit) -> None:
     page = visit(ALL_ROWS)
     page.get_by_label("Search", exact=True).fill(f"{MANY}07")
     assert names(page) == [f"{MANY}07"]
-    assert page.get_by_role("status").inner_text() == "1 of 53 entries"
-    page.get_by_label("Search", exact=True).fill("no such entry")
+    assert page.get_by_role("status").inner_text() == "1 of 53 submissions"
+    page.get_by_label("Search", exact=True).fill("no such submission")
     assert names(page) == []
     page.get_by_label("Search", exact=True).fill("")
-    assert page.get_by_role("status").inner_text() == "53 entries; the first 50 are below"
+    assert page.get_by_role("status").inner_text() == "53 submissions; the first 50 are below"
 
 
 def test_a_long_table_shows_fifty_rows_until_all_are_wanted(visit: Visit) -> None:
@@ -67,7 +67,7 @@ def test_a_long_table_shows_fifty_rows_until_all_are_wanted(visit: Visit) -> Non
     page.get_by_role("button", name="Show all 53 rows").click()
     wait_for_rows(page, 53)
     assert names(page)[:50] == first
-    assert page.get_by_role("status").inner_text() == "53 entries"
+    assert page.get_by_role("status").inner_text() == "53 submissions"
     assert page.get_by_role("button", name="Show all").count() == 0
     page.reload()
     wait_for_rows(page, 53)
@@ -89,7 +89,7 @@ def test_of_a_long_table_the_next_frame_has_fifty_rows_and_later_ones_the_others
     assert len(names(page)) == 52, "on paper all of them are there"
 
 
-def test_filters_hide_the_other_entries(visit: Visit) -> None:
+def test_filters_hide_the_other_submissions(visit: Visit) -> None:
     page = visit(BOARD)
     chooser(page, "Algorithm").select_option("keeper")
     assert names(page) == ["keeper"]
@@ -98,7 +98,7 @@ def test_filters_hide_the_other_entries(visit: Visit) -> None:
     assert names(page) == ["agile"]
 
 
-def test_two_ticked_entries_are_compared_and_the_address_names_them(visit: Visit) -> None:
+def test_two_ticked_submissions_are_compared_and_the_address_names_them(visit: Visit) -> None:
     page = visit(BOARD)
     assert page.get_by_role("button", name="Compare two").is_disabled()
     page.get_by_label("Compare Agile").check()
@@ -127,7 +127,7 @@ def test_the_answer_over_the_core_comes_first(visit: Visit) -> None:
     assert page.get_by_label("Second").input_value() == "agile", "a link within the page keeps the pair"
     assert "share no group" in page.locator("#compared").inner_text()
     page.get_by_label("Second").select_option("keeps")
-    assert page.locator("#compared").inner_text() == "Choose two different entries."
+    assert page.locator("#compared").inner_text() == "Choose two different submissions."
 
 
 def shown_panels(page: Page) -> list[str | None]:
@@ -141,7 +141,7 @@ def test_tabs_show_one_board_at_a_time_without_script_and_by_keyboard(page: Page
     plain = context.new_page()
     plain.goto(address + GROUP)
     (first,) = shown_panels(plain)
-    assert plain.locator(f"#{first} tbody tr[data-entry]").count() == 3
+    assert plain.locator(f"#{first} tbody tr[data-submission]").count() == 3
     plain.locator(".tabs a", has_text="Tasks").press("Enter")
     assert shown_panels(plain) == ["tasks"]
     plain.go_back()

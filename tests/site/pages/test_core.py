@@ -14,7 +14,7 @@ from gym_extensions.site.pages import core
 from gym_extensions.site.text import split_version
 
 from ..browser import files, read, typed
-from ..conftest import MADE, everything, sequential, submission
+from ..conftest import MADE, everything, make_submission, sequential
 
 GROUPS = [split_version(group_id)[0] for group_id in CORES[CORE]]
 
@@ -22,11 +22,11 @@ GROUPS = [split_version(group_id)[0] for group_id in CORES[CORE]]
 def method(
     name: str, strength: float, keeps: float, groups: Sequence[str] = GROUPS, timed: int = 1
 ) -> dict[str, Any]:
-    """An entry with five runs on groups of the core: what it learns, and which share of it is left."""
+    """A submission with five runs on groups of the core: what it learns, and which share of it is left."""
     made = {each: {**MADE, "cpu_seconds": 1260.0 if each in GROUPS[:timed] else None} for each in groups}
     scores = {each: sequential(each, _runs(each, strength, keeps), "300k") for each in groups}
     logs = {f"{each}-v0": {"sequential": scores[each] | {"provenance": [made[each]]}} for each in groups}
-    return submission(name, logs, name.title())
+    return make_submission(name, logs, name.title())
 
 
 def _runs(name: str, strength: float, keeps: float) -> list[list[list[float]]]:
@@ -42,7 +42,7 @@ def _runs(name: str, strength: float, keeps: float) -> list[list[list[float]]]:
 
 
 def board_of(*cards: dict[str, Any]) -> CoreBoard:
-    """The core board of these entries."""
+    """The core board of these submissions."""
     document = typed({**everything(), "submissions": list(cards)})
     board = core_board(document.submissions)
     assert board is not None
@@ -168,5 +168,5 @@ def test_a_cost_is_steps_and_where_some_runs_state_it_a_time() -> None:
     (card,) = typed({**everything(), "submissions": [method("part", 1, 1, GROUPS[:3])]}).submissions
     cost = ("4.5M steps in 3 groups", "21 min in 1 of 3 groups")
     assert core.cost(card, core.own_row(card)) == core.cost(card, None) == cost
-    (bare,) = typed({**everything(), "submissions": [submission("bare", {})]}).submissions
+    (bare,) = typed({**everything(), "submissions": [make_submission("bare", {})]}).submissions
     assert core.cost(bare, None) == ("–", "")

@@ -1,4 +1,4 @@
-"""The data of the site: one document per entry, board and group, an index, and their schemas."""
+"""The data of the site: one document per submission, board and group, an index, and their schemas."""
 
 from __future__ import annotations
 
@@ -24,23 +24,27 @@ def written(document: dict[str, Any]) -> dict[str, str]:
     return dict(files(document))
 
 
-def test_the_document_of_an_entry_is_its_scorecard(document: dict[str, Any], written: dict[str, str]) -> None:
+def test_the_document_of_a_submission_is_its_scorecard(
+    document: dict[str, Any], written: dict[str, str]
+) -> None:
     whole = typed(document)
     for card in whole.submissions:
-        entry = ScorecardDocument.from_json(written[f"api/entries/{card.name}.json"])
-        assert entry == ScorecardDocument(references=whole.references, submissions=(card,))
+        submission = ScorecardDocument.from_json(written[f"api/submissions/{card.name}.json"])
+        assert submission == ScorecardDocument(references=whole.references, submissions=(card,))
 
 
 def test_the_index_leads_to_every_document_and_page(written: dict[str, str]) -> None:
     index = json.loads(written["api/index.json"])
-    paths = [row[key] for part in ("entries", "boards") for row in index[part] for key in ("path", "page")]
+    paths = [
+        row[key] for part in ("submissions", "boards") for row in index[part] for key in ("path", "page")
+    ]
     assert {*paths, index["core"], *index["groups"].values()} <= set(written)
     assert len(paths) > 15
     assert len(index["groups"]) > 30
 
 
 def test_every_document_satisfies_its_published_schema(written: dict[str, str]) -> None:
-    kinds = {"entries": "scorecard", "boards": "boards", "groups": "group"}
+    kinds = {"submissions": "scorecard", "boards": "boards", "groups": "group"}
     validators = {
         folder: Draft202012Validator(json.loads(written[f"schemas/{name}.json"]))
         for folder, name in kinds.items()
@@ -54,7 +58,7 @@ def test_every_document_satisfies_its_published_schema(written: dict[str, str]) 
             validators[parts[1]].validate(json.loads(text))
 
 
-def test_the_csv_of_a_board_has_a_row_per_entry(document: dict[str, Any]) -> None:
+def test_the_csv_of_a_board_has_a_row_per_submission(document: dict[str, Any]) -> None:
     document["submissions"][0]["title"] = "=HYPERLINK(1)"
     rows = list(csv.DictReader(io.StringIO(dict(files(document))[f"api/boards/{BOARD}.csv"])))
     assert [row["name"] for row in rows] == ["agile", "keeper", "zero"]

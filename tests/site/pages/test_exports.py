@@ -1,4 +1,4 @@
-"""Citation, CSV and commands of an entry."""
+"""Citation, CSV and commands of a submission."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.site.pages.entries import bibtex, commands
+from gym_extensions.site.pages.submissions import bibtex, commands
 
 from ..browser import Reader, files, typed
 from ..conftest import MADE
 
 
-def test_the_commands_check_and_repeat_an_entry(document: dict[str, Any]) -> None:
+def test_the_commands_check_and_repeat_a_submission(document: dict[str, Any]) -> None:
     card = document["submissions"][0]
     card.update(name="a b; rm", level="claimed")
     assert commands(typed(document).submissions[0]) == "", "it publishes no policies"
@@ -30,7 +30,7 @@ def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> No
         "@misc{gym-extensions-agile,\n"
         "  title = {{Agile}},\n"
         "  author = {{A. Researcher}},\n"
-        "  howpublished = {Entry of the gym-extensions leaderboard},\n"
+        "  howpublished = {Submission of the gym-extensions leaderboard},\n"
         "  note = {Submission agile, code at commit 0123abc},\n"
         "  url = {https://example.org/agent},\n"
         "}\n"

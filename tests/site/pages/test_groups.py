@@ -45,11 +45,11 @@ def test_a_published_table_shows_what_it_has(document: dict[str, Any]) -> None:
     ):
         assert sentence in text
     assert "Evaluation matrix" not in text
-    assert "Keeper keeper reported" in pages["entries.html"].text
+    assert "Keeper keeper reported" in pages["submissions.html"].text
     assert "boards/hopper-gravity-v0-sequential-paper.html" not in pages
 
 
-def test_a_suite_has_a_page_a_board_and_a_row_on_the_page_of_the_entry(
+def test_a_suite_has_a_page_a_board_and_a_row_on_the_page_of_the_submission(
     document: dict[str, Any],
 ) -> None:
     card = document["submissions"][0]
@@ -66,7 +66,7 @@ def test_a_suite_has_a_page_a_board_and_a_row_on_the_page_of_the_entry(
         assert "gravity suite, mean of 4 groups" in pages[path].text
 
 
-def test_an_entry_on_several_groups_has_a_page_of_results_per_group(document: dict[str, Any]) -> None:
+def test_a_submission_on_several_groups_has_a_page_of_results_per_group(document: dict[str, Any]) -> None:
     built = read(document)
     paths = [f"submissions/keeper/{body}-gravity-v0.html" for body in ("hopper", "walker2d")]
     links = {a.get("href", "") for _, a in built["submissions/keeper.html"].elements}

@@ -1,4 +1,4 @@
-"""Landscapes on the pages: the map of an entry, its numbers in words, and the table of a board."""
+"""Landscapes on the pages: the map of a submission, its numbers in words, and the table of a board."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.worlds import axes
-from gym_extensions.rollouts.review import Decision, Review, write_review
-from gym_extensions.scoring import landscapes as scored
-from gym_extensions.scoring.landscapes import Landscape, MeasuredAxis
+from gym_extensions.submissions import landscapes as scored
+from gym_extensions.submissions.landscapes import Landscape, MeasuredAxis
+from gym_extensions.submissions.review import Decision, Review, write_review
 
 from ..browser import Reader, files
 from ..conftest import MADE
@@ -33,9 +33,9 @@ def landscape(last: float) -> Landscape:
 
 @pytest.fixture
 def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
-    """The folders of two entries with landscapes that belong to their runs."""
+    """The folders of two submissions with landscapes that belong to their runs."""
     runs = {run: SimpleNamespace(policies=SimpleNamespace(sha256=name)) for run, name in enumerate("ab")}
-    monkeypatch.setattr(scored, "measured_runs", lambda entry, members: runs)
+    monkeypatch.setattr(scored, "measured_runs", lambda submission, members: runs)
     found = {name: tmp_path / name for name in ("agile", "keeper")}
     for last, folder in zip((900.0, 1900.0), found.values(), strict=True):
         folder.mkdir()
@@ -43,7 +43,7 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
     return found
 
 
-def test_the_page_of_an_entry_shows_its_landscape_and_publishes_it(
+def test_the_page_of_a_submission_shows_its_landscape_and_publishes_it(
     document: dict[str, Any], folders: dict[str, Path]
 ) -> None:
     texts = dict(files(document, **folders))
@@ -65,22 +65,22 @@ def test_a_board_shows_both_numbers_as_never_trained_on(
     page = Reader(dict(files(document, **folders))[BOARD])
     assert page.errors == []
     assert "Nothing was trained on these values, and no rank depends on them." in page.text
-    assert sum(a.get("class") == "landscape small" for _, a in page.elements) == 2, "a map per entry"
+    assert sum(a.get("class") == "landscape small" for _, a in page.elements) == 2, "a map per submission"
     table = page.text[page.text.index("Share of the best return: mean over the runs") :]
     assert table.index("keeper") < table.index("agile")
 
 
-def test_a_withdrawn_entry_is_compared_on_its_own_page_alone(
+def test_a_withdrawn_submission_is_compared_on_its_own_page_alone(
     document: dict[str, Any], folders: dict[str, Path]
 ) -> None:
     decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
     write_review(folders["keeper"], Review(decisions=[decision]))
     texts = dict(files(document, **folders))
     assert "interpolation 1.00" in Reader(texts[PAGE]).text
-    assert "No other entry is measured" in Reader(texts[PAGE]).text
+    assert "No other submission is measured" in Reader(texts[PAGE]).text
     keeper = Reader(texts["submissions/keeper.html"]).text
     assert "hopper-gravity -v0 1.00" in keeper
-    assert "the only entry: its own best" not in keeper
+    assert "the only submission: its own best" not in keeper
 
 
 def test_a_landscape_of_other_policies_is_not_drawn(document: dict[str, Any], tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_a_landscape_of_other_policies_is_not_drawn(document: dict[str, Any], tm
 
 
 @pytest.mark.parametrize("policies", [True, False])
-def test_an_entry_without_a_landscape_says_why(
+def test_a_submission_without_a_landscape_says_why(
     document: dict[str, Any], tmp_path: Path, policies: bool
 ) -> None:
     scores = document["submissions"][0]["groups"][GROUP.id]["sequential"]

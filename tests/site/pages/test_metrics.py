@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from gym_extensions.scoring.formulas import METRICS
+from gym_extensions.metrics.formulas import METRICS
 
 from ..browser import read
 

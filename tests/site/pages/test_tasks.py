@@ -1,4 +1,4 @@
-"""A page per task: what differs, references, best entries, the expert and the records."""
+"""A page per task: what differs, references, best submissions, the expert and the records."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import pytest
 
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.tasks import TASKS, task
-from gym_extensions.experts import DATA, Measurement, RecordCard, Step
 from gym_extensions.references import load_references
-from gym_extensions.scoring.poses import PolicyPoses
+from gym_extensions.references.experts import DATA, Measurement, RecordCard, Step
 from gym_extensions.scoring.records import Record, RecordReview
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST
-from gym_extensions.site.pages.tasks import TaskView, best_entries
+from gym_extensions.site.pages.tasks import TaskView, best_submissions
 from gym_extensions.site.paths import task_path
+from gym_extensions.submissions.poses import PolicyPoses
 
 from ..browser import Reader, site_files
 from ..conftest import everything
@@ -25,7 +25,7 @@ from ..conftest import everything
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, str]:
-    """Every text file of the site, with the references. All entries but *Zero action* were replayed."""
+    """Every text file of the site, with the references. All submissions but *Zero action* were replayed."""
     document, current = everything(), load_references()
     document["references"] = {"version": current.version, "sha256": current.digest}
     for card in document["submissions"]:
@@ -70,12 +70,12 @@ def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dic
     assert "hopper-gravity-v0 (task 1 of 5)" in text
 
 
-def test_the_best_entries_are_sorted_by_the_return_at_the_end(pages: dict[str, str]) -> None:
+def test_the_best_submissions_are_sorted_by_the_return_at_the_end(pages: dict[str, str]) -> None:
     text = page(pages, "HopperGravityHalf").text
     assert text.index("Keeper") < text.index("Agile")
     assert "Zero action" not in text
-    assert "No verified entry has trained on this task in sequence yet." in page(pages, "Striker").text
-    assert best_entries(()) == {}
+    assert "No verified submission has trained on this task in sequence yet." in page(pages, "Striker").text
+    assert best_submissions(()) == {}
 
 
 def test_a_page_says_what_1_is(pages: dict[str, str]) -> None:
@@ -146,5 +146,5 @@ def test_the_expert_and_the_best_record_play_side_by_side(recorded: dict[str, st
 
 def test_poses_of_another_policy_are_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     assert TaskView(task("Hopper"), None, (), ()).watch is not None
-    monkeypatch.setattr("gym_extensions.experts.DATA", Path("nowhere"))
+    monkeypatch.setattr("gym_extensions.references.experts.DATA", Path("nowhere"))
     assert TaskView(task("Hopper"), None, (), ()).watch is None

@@ -12,22 +12,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions import experts
 from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.tasks import Task, task
-from gym_extensions.rollouts.layout import run_file
-from gym_extensions.rollouts.policies.files import write_policies
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.references import experts
 from gym_extensions.site import FOLDER
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import Render
 from gym_extensions.site.play import assets
 from gym_extensions.site.play.mujoco_wasm import Simulator
+from gym_extensions.submissions.layout import run_file
+from gym_extensions.submissions.policies.files import write_policies
+from gym_extensions.submissions.policies.mlp import Policy
 
 from ..browser import typed
-from ..conftest import learner, sequential, submission
+from ..conftest import learner, make_submission, sequential
 
 SIMULATOR = Simulator(b"script", b"packed", b"licence")
 GROUP = "hopper-gravity-v0"
@@ -70,12 +70,12 @@ def read(content: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]
 
 @pytest.fixture
 def built(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, bytes | str]]:
-    """The files of Play for a site in which two entries trained on hopper-gravity, with one expert."""
+    """The files of Play for a site in which two submissions trained on hopper-gravity, with one expert."""
     monkeypatch.setattr(experts, "names", lambda: ["Hopper", "Pusher"])
 
     def build(folders: dict[str, Path], simulator: Simulator | None = SIMULATOR) -> dict[str, bytes | str]:
         scores = {
-            name: submission(
+            name: make_submission(
                 name, {GROUP: {"sequential": sequential("hopper-gravity", learner(strength, 0.9, 5))}}
             )
             for name, strength in (("better", 0.9), ("worse", 0.3))
@@ -142,7 +142,7 @@ def test_the_index_says_how_the_world_of_a_task_differs(built: Callable[..., dic
     assert tasks["HopperGravityHalf"]["gravity"] == 0.5
 
 
-def test_every_entry_is_offered_with_its_first_run_before_another_run_is(
+def test_every_submission_is_offered_with_its_first_run_before_another_run_is(
     built: Callable[..., dict[str, bytes | str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folders = {name: write_runs(tmp_path / name) for name in ("better", "worse")}
@@ -151,7 +151,9 @@ def test_every_entry_is_offered_with_its_first_run_before_another_run_is(
     files = built(folders)
     [hopper] = [row for row in json.loads(files["play/index.json"])["groups"] if row["id"] == GROUP]
     assert hopper["tasks"] == [each.name for each in group("hopper-gravity").tasks]
-    runs = {name: [run for run, _ in entry["runs"]] for name, entry in hopper["entries"].items()}
+    runs = {
+        name: [run for run, _ in submission["runs"]] for name, submission in hopper["submissions"].items()
+    }
     assert runs == {"better": [0, 1], "worse": [0]}
     assert "not offered here" not in str(files["play.html"])
 
@@ -164,7 +166,7 @@ def test_every_entry_is_offered_with_its_first_run_before_another_run_is(
     ],
     ids=["none", "another format"],
 )
-def test_an_entry_that_cannot_be_played_is_named_with_the_reason(
+def test_a_submission_that_cannot_be_played_is_named_with_the_reason(
     built: Callable[..., dict[str, bytes | str]],
     tmp_path: Path,
     damage: Callable[[Path], object],

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.descriptions import description
-from gym_extensions.scoring.poses import motion_of
 from gym_extensions.site.play.stroboscopes import stroboscopes
 from gym_extensions.site.play.watch import Episode, WatchedTask
+from gym_extensions.submissions.poses import motion_of
 
 from .test_watch import panel_of, poses_of
 

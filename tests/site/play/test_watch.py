@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
-from gym_extensions.scoring.poses import Clip, Poses, TaskPoses, motion_of, write
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.play.watch import Watch, watches
 from gym_extensions.site.text import fixed
+from gym_extensions.submissions.poses import Clip, Poses, TaskPoses, motion_of, write
 
 from ..browser import Reader, files, typed
 
@@ -22,7 +22,7 @@ GROUP = "hopper-gravity-v0"
 
 
 def poses_of(document: dict[str, Any], speed: float = 0.02) -> Poses:
-    """Poses of the first entry: a Hopper that slides forward at a constant height."""
+    """Poses of the first submission: a Hopper that slides forward at a constant height."""
     scores = document["submissions"][0]["groups"][GROUP]["sequential"]
     matrix, tasks = scores["return_matrix"][0], scores["tasks"]
     track = np.zeros((61, 6))
@@ -76,7 +76,7 @@ def test_poses_of_an_earlier_log_are_not_shown(document: dict[str, Any], card: S
     assert watches(card, {}) == {}
 
 
-def test_the_panel_and_its_script_are_on_the_page_of_the_entry(
+def test_the_panel_and_its_script_are_on_the_page_of_the_submission(
     document: dict[str, Any], tmp_path: Path
 ) -> None:
     write(tmp_path, "hopper-gravity", poses_of(document))
@@ -84,7 +84,7 @@ def test_the_panel_and_its_script_are_on_the_page_of_the_entry(
     page = Reader(texts["submissions/agile.html"])
     assert page.errors == []
     assert "Watch run 0" in page.text
-    link = f"../play.html#?group={GROUP}&task=HopperGravityHalf&entry=agile&run=0&stage=1"
+    link = f"../play.html#?group={GROUP}&task=HopperGravityHalf&submission=agile&run=0&stage=1"
     assert link in [attributes.get("href") for _, attributes in page.elements]
     assert page.text.count("Right after its training") == 4
     sections = [attributes for tag, attributes in page.elements if attributes.get("class") == "watch"]

@@ -30,9 +30,9 @@ from gym_extensions.baselines.generators import (
     set_global_generators,
 )
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.manifest import LONG
-from gym_extensions.rollouts.policies.files import AnyPolicy
-from gym_extensions.rollouts.rules.manifest import hyperparameter_error
+from gym_extensions.submissions.manifest import LONG
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.rules.manifest import hyperparameter_error
 
 Callback = BaseCallback | list[BaseCallback] | Callable[[dict[str, Any], dict[str, Any]], bool] | None
 """What SB3's ``learn(callback=…)`` accepts."""
@@ -314,7 +314,7 @@ class Sb3Agent:
         try:
             return exported(self._model, is_deterministic, statistics, shape)
         except BenchError as error:
-            message = f"The policy is not stored, so the entry stays claimed. {error}"
+            message = f"The policy is not stored, so the submission stays claimed. {error}"
             warnings.warn(message, stacklevel=2)
             return None
 

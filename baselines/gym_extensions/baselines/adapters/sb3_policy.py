@@ -16,10 +16,10 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.conversion import from_torch
-from gym_extensions.rollouts.policies.files import AnyPolicy
-from gym_extensions.rollouts.policies.mlp import Policy
-from gym_extensions.rollouts.policies.onnx import OnnxPolicy
+from gym_extensions.submissions.policies.conversion import from_torch
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.onnx import OnnxPolicy
 
 ACTIVATIONS: dict[type[torch.nn.Module], str] = {
     torch.nn.Tanh: "tanh",
@@ -33,7 +33,7 @@ SUPPORTED = ", ".join(["Linear", *(kind.__name__ for kind in ACTIVATIONS)])
 
 
 class Layers(TypedDict):
-    """Arguments of :class:`gym_extensions.rollouts.policies.mlp.Policy`."""
+    """Arguments of :class:`gym_extensions.submissions.policies.mlp.Policy`."""
 
     weights: tuple[Array, ...]
     biases: tuple[Array, ...]

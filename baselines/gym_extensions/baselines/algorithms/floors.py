@@ -9,7 +9,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.baselines.generators import acting_and_learning, restore_generator, saved_generator
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy
 
 
 class Random:

@@ -13,7 +13,7 @@ from gym_extensions.baselines.algorithms.trpo import Trpo
 from gym_extensions.baselines.trust_region import policy as policies
 from gym_extensions.baselines.trust_region.policy import Moments
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy
 
 
 @dataclass(frozen=True)

@@ -52,5 +52,5 @@ make_fresh_buffer = replace(
     parent="sac",
     name="sac-fresh-buffer",
     title="SAC (buffer emptied per task)",
-    description="SBX's SAC as in the entry of sac, with a replay buffer that is emptied for each task.",
+    description="SBX's SAC as in the submission of sac, with a replay buffer that is emptied for each task.",
 )

@@ -22,7 +22,7 @@ from gym_extensions.baselines.trust_region.values import (
     ValueFunction,
     advantages,
 )
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy
 
 
 @dataclass(frozen=True)

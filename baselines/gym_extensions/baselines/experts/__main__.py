@@ -7,13 +7,12 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from gym_extensions import experts
 from gym_extensions.baselines.experts import candidates, training
 from gym_extensions.baselines.experts.candidates import QUICK, Workplace
 from gym_extensions.baselines.experts.recipes import FAMILIES, recipe
 from gym_extensions.catalog.tasks import mujoco_tasks
 from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes, require_known
-from gym_extensions.references import measured
+from gym_extensions.references import experts, measured
 
 PAGE, MARKER = Path("docs/experts.md"), "<!-- tables -->"
 """The page with the tables, and what they follow there."""
@@ -78,7 +77,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--work", type=Path, default=Path("experts-work"), help="folder of unfinished pieces")
     parser.add_argument("--submissions", type=Path, default=Path("submissions"))
     commands = parser.add_subparsers(dest="command", required=True)
-    command = commands.add_parser("harvest", help="see the stored policies of entries on all tasks of a body")
+    command = commands.add_parser(
+        "harvest", help="see the stored policies of submissions on all tasks of a body"
+    )
     command.add_argument("families", nargs="*")
     command = commands.add_parser("train", help="train runs that are not finished")
     command.add_argument("recipes", nargs="+")
@@ -88,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
         ("select", "give the best candidates their selection episodes", QUICK),
         ("publish", "measure the selected policies and write them with cards", QUICK),
         ("check", "measure published policies again from their files", QUICK),
-        ("challenge", "evaluate cells of entries above the expert on fresh seeds", experts.EPISODES),
+        ("challenge", "evaluate cells of submissions above the expert on fresh seeds", experts.EPISODES),
     ):
         command = commands.add_parser(name, help=text)
         command.add_argument("tasks", nargs="*", help="names or regular expressions; all by default")

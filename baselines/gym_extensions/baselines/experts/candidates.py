@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from gym_extensions import experts
 from gym_extensions.baselines.experts.recipes import FAMILIES, meant
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.groups import GROUPS
@@ -23,12 +22,12 @@ from gym_extensions.catalog.tasks import Task, mujoco_tasks, task as published_t
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import Card, Measurement, Step, seed
 from gym_extensions.files import write_text
-from gym_extensions.references import MeasuredReference, measured
-from gym_extensions.rollouts.log import read_log
-from gym_extensions.rollouts.policies.files import has_policies, read_policies
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.references import MeasuredReference, experts, measured
+from gym_extensions.references.experts import Card, Measurement, Step, seed
+from gym_extensions.submissions.log import read_log
+from gym_extensions.submissions.policies.files import has_policies, read_policies
+from gym_extensions.submissions.policies.mlp import Policy
 
 LANES = 100
 """Episodes that are stepped together. A matrix product may depend on it in the last bit, so it is fixed."""
@@ -40,7 +39,7 @@ BEAM_SCALE = 0.25
 """What a policy without range sensor divides the beams by when it gets one; its weights for them are 0."""
 STORED = "stored:"
 STAGE_STEPS = 300_000
-"""Environment steps per task in the protocol of the entries."""
+"""Environment steps per task in the protocol of the submissions."""
 QUICK = 100
 """Selection episodes that a published policy needs, and the episodes of a quick check."""
 DIFFERS = " (differs)"
@@ -48,8 +47,8 @@ THRESHOLD = 1.05
 """Normalized return of a cell's log from which it is evaluated."""
 CLEAR_ERRORS = 3.0
 """Standard errors of the difference by which a policy must beat an expert."""
-ENTRIES = ("trpo", "sac-fresh-buffer", "sac", "ppo", "reset", "cloning", "online-ewc", "l2", "l2-init")
-"""Entries whose policies have no axis of tasks."""
+SUBMISSIONS = ("trpo", "sac-fresh-buffer", "sac", "ppo", "reset", "cloning", "online-ewc", "l2", "l2-init")
+"""Submissions whose policies have no axis of tasks."""
 
 
 def episodes(policy: Policy, task: Task, seeds: Sequence[int]) -> tuple[list[float], list[bool | None]]:
@@ -105,7 +104,7 @@ class Workplace:
 
     ``policies/<run>/<steps>.npz`` are the checkpoints of the training runs, ``policies/<run>/run.json`` says
     how they came about, and ``returns/<purpose>/<task>/<candidate>.json`` has the returns on the seeds of a
-    purpose, in their order. ``submissions`` is the folder of the entries.
+    purpose, in their order. ``submissions`` is the folder of the submissions.
     """
 
     def __init__(self, folder: Path, submissions: Path = Path("submissions")) -> None:
@@ -219,29 +218,31 @@ def summary(row: dict[str, Any], count: int) -> Measurement:
 
 
 def stored_policy(submissions: Path, candidate: str) -> Policy:
-    """A policy of an entry, such as ``stored:trpo/hopper-body/sequential-run1-stage8``."""
+    """A policy of a submission, such as ``stored:trpo/hopper-body/sequential-run1-stage8``."""
     match = experts.STORED.fullmatch(candidate)
     assert match is not None, candidate
-    entry, group_name, protocol, run, stage, task_name = match.groups()
-    policies = read_policies(submissions / entry, GROUPS[group_name], protocol, int(run))
+    submission, group_name, protocol, run, stage, task_name = match.groups()
+    policies = read_policies(submissions / submission, GROUPS[group_name], protocol, int(run))
     policy = policies[int(stage), task_name]
-    assert isinstance(policy, Policy), "the entries that are harvested have plain arrays"
+    assert isinstance(policy, Policy), "the submissions that are harvested have plain arrays"
     return policy
 
 
 def stored_candidates(submissions: Path) -> dict[str, list[tuple[float, str]]]:
-    """Per task the stored policies with their mean return in the logs of the entries, the best first."""
+    """Per task the stored policies with their mean return in the logs of the submissions, the best first."""
     found: dict[str, list[tuple[float, str]]] = defaultdict(list)
     for path in sorted(submissions.glob("*/*/*/run*.csv")):
-        entry, group_name, protocol, run = *path.parts[-4:-1], path.stem
+        submission, group_name, protocol, run = *path.parts[-4:-1], path.stem
         of_run = (GROUPS[group_name], protocol, int(run.removeprefix("run")))
-        if entry not in ENTRIES or not has_policies(submissions / entry, *of_run):
+        if submission not in SUBMISSIONS or not has_policies(submissions / submission, *of_run):
             continue
         means = read_log(path).groupby(["stage", "task"], as_index=False)["return"].mean()
         for stage, task_id, mean in means.itertuples(index=False):
             name = task_id.removeprefix("gym_extensions/").removesuffix("-v0")
             ending = f"-{name}" if protocol == "single" else ""
-            found[name].append((mean, f"{STORED}{entry}/{group_name}/{protocol}-{run}-stage{stage}{ending}"))
+            found[name].append(
+                (mean, f"{STORED}{submission}/{group_name}/{protocol}-{run}-stage{stage}{ending}")
+            )
     return {name: sorted(policies, reverse=True) for name, policies in found.items()}
 
 
@@ -273,9 +274,9 @@ def select(work: Workplace, tasks: Sequence[Task], count: int) -> Iterator[str]:
 def history(work: Workplace, candidate: str) -> tuple[Step, ...]:
     """The training runs behind a candidate, the first one first."""
     if match := experts.STORED.fullmatch(candidate):
-        entry, group, protocol, _, stage, _ = match.groups()
+        submission, group, protocol, _, stage, _ = match.groups()
         tasks = {"sequential": int(stage), "single": 1}.get(protocol, len(GROUPS[group].tasks))
-        return (Step(candidate, entry, tasks * STAGE_STEPS),)
+        return (Step(candidate, submission, tasks * STAGE_STEPS),)
     name, steps_text = candidate.rsplit("@", 1)
     run = work.run(name)
     steps = int(steps_text)
@@ -300,7 +301,7 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
         fingerprint=fingerprints.published(task.id),
         policy=experts.digest(policy),
         history=steps,
-        from_entry=any(step.name.startswith(STORED) for step in steps),
+        from_submission=any(step.name.startswith(STORED) for step in steps),
         candidates=len(selection),
         steps_tried=work.steps_tried(task),
         selection=selection[candidate],
@@ -339,7 +340,7 @@ def challenge(
     count: int,
     references: Mapping[str, MeasuredReference],
 ) -> Iterator[str]:
-    """Evaluates cells of entries above the expert on fresh seeds; yields a line for each.
+    """Evaluates cells of submissions above the expert on fresh seeds; yields a line for each.
 
     A cell is a task after a stage of a run. It is above if the normalized mean of its 20 episodes is above
     ``THRESHOLD``; 20 episodes are noise, so that an equal policy exceeds it now and then. It beats the
@@ -398,7 +399,7 @@ def tables() -> Iterator[str]:
     yield (
         f"\n{states['scored'] + states['provisional']} tasks are scored, {states['provisional']} of them "
         f"with a provisional expert. By the cards, training took {training:,.0f} CPU minutes (without that "
-        f"of entries) and the measurements {measuring / 60:,.0f}.\n"
+        f"of submissions) and the measurements {measuring / 60:,.0f}.\n"
     )
 
 
@@ -408,7 +409,7 @@ def _row(task: Task, card: Card, floor: float, state: str) -> str:
     floor = 0.0 if round(floor, digits) == 0 else floor  # no minus before a zero
     steps = sum(step.steps or 0 for step in card.history) / 1e6
     seconds = sum(step.cpu_seconds or 0.0 for step in card.history)
-    state += "; from an entry" if card.from_entry else ""
+    state += "; from a submission" if card.from_submission else ""
     return (
         f"| {task.name} | {floor:,.{digits}f} | {measured.mean:,.{digits}f} | "
         f"{measured.standard_error:,.{digits}f} | {measured.episodes} | {steps:.1f}M | "

@@ -19,8 +19,8 @@ from gym_extensions.baselines.trust_region.policy import EPSILON, Moments
 from gym_extensions.baselines.trust_region.values import Collector, Transitions
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
-from gym_extensions.experts import seed as seed_of, write_policy
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.references.experts import seed as seed_of, write_policy
+from gym_extensions.submissions.policies.mlp import Policy
 
 MOMENTS_COUNT = 1e6
 """Observations that the moments of a policy count as when it is trained further."""

@@ -18,10 +18,10 @@ from gym_extensions.catalog.protocol import BUDGETS, FIRST_REFERENCE_RUN, STANDA
 from gym_extensions.catalog.tasks import TASKS, whole_number
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.experts import EPISODES
 from gym_extensions.files import write_bytes
 from gym_extensions.references import path_of
-from gym_extensions.rollouts.layout import PROGRESS
+from gym_extensions.references.experts import EPISODES
+from gym_extensions.submissions.layout import PROGRESS
 
 TRAINED_AGENT = "trpo"
 """The expert of a task of a custom group."""

@@ -1,9 +1,9 @@
 """Measures the references that normalize scores, and compares them with a file.
 
 The published file has a floor of every task, the better one of random and zero actions, and its expert: a
-policy of :mod:`gym_extensions.experts`, or the planner in navigation. In a file of custom groups the expert
-is an agent that is trained on the task alone. Every episode follows from its seed, so that anybody can
-measure them again.
+policy of :mod:`gym_extensions.references.experts`, or the planner in navigation. In a file of custom groups
+the expert is an agent that is trained on the task alone. Every episode follows from its seed, so that anybody
+can measure them again.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from typing import Any
 
 import msgspec
 
-from gym_extensions import experts
 from gym_extensions.baselines import algorithms, workers
 from gym_extensions.baselines.experts.candidates import measured_again
 from gym_extensions.baselines.train_agent import agent_settings
@@ -28,23 +27,24 @@ from gym_extensions.baselines.training.progress import open_bars
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.workers import Failure, Runnable, jobs_failed
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_ENTRY_RUNS, evaluation_seed
+from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_SUBMISSION_RUNS, evaluation_seed
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.experts import EPISODES, floor_margin
 from gym_extensions.references import (
     Expert,
     File,
     Floor,
     FloorAgent,
     MeasuredReference,
-    Run,
+    MeasuredRun,
+    experts,
     parse_file,
     path_of,
 )
-from gym_extensions.rollouts.layout import PROGRESS
+from gym_extensions.references.experts import EPISODES, floor_margin
+from gym_extensions.submissions.layout import PROGRESS
 
 FLOOR_AGENTS = ("random", "zero")
 PLANNER = "planner"
@@ -137,7 +137,7 @@ def summary(returns: Sequence[float]) -> FloorAgent:
 
 def is_open(beaten: Sequence[bool]) -> bool:
     """Whether a task stays open: fewer than three runs beat the floor, or, of under five runs, not all."""
-    if len(beaten) < FULL_ENTRY_RUNS:
+    if len(beaten) < FULL_SUBMISSION_RUNS:
         return not all(beaten)
     return sum(beaten) < MIN_RUNS
 
@@ -172,7 +172,7 @@ def with_runs(
         error = deviation / math.sqrt(len(means))
     expert = Expert(mean, error, len(next(iter(runs.values()))), agent, budget=budget)
     if budget:
-        expert.runs = [Run(run, part.mean, part.std, beaten[run]) for run, part in parts.items()]
+        expert.runs = [MeasuredRun(run, part.mean, part.std, beaten[run]) for run, part in parts.items()]
     is_unbeaten = is_open(list(beaten.values()))
     return MeasuredReference(floor, None, expert) if is_unbeaten else MeasuredReference(floor, expert)
 

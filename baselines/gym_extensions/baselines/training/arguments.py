@@ -21,7 +21,7 @@ from gym_extensions.catalog.protocol import (
 from gym_extensions.catalog.tasks import whole_number
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError, require_known
-from gym_extensions.rollouts.layout import MAX_RUNS
+from gym_extensions.submissions.layout import MAX_RUNS
 
 Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
 

@@ -16,10 +16,10 @@ from gym_extensions.baselines.training.jobs import TrainingJob, job_versions
 from gym_extensions.baselines.training.usage import Usage
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
-from gym_extensions.rollouts.layout import PROGRESS
-from gym_extensions.rollouts.log import Episode
-from gym_extensions.rollouts.policies.files import AnyPolicy, npz_arrays, npz_bytes, run_arrays
-from gym_extensions.rollouts.run import Curve, InterimEvaluation
+from gym_extensions.submissions.layout import PROGRESS
+from gym_extensions.submissions.log import Episode
+from gym_extensions.submissions.policies.files import AnyPolicy, npz_arrays, npz_bytes, run_arrays
+from gym_extensions.submissions.run import Curve, InterimEvaluation
 
 SETTINGS = "settings.json"
 CONTINUES = "The same command continues: it trains only what is not finished."

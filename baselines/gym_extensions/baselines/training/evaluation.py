@@ -30,10 +30,10 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import Outcome, Watch, clip_actions, run_episodes
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.log import Episode
-from gym_extensions.rollouts.policies.files import AnyPolicy, policy_keys, run_arrays, size_error
-from gym_extensions.rollouts.policies.mlp import mean_and_log_sigma, to_action
-from gym_extensions.rollouts.policies.onnx import OnnxPolicy
+from gym_extensions.submissions.log import Episode
+from gym_extensions.submissions.policies.files import AnyPolicy, policy_keys, run_arrays, size_error
+from gym_extensions.submissions.policies.mlp import mean_and_log_sigma, to_action
+from gym_extensions.submissions.policies.onnx import OnnxPolicy
 
 TOLERANCE = 1e-4
 """Largest difference between an agent's action and its policy's, in half widths of the action space.

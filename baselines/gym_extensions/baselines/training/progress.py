@@ -20,7 +20,7 @@ from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.arguments import listed
 from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.errors import BenchError, require_known
-from gym_extensions.rollouts.layout import PROGRESS
+from gym_extensions.submissions.layout import PROGRESS
 
 FIRST_INTERVAL, LONGEST_INTERVAL = 1.0, 60.0
 """Seconds between two lines about training; each interval is twice the one before, up to the longest."""

@@ -22,7 +22,7 @@ from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.run import Curve, InterimEvaluation
+from gym_extensions.submissions.run import Curve, InterimEvaluation
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gym_extensions.rollouts.run import LONGEST
+from gym_extensions.submissions.run import LONGEST
 from gym_extensions.versions import blas_kernels
 
 CPU_INFO = Path("/proc/cpuinfo")

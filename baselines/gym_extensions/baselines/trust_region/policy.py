@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy
 
 CLIP = 10.0
 """Standardized observations are clipped to ±10 standard deviations, as by SB3's ``VecNormalize``."""

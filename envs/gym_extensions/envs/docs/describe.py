@@ -28,7 +28,7 @@ FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z"
 
 
 def observation_fields(task: Task) -> list[Field]:
-    """Returns the entries of the task's observation, in order. A picture has none."""
+    """Returns the submissions of the task's observation, in order. A picture has none."""
     if task.body.family == "navigation":
         return list(FIELDS.get(course(task).family, ()))
     fields = LAYOUTS[task.body.family](compile_model(task), task.body)
@@ -39,7 +39,7 @@ def observation_fields(task: Task) -> list[Field]:
 
 
 def action_fields(task: Task) -> list[Field]:
-    """Returns the entries of the task's action, in order."""
+    """Returns the submissions of the task's action, in order."""
     if task.body.family == "navigation":
         return [Field(f"displacement in {axis}, clipped to the range", "unit", -5.0, 5.0) for axis in "xy"]
     model = compile_model(task)
@@ -85,7 +85,7 @@ def _humanoid(model: mujoco.MjModel, body: Body) -> list[Field]:
     names = [model.body(index).name for index in range(1, model.nbody - model.nmocap)]
     return [
         Field("height of the torso", "m"),
-        *(Field(f"attitude of the torso, {entry}", "1") for entry in FREE_POSITIONS),
+        *(Field(f"attitude of the torso, {submission}", "1") for submission in FREE_POSITIONS),
         *(_joint_field(model, joint) for joint in joints),
         *(Field(f"velocity of the torso, {axis}", "m/s") for axis in "xyz"),
         *(Field(f"angular velocity of the torso, {axis}", "rad/s") for axis in "xyz"),

@@ -60,7 +60,7 @@ class SeededNoise(Effect):
 
 @dataclass(frozen=True)
 class EffectKind:
-    """An entry of the registry of effects."""
+    """A submission of the registry of effects."""
 
     variation: type  # its class
     effect: Callable[[Fields, Sequence[Template]], Effect]  # makes the effect on environments

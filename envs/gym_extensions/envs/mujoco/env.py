@@ -50,7 +50,7 @@ IMPLEMENTATIONS: dict[str, Implementation] = {
     "Pusher": Implementation(arms.PusherRules, 5, _ARM),
     "Striker": Implementation(arms.StrikerRules, 5, _ARM),
 }
-"""One entry per body of the catalog that has a MuJoCo model."""
+"""One submission per body of the catalog that has a MuJoCo model."""
 
 ONLY = np.zeros(1, np.intp)
 """The index of the one environment, for rules and effects, which act on many."""

@@ -179,15 +179,17 @@ FIELDS: dict[str, tuple[Field, ...]] = {
     "range": RANGES,
     "range-known": RANGES + AGENT + GOAL,
 }
-"""The entries of each family, in order; the family ``image`` is a picture."""
+"""The submissions of each family, in order; the family ``image`` is a picture."""
 
 
 def observation_space(family: str) -> Box:
     """Returns the observation space of a family."""
     if family == "image":
         return Box(0, 255, (round(HEIGHT / PIXEL), round(WIDTH / PIXEL), 3), np.uint8)
-    entries = [field for field in FIELDS[family] for _ in range(field.count)]
-    low, high = (np.array([getattr(each, end) for each in entries], np.float32) for end in ("low", "high"))
+    submissions = [field for field in FIELDS[family] for _ in range(field.count)]
+    low, high = (
+        np.array([getattr(each, end) for each in submissions], np.float32) for end in ("low", "high")
+    )
     return Box(low, high, dtype=np.float32)
 
 

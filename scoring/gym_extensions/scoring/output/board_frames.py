@@ -8,8 +8,8 @@ from typing import Any
 import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.scoring.formulas import BOARD_METRICS, FINAL, METRICS
-from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard, CoreEntry, CoreReference
+from gym_extensions.metrics.formulas import BOARD_METRICS, FINAL, METRICS
+from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard, CoreReference, CoreRow
 from gym_extensions.scoring.ranking.core_board import REFERENCE, SHOWN
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, ScorecardDocument, SuiteScore
 
@@ -20,7 +20,7 @@ METRIC_DTYPES |= {"why": "str"}
 """The columns of :func:`metrics_frame`; ``Int64`` may be missing."""
 
 NAMED_DTYPES = {"rank_first": "Int64", "rank_last": "Int64", "name": "str", "title": "str", "level": "str"}
-ENTRY_DTYPES = NAMED_DTYPES | {"evaluation": "str", "runs": "int64", "ranked": "bool", "why": "str"}
+SUBMISSION_DTYPES = NAMED_DTYPES | {"evaluation": "str", "runs": "int64", "ranked": "bool", "why": "str"}
 """The columns of :func:`board_frame` before those of the metrics."""
 
 CORE_DTYPES = NAMED_DTYPES | {"observes_task": "bool", "look": "int64", "next_look": "Int64"}
@@ -77,9 +77,9 @@ def metrics_frame(document: ScorecardDocument) -> pd.DataFrame:
 
 
 def board_dtypes(protocol: str) -> dict[str, str]:
-    """The columns of a board of that protocol: the entry's, and three per metric."""
+    """The columns of a board of that protocol: the submission's, and three per metric."""
     ends = {f"{metric.name}{end}": "float64" for metric in BOARD_METRICS[protocol] for end in ENDS}
-    return ENTRY_DTYPES | ends
+    return SUBMISSION_DTYPES | ends
 
 
 def _ends(metrics: Iterable[BoardMetric]) -> list[float | None]:
@@ -87,15 +87,23 @@ def _ends(metrics: Iterable[BoardMetric]) -> list[float | None]:
 
 
 def board_frame(board: Board) -> pd.DataFrame:
-    """One row per entry in the order of the board, then computed ones; columns: :func:`board_dtypes`.
+    """One row per submission in the order of the board, then computed ones; columns: :func:`board_dtypes`.
 
     The computed rows (``alone``, ``random``, ``zero``) have no level, no rank and no runs.
     """
     names = [metric.name for metric in BOARD_METRICS[board.protocol]]
     rows: list[Row] = []
-    for entry in board.rows:
-        facts = (entry.name, entry.title, entry.level, entry.evaluation, entry.runs, entry.ranked, entry.why)
-        values = [entry.metrics[name] for name in names]
+    for submission in board.rows:
+        facts = (
+            submission.name,
+            submission.title,
+            submission.level,
+            submission.evaluation,
+            submission.runs,
+            submission.ranked,
+            submission.why,
+        )
+        values = [submission.metrics[name] for name in names]
         rows.append((*(values[0].rank or (None, None)), *facts, *_ends(values)))
     for each in board.computed:
         why = "Computed from the references: no submission."
@@ -112,7 +120,7 @@ def core_frame(board: CoreBoard | None) -> pd.DataFrame:
     if board is None:
         return typed((), CORE_DTYPES)
     others = (_reference_row(each) for each in board.references)
-    return typed((*(_core_row(board, entry) for entry in board.rows), *others), CORE_DTYPES)
+    return typed((*(_core_row(board, submission) for submission in board.rows), *others), CORE_DTYPES)
 
 
 def _reference_row(each: CoreReference) -> Row:
@@ -133,20 +141,20 @@ def _reference_row(each: CoreReference) -> Row:
     return tuple(shown.get(column) for column in CORE_DTYPES)
 
 
-def _core_row(board: CoreBoard, entry: CoreEntry) -> Row:
+def _core_row(board: CoreBoard, submission: CoreRow) -> Row:
     first = board.rows[0].name
-    pairs = [board.pair(FINAL.name, entry.name, other) for other in (first, REFERENCE)]
-    cost = entry.cost
+    pairs = [board.pair(FINAL.name, submission.name, other) for other in (first, REFERENCE)]
+    cost = submission.cost
     return (
-        *(entry.metrics[FINAL.name].rank or (None, None)),
-        *(entry.name, entry.title, entry.level),
-        bool(entry.observes and entry.observes.task_in_evaluation),
-        *(entry.look, entry.next_look, entry.ranked, entry.why),
+        *(submission.metrics[FINAL.name].rank or (None, None)),
+        *(submission.name, submission.title, submission.level),
+        bool(submission.observes and submission.observes.task_in_evaluation),
+        *(submission.look, submission.next_look, submission.ranked, submission.why),
         *(pair.verdict if pair else None for pair in pairs),
-        *_ends(entry.metrics[name] for name in SHOWN),
-        *(value.mean if (value := entry.groups.get(name)) else None for name in CORES[CORE]),
+        *_ends(submission.metrics[name] for name in SHOWN),
+        *(value.mean if (value := submission.groups.get(name)) else None for name in CORES[CORE]),
         *(cost.steps, cost.cpu_seconds, cost.peak_memory_mb, cost.stored_steps, cost.parameters),
-        " ".join(entry.notes),
+        " ".join(submission.notes),
     )
 
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gym_extensions.scoring.formulas import learned_nothing
+from gym_extensions.metrics.statistics import holm, summary, zero_mean_p
+from gym_extensions.metrics.values import learned_nothing
 from gym_extensions.scoring.scorecard import GroupScore
-from gym_extensions.scoring.statistics import holm, summary, zero_mean_p
 
 LEAST_CHANGE = 0.05
 """The smallest change of normalized return that is reported."""

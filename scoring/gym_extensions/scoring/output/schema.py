@@ -14,16 +14,16 @@ from typing import Any, get_args
 import msgspec
 
 from gym_extensions.catalog.protocol import REPORTS
-from gym_extensions.rollouts.layout import MANIFEST
-from gym_extensions.rollouts.manifest import Manifest
-from gym_extensions.rollouts.problem import Scope
-from gym_extensions.rollouts.rules import RULES
-from gym_extensions.scoring.documents import DIALECT, json_schema
-from gym_extensions.scoring.entry.values import NEEDS
-from gym_extensions.scoring.formulas import METRICS
-from gym_extensions.scoring.poses import Poses
+from gym_extensions.documents import DIALECT, json_schema
+from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison
 from gym_extensions.scoring.scorecard import ScorecardDocument
+from gym_extensions.scoring.submission.values import NEEDS
+from gym_extensions.submissions.layout import MANIFEST
+from gym_extensions.submissions.manifest import Manifest
+from gym_extensions.submissions.poses import Poses
+from gym_extensions.submissions.problem import Scope
+from gym_extensions.submissions.rules import RULES
 
 Schema = dict[str, Any]
 

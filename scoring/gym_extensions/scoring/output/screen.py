@@ -13,13 +13,14 @@ from rich.table import Table
 from rich.text import Text
 
 from gym_extensions.errors import working
-from gym_extensions.scoring.formulas import METRICS, MetricValue
+from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.output.highlights import highlights, task_name
 from gym_extensions.scoring.ranking.boards import Comparison, Difference
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, GroupScore, PaperCell, Scorecard, SuiteScore
 
 MAX_ROWS, MAX_NOTES = 16, 3
-"""Most suites and groups, and most notes, on the screen of an entry."""
+"""Most suites and groups, and most notes, on the screen of a submission."""
 Item = TypeVar("Item")
 THOUSANDS = 100_000
 """From this return on, the paper's table is printed in thousands."""
@@ -195,7 +196,7 @@ def _short(value: MetricValue) -> str:
 
 
 def show_comparison(out: Console, comparison: Comparison) -> None:
-    """Two entries side by side, with the interval of their difference."""
+    """Two submissions side by side, with the interval of their difference."""
     suites = {f"suite {name}": protocols for name, protocols in comparison.suites.items()}
     has_intervals = False
     for name, protocols in (comparison.groups | suites).items():

@@ -1,1 +1,1 @@
-"""Entries side by side: boards and comparisons, copies, and rows that follow from the references."""
+"""Submissions side by side: boards and comparisons, copies, and rows that follow from the references."""

@@ -12,15 +12,16 @@ from typing import Annotated, Literal, TypeVar
 
 from gym_extensions.catalog.groups import CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.documents import JsonDocument, about
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.manifest import Evaluation, Observes, Steps
-from gym_extensions.rollouts.review import LEVELS, REPRODUCED, VERIFIED, Level
-from gym_extensions.rollouts.run import Memory
-from gym_extensions.scoring.documents import JsonDocument, about
-from gym_extensions.scoring.entry.values import estimate
-from gym_extensions.scoring.formulas import METRICS, Metric, MetricValue
+from gym_extensions.metrics.formulas import METRICS, Metric
+from gym_extensions.metrics.statistics import Summary, subtract, to_interval, zero_mean_p
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
-from gym_extensions.scoring.statistics import Summary, subtract, to_interval, zero_mean_p
+from gym_extensions.scoring.submission.values import estimate
+from gym_extensions.submissions.manifest import Evaluation, Observes, Steps
+from gym_extensions.submissions.review import LEVELS, REPRODUCED, VERIFIED, Level
+from gym_extensions.submissions.run import Memory
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +29,8 @@ class Difference:
     """The difference of two means, with Welch's 95 % interval and test for this pair alone."""
 
     mean: Annotated[float, about("difference of the means")]
-    low: Annotated[float | None, about("lower end; null where an entry has one run")]
-    high: Annotated[float | None, about("upper end; null where an entry has one run")]
+    low: Annotated[float | None, about("lower end; null where a submission has one run")]
+    high: Annotated[float | None, about("upper end; null where a submission has one run")]
     p_value: Annotated[float | None, about("two-sided p value of no difference; null with one run")]
 
     @classmethod
@@ -43,14 +44,14 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class BoardMetric:
-    """A metric of an entry: the scorecard's value, and its rank on this board."""
+    """A metric of a submission: the scorecard's value, and its rank on this board."""
 
     mean: Annotated[float | None, about("as in the scorecard")]
     low: Annotated[float | None, about("as in the scorecard")]
     high: Annotated[float | None, about("as in the scorecard")]
     why: Annotated[str, about("as in the scorecard")]
     rank: Annotated[tuple[int, int] | None, about("`[first, last]` possible rank; null without one")] = None
-    rank_note: Annotated[str, about("why it has no rank where its entry has one; else empty")] = ""
+    rank_note: Annotated[str, about("why it has no rank where its submission has one; else empty")] = ""
 
     @classmethod
     def of(cls, value: MetricValue, rank_note: str = "") -> BoardMetric:
@@ -60,20 +61,20 @@ class BoardMetric:
 
 @dataclass(frozen=True, slots=True)
 class Versus:
-    """A ranked entry against another one, on the metric that sorts the board."""
+    """A ranked submission against another one, on the metric that sorts the board."""
 
-    name: Annotated[str, about("the other entry")]
-    difference: Annotated[Difference, about("the entry that is above − the one that is below")]
+    name: Annotated[str, about("the other submission")]
+    difference: Annotated[Difference, about("the submission that is above − the one that is below")]
     separated: Annotated[bool, about("whether the board's test, over all pairs, separates the two")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BoardEntry:
+class BoardRow:
     """One submission on one board."""
 
     name: Annotated[str, about("as in the scorecard")]
     title: Annotated[str, about("as in the scorecard")]
-    level: Annotated[Level, about("lowest level of the entry's logs on this board")]
+    level: Annotated[Level, about("lowest level of the submission's logs on this board")]
     runs: Annotated[int, about("number of runs; on a suite the fewest of its groups")]
     ranked: Annotated[bool, about("whether the board ranks it")]
     why: Annotated[
@@ -86,14 +87,18 @@ class BoardEntry:
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
     memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
     metrics: Annotated[dict[str, BoardMetric], about("every metric of the board by name")]
-    related: Annotated[tuple[str, ...], about("entries with a common author and family of algorithms")] = ()
-    vs_next: Annotated[Versus | None, about("the ranked entry below it; null for the last")] = None
-    vs_leader: Annotated[Versus | None, about("the first entry; null for itself and without a rank")] = None
-    duplicate_of: Annotated[str | None, about("the entry above it that it is a copy of; or null")] = None
+    related: Annotated[
+        tuple[str, ...], about("submissions with a common author and family of algorithms")
+    ] = ()
+    vs_next: Annotated[Versus | None, about("the ranked submission below it; null for the last")] = None
+    vs_leader: Annotated[Versus | None, about("the first submission; null for itself and without a rank")] = (
+        None
+    )
+    duplicate_of: Annotated[str | None, about("the submission above it that it is a copy of; or null")] = None
 
 
 @dataclass(frozen=True, slots=True)
-class ComputedEntry:
+class ComputedRow:
     """An agent whose row is computed from the references: never ranked, and no submission."""
 
     name: Annotated[str, about("`alone`, `trpo` on each task alone; `random`, `zero`, the floor")]
@@ -103,31 +108,33 @@ class ComputedEntry:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two entries of a board."""
+    """Two submissions of a board."""
 
-    first: Annotated[str, about("name of the entry that is above")]
-    second: Annotated[str, about("name of the entry that is below")]
+    first: Annotated[str, about("name of the submission that is above")]
+    second: Annotated[str, about("name of the submission that is below")]
     metrics: Annotated[dict[str, Difference], about("first − second, of all metrics of both, by name")]
 
 
 @dataclass(frozen=True, slots=True)
 class Board:
-    """Entries of one group or suite, protocol and budget."""
+    """Submissions of one group or suite, protocol and budget."""
 
     group: Annotated[str, about("group id or suite name")]
     published: Annotated[bool, about("false for a custom group, which `score --groups` adds")]
     protocol: Annotated[str, about("`sequential`, `single` or `joint`")]
     budget: Annotated[str, about("name of the budget")]
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
-    ranked: Annotated[int, about("M, the number of ranked entries")]
-    rows: Annotated[tuple[BoardEntry, ...], about("ranked by the first metric, best first; then the others")]
-    computed: Annotated[tuple[ComputedEntry, ...], about("rows computed from the references")] = ()
-    pairs: Annotated[tuple[Pair, ...], about("of the first 60 entries, not corrected for their number")] = ()
+    ranked: Annotated[int, about("M, the number of ranked submissions")]
+    rows: Annotated[tuple[BoardRow, ...], about("ranked by the first metric, best first; then the others")]
+    computed: Annotated[tuple[ComputedRow, ...], about("rows computed from the references")] = ()
+    pairs: Annotated[
+        tuple[Pair, ...], about("of the first 60 submissions, not corrected for their number")
+    ] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class CoreGroup:
-    """Final performance of an entry on a group of the core."""
+    """Final performance of a submission on a group of the core."""
 
     mean: Annotated[float | None, about("mean over the compared runs; null where it has no value")]
     low: Annotated[float | None, about("lower end of the 95 % interval; null with one run")]
@@ -139,7 +146,7 @@ class CoreGroup:
 class CoreCost:
     """What one run of the core takes, as its documents state it: all groups of the core together.
 
-    Nothing is estimated: a number that some group's runs do not state is null, and so is each of an entry
+    Nothing is estimated: a number that some group's runs do not state is null, and so is each of a submission
     that lacks a group.
     """
 
@@ -151,12 +158,12 @@ class CoreCost:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CoreEntry:
+class CoreRow:
     """One method on the core: the submissions with sequential logs on a group of it."""
 
     name: Annotated[str, about("as in the scorecard")]
     title: Annotated[str, about("as in the scorecard")]
-    level: Annotated[Level, about("lowest level of the entry's logs on the core")]
+    level: Annotated[Level, about("lowest level of the submission's logs on the core")]
     ranked: Annotated[bool, about("whether it is compared with the others")]
     why: Annotated[str, about("why it has no rank: claimed, a copy, groups or runs missing; else empty")] = ""
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
@@ -184,16 +191,16 @@ class CoreReference:
     groups: Annotated[dict[str, CoreGroup], about("its score by group id")]
 
 
-AnyEntry = TypeVar("AnyEntry", BoardEntry, CoreEntry)
+AnyRow = TypeVar("AnyRow", BoardRow, CoreRow)
 Verdict = Literal["separated", "equivalent", "open"]
 
 
 @dataclass(frozen=True, slots=True)
 class CorePair:
-    """Two ranked entries of the core on one metric, over all groups."""
+    """Two ranked submissions of the core on one metric, over all groups."""
 
-    first: Annotated[str, about("name of an entry")]
-    second: Annotated[str, about("name of an entry that is below it, in the order of the rows")]
+    first: Annotated[str, about("name of a submission")]
+    second: Annotated[str, about("name of a submission that is below it, in the order of the rows")]
     look: Annotated[int, about("n: compared are the runs 0 to n − 1 of every group of both")]
     paired: Annotated[bool, about("paired by run (equal parents and first stages), else Welch's test")]
     mean: Annotated[float, about("mean over groups of the difference of means, first − second")]
@@ -215,21 +222,23 @@ class CoreBoard:
     edition: Annotated[int, about("of the comparisons; those of 1 are exploratory up to 20 runs")]
     groups: Annotated[tuple[str, ...], about("group ids")]
     budget: Annotated[str, about("name of the budget")]
-    looks: Annotated[tuple[int, ...], about("numbers of runs at which entries are compared")]
+    looks: Annotated[tuple[int, ...], about("numbers of runs at which submissions are compared")]
     levels: Annotated[tuple[float, ...], about("family-wise error rate over all pairs at each look")]
     margin: Annotated[
         float, about("methods are equivalent if the interval of their difference lies between ± this")
     ]
-    ranked: Annotated[int, about("M, the number of ranked entries")]
-    rows: Annotated[tuple[CoreEntry, ...], about("ranked entries by the core score, best first; then others")]
+    ranked: Annotated[int, about("M, the number of ranked submissions")]
+    rows: Annotated[
+        tuple[CoreRow, ...], about("ranked submissions by the core score, best first; then others")
+    ]
     references: Annotated[tuple[CoreReference, ...], about("`trpo` trained in other ways")] = ()
     pairs: Annotated[
         dict[str, tuple[CorePair, ...]],
-        about("of ranked entries by metric: `final_performance`, and `forgetting` of those that learned"),
+        about("of ranked submissions by metric: `final_performance`, and `forgetting` of those that learned"),
     ]
 
     def pair(self, metric: str, first: str, second: str) -> CorePair | None:
-        """The pair of two entries, in any order; None if they are not compared."""
+        """The pair of two submissions, in any order; None if they are not compared."""
         names = {first, second}
         return next((pair for pair in self.pairs[metric] if {pair.first, pair.second} == names), None)
 
@@ -239,22 +248,24 @@ class BoardsDocument(JsonDocument):
     """Every board."""
 
     format: Annotated[Literal[1], about("1")] = 1
-    core: Annotated[CoreBoard | None, about("one row per method; null without an entry on the core")] = None
+    core: Annotated[CoreBoard | None, about("one row per method; null without a submission on the core")] = (
+        None
+    )
     boards: Annotated[tuple[Board, ...], about("boards of groups, then of suites")]
 
 
 @dataclass(frozen=True, slots=True)
 class ComparedMetric:
-    """A metric that both entries have."""
+    """A metric that both submissions have."""
 
-    first: Annotated[float, about("mean of the first entry")]
-    second: Annotated[float, about("mean of the second entry")]
+    first: Annotated[float, about("mean of the first submission")]
+    second: Annotated[float, about("mean of the second submission")]
     difference: Annotated[Difference, about("first − second")]
 
 
 @dataclass(frozen=True, slots=True)
 class ComparedScore:
-    """What two entries have in common on one group or suite under one protocol."""
+    """What two submissions have in common on one group or suite under one protocol."""
 
     budget: Annotated[str, about("name of the budget")]
     metrics: Annotated[dict[str, ComparedMetric], about("metrics that both have, by name")]
@@ -265,11 +276,11 @@ ComparedScores = dict[str, dict[str, ComparedScore]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison(JsonDocument):
-    """Two entries side by side. Intervals are not corrected for multiple comparisons."""
+    """Two submissions side by side. Intervals are not corrected for multiple comparisons."""
 
     format: Annotated[Literal[1], about("1")] = 1
-    first: Annotated[str, about("name of the first entry")]
-    second: Annotated[str, about("name of the second entry")]
+    first: Annotated[str, about("name of the first submission")]
+    second: Annotated[str, about("name of the second submission")]
     groups: Annotated[ComparedScores, about("by group id and protocol")]
     suites: Annotated[ComparedScores, about("by suite and protocol")]
 
@@ -297,7 +308,7 @@ def compare(first: Scorecard, second: Scorecard) -> Comparison:
         return found
 
     def common(scores: Scores, others: Scores) -> ComparedScores:
-        """What both entries have, by group or suite and protocol, with the same budget."""
+        """What both submissions have, by group or suite and protocol, with the same budget."""
         both: ComparedScores = {}
         for name, protocols in scores.items():
             for protocol, score in protocols.items():
@@ -310,7 +321,7 @@ def compare(first: Scorecard, second: Scorecard) -> Comparison:
     groups = common(first.groups, second.groups)
     if not groups:
         message = f"{first.name} and {second.name} have no group with the same protocol and budget."
-        raise BenchError("nothing-to-compare", message, hint="Compare entries of one board.")
+        raise BenchError("nothing-to-compare", message, hint="Compare submissions of one board.")
     suites = common(first.suites, second.suites)
     return Comparison(first=first.name, second=second.name, groups=groups, suites=suites)
 
@@ -331,14 +342,14 @@ class BoardKey:
 
 
 def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
-    """The scores of an entry on a board, or None if it is not on it."""
+    """The scores of a submission on a board, or None if it is not on it."""
     score = (card.suites if key.group in SUITES else card.groups).get(key.group, {}).get(key.protocol)
     on_board = score is not None and score.budget == key.budget and not card.withdrawn
     return score if on_board and is_task_conditioned(card) == key.task_conditioned else None
 
 
 def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> Level:
-    """The lowest level of an entry's logs of a protocol (the board's if empty) that are there, on a board."""
+    """The lowest level of a submission's logs of a protocol (the board's if empty) on a board."""
     logs = (card.groups.get(name, {}).get(protocol or key.protocol) for name in key.groups)
     return min((log.level for log in logs if log), key=LEVELS.index, default=VERIFIED)
 
@@ -349,22 +360,22 @@ def is_verified(level: Level | None) -> bool:
 
 
 def is_task_conditioned(card: Scorecard) -> bool:
-    """Whether the agent observes the task in evaluation. Such entries have separate boards."""
+    """Whether the agent observes the task in evaluation. Such submissions have separate boards."""
     return card.manifest is not None and card.manifest.observes.task_in_evaluation
 
 
-def best_first(entries: Iterable[AnyEntry], metric: Metric) -> list[AnyEntry]:
-    """Ranked entries, then the others; the best on a metric first, those without a value last."""
+def best_first(submissions: Iterable[AnyRow], metric: Metric) -> list[AnyRow]:
+    """Ranked submissions, then the others; the best on a metric first, those without a value last."""
 
-    def order(entry: AnyEntry) -> tuple[bool, float, str]:
-        mean = entry.metrics[metric.name].mean
-        return not entry.ranked, math.inf if mean is None else -mean, entry.name
+    def order(submission: AnyRow) -> tuple[bool, float, str]:
+        mean = submission.metrics[metric.name].mean
+        return not submission.ranked, math.inf if mean is None else -mean, submission.name
 
-    return sorted(entries, key=order)
+    return sorted(submissions, key=order)
 
 
 def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:
-    """Every board that the scorecards have an entry for, sorted, with groups before suites."""
+    """Every board that the scorecards have a submission for, sorted, with groups before suites."""
     keys = {
         BoardKey(name, protocol, score.budget, is_task_conditioned(card))
         for card in cards

@@ -6,11 +6,11 @@ from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.metrics.formulas import BOARD_METRICS, JOINT_GAP, NormalizedRun
+from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval
+from gym_extensions.metrics.values import ALL_OPEN, MetricValue, error_terms
 from gym_extensions.references import ALONE, RULERS, References, trained_alone
-from gym_extensions.scoring.entry.values import ALL_OPEN, anchor_terms
-from gym_extensions.scoring.formulas import BOARD_METRICS, JOINT_GAP, MetricValue, Run
-from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, ComputedEntry
-from gym_extensions.scoring.statistics import Summary, mean_of_groups, summary, to_interval
+from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, ComputedRow
 
 FROM_FLOORS = "Computed from the mean returns of the floors, which have no runs and no curves."
 FLOORS = {"random": "Random actions", "zero": "Zero actions"}
@@ -24,17 +24,18 @@ ONLY_FINAL = "It was trained on every task alone: only its returns at the end ar
 
 def computed_rows(
     key: BoardKey, references: References, tasks: Mapping[str, Sequence[str]], names: Collection[str]
-) -> tuple[ComputedEntry, ...]:
+) -> tuple[ComputedRow, ...]:
     """The reference agent on each task alone, and the agents of the floor, as far as they are known.
 
-    ``tasks`` are the task ids by group id. An entry called ``alone`` among ``names`` takes the row's place.
+    ``tasks`` are the task ids by group id. A submission called ``alone`` among ``names`` takes the row's
+    place.
     """
     groups = [tasks[group] for group in key.groups]
-    entries = []
+    submissions = []
     has_alone = key.budget == STANDARD_BUDGET and references.version != RULERS[ALONE] and ALONE not in names
     if has_alone and (alone := alone_values(groups, references, key.protocol)):
         rows = {name: BoardMetric.of(value) for name, value in alone.items()}
-        entries.append(ComputedEntry(ALONE, ALONE_TITLE, rows))
+        submissions.append(ComputedRow(ALONE, ALONE_TITLE, rows))
     for name, title in FLOORS.items():
         values = [floor_values(name, each, references, key.protocol) for each in groups]
         if not all(values):
@@ -44,8 +45,8 @@ def computed_rows(
             means = [mean for each in values if (mean := each[metric.name]) is not None]
             mean = sum(means) / len(means) if len(means) == len(values) else None
             metrics[metric.name] = BoardMetric(mean, None, None, FROM_FLOORS)
-        entries.append(ComputedEntry(name, title, metrics))
-    return tuple(entries)
+        submissions.append(ComputedRow(name, title, metrics))
+    return tuple(submissions)
 
 
 def floor_values(
@@ -63,7 +64,7 @@ def floor_values(
     p = {j: each.normalize(each.agents[agent]) for j, each in enumerate(known, 1) if each and not each.open}
     T = len(task_ids)
     stages = {(s, j): value for s in range(T + 1) for j, value in p.items()}
-    run = Run(T=T, scored=tuple(p), normalized_returns=stages, single_task=p)
+    run = NormalizedRun(T=T, scored=tuple(p), normalized_returns=stages, single_task=p)
     values: dict[str, float | None] = {}
     for metric in BOARD_METRICS[protocol]:
         try:
@@ -98,8 +99,8 @@ def alone_values(
         errors: dict[str, float] = defaultdict(float)
         for part in scores:
             for task, each in part.items():
-                errors[task] += each.mean / len(part) / len(scores) * references.tasks[task].relative_error
-        terms = anchor_terms(list(errors.values()), [references.tasks[task] for task in errors])
+                errors[task] += each.mean / len(part) / len(scores) * references.tasks[task].expert_error[0]
+        terms = error_terms(errors.values(), [references.tasks[task].expert_error for task in errors])
         for name in values.keys() & ALONE_METRICS:
             values[name] = MetricValue.of(to_interval(score, terms))
     return values

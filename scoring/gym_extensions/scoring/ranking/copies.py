@@ -1,4 +1,4 @@
-"""Which entries of a board are copies of another, and which are by the same authors with the same family."""
+"""Which submissions of a board are copies, and which have common authors and the same family."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
-from gym_extensions.scoring.entry.sketches import SHARE, Sketch, is_common
 from gym_extensions.scoring.ranking.boards import BoardKey, board_level, is_verified
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.sketches import SHARE, Sketch, is_common
 
 LAST_DATE = "9999"
 """Sorts after every date."""
 
 
 def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
-    """The original of each entry that is a copy, by name. Only sequential logs can show that.
+    """The original of each submission that is a copy, by name. Only sequential logs can show that.
 
     Methods that differ between tasks alone rightly have equal single-task logs, and joint training is the
-    same for them. Of identical entries the original is a verified one, then the one that was accepted first,
-    then the first by name.
+    same for them. Of identical submissions the original is a verified one, then the one that was accepted
+    first, then the first by name.
     """
     if key.protocol != "sequential":
         return {}
@@ -35,23 +35,23 @@ def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
             for sketch in log.episode_sketches
         ]
 
-    return duplicate_entries({card.name: sketches(card) for card in sorted(cards, key=original_first)})
+    return duplicate_submissions({card.name: sketches(card) for card in sorted(cards, key=original_first)})
 
 
-def duplicate_entries(entries: Mapping[str, Sequence[Sketch]]) -> dict[str, str]:
-    """The original that shares most episodes with an entry, by the name of the later entry.
+def duplicate_submissions(submissions: Mapping[str, Sequence[Sketch]]) -> dict[str, str]:
+    """The original that shares most episodes with a submission, by the name of the later submission.
 
-    Two entries share most episodes if half of the runs of either do: a copy with further runs, with changed
-    runs or episodes, or without its training curves is still recognized. Of entries that share most episodes,
-    the first of the mapping, which has the sketches of their runs, is the original.
+    Two submissions share most episodes if half of the runs of either do: a copy with further runs, with
+    changed runs or episodes, or without its training curves is still recognized. Of submissions that share
+    most episodes, the first of the mapping, which has the sketches of their runs, is the original.
     """
     holders: dict[str, list[str]] = defaultdict(list)
     copies: dict[str, str] = {}
-    order = {name: index for index, name in enumerate(entries)}
-    for name, sketches in entries.items():
+    order = {name: index for index, name in enumerate(submissions)}
+    for name, sketches in submissions.items():
         digests = {digest for sketch in sketches for digest in sketch}
         earlier = sorted({other for digest in digests for other in holders[digest]}, key=order.__getitem__)
-        original = next((other for other in earlier if _share(sketches, entries[other])), None)
+        original = next((other for other in earlier if _share(sketches, submissions[other])), None)
         if original is not None:
             copies[name] = original
             continue
@@ -81,8 +81,8 @@ def family(algorithm: str) -> str:
     return re.split(r"[\W_]", algorithm.strip().casefold(), maxsplit=1)[0]
 
 
-def related_entries(cards: Mapping[str, Scorecard]) -> dict[str, tuple[str, ...]]:
-    """The names of the other entries with a common author and the same family, by the entry's name."""
+def related_submissions(cards: Mapping[str, Scorecard]) -> dict[str, tuple[str, ...]]:
+    """The other submissions with a common author and the same family, by the submission's name."""
     groups: dict[tuple[str, str], set[str]] = defaultdict(set)
     for name, card in cards.items():
         if card.manifest:

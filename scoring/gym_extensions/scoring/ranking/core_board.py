@@ -1,7 +1,8 @@
 """The core board: one row per method, and all pairs of methods compared over all groups at prescribed looks.
 
 See docs/metrics.md, "The core". A look is at 5, 10, 20, 40 or 80 runs and uses exactly the runs 0 to n − 1 of
-every group of both entries, so that neither the number of runs nor their choice can depend on their results.
+every group of both submissions, so that neither the number of runs nor their choice can depend on their
+results.
 """
 
 from __future__ import annotations
@@ -16,26 +17,27 @@ import numpy as np
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.rollouts.review import VERIFIED
-from gym_extensions.rollouts.submission import consecutive
-from gym_extensions.scoring import formulas, statistics
-from gym_extensions.scoring.entry.values import suite_anchors
-from gym_extensions.scoring.formulas import BY_NAME, FINAL, Metric
+from gym_extensions.metrics import statistics, values
+from gym_extensions.metrics.formulas import BY_NAME, FINAL, Metric
+from gym_extensions.metrics.statistics import ALPHA, Summary, summary
 from gym_extensions.scoring.ranking import boards
-from gym_extensions.scoring.ranking.boards import BoardMetric, CoreEntry, CorePair
+from gym_extensions.scoring.ranking.boards import BoardMetric, CorePair, CoreRow
 from gym_extensions.scoring.ranking.copies import copy_of, duplicates
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
-from gym_extensions.scoring.statistics import ALPHA, Summary, summary
+from gym_extensions.scoring.submission.values import suite_expert_errors
+from gym_extensions.submissions.review import VERIFIED
+from gym_extensions.submissions.submission import consecutive
 
 EDITION = 1
 LOOK_LEVELS = {5: 0.005, 10: 0.01, 20: 0.01, 40: 0.01, 80: 0.01}
 """The level of a family of pairs at each look: together the error is at most .05.
 
 tests/scoring/measure_looks.py simulates it (docs/metrics.md). The sum for normal runs is below .05; the
-rest is a reserve for the skewed and bimodal runs that entries have, of which few show too small a variance.
+rest is a reserve for the skewed and bimodal runs that submissions have, of which few show too small a
+variance.
 """
 LOOKS = tuple(LOOK_LEVELS)
-"""Numbers of runs at which entries are compared."""
+"""Numbers of runs at which submissions are compared."""
 EXPLORATORY = 20
 """Separations at looks up to this one are called exploratory in the first edition (ADR 107)."""
 MARGIN = 0.05
@@ -46,10 +48,10 @@ IN_OTHER_WAYS = {
 }
 """The rows of the reference agent without a rank: protocol, metric of the score, title."""
 REFERENCE = "trpo"
-"""The entry of the reference agent, with which readers compare the others."""
+"""The submission of the reference agent, with which readers compare the others."""
 FORGETTING, LEARNING = "forgetting", "learning_performance"
 SHOWN = (FINAL.name, LEARNING, FORGETTING, "zero_shot_transfer")
-"""The metrics of a row. An entry without a value of one of them has no score.
+"""The metrics of a row. A submission without a value of one of them has no score.
 
 Final performance and forgetting have a family of all pairs, each at 5 %.
 """
@@ -60,7 +62,8 @@ GroupRuns = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Method:
-    """An entry on every group of the core, and the algorithm that it equals until the end of the first stage.
+    """A submission on every group of the core, and the algorithm that it equals until the end of the first
+    stage.
 
     Attributes:
         values: by metric, the values of consecutive runs from 0 in each group; the same groups for all.
@@ -178,7 +181,7 @@ def ranks(names: Sequence[str], pairs: Sequence[CorePair], better: str) -> dict[
 
 
 def _scores(card: Scorecard, protocol: str = "sequential") -> dict[str, GroupScore]:
-    """The scores of an entry with runs on the groups of the core, by group id, in its order."""
+    """The scores of a submission with runs on the groups of the core, by group id, in its order."""
     logs = {name: card.groups.get(name, {}).get(protocol) for name in CORES[CORE]}
     return {name: log for name, log in logs.items() if log is not None and log.runs}
 
@@ -196,14 +199,14 @@ def _verified(log: GroupScore) -> int:
 def _counted(log: GroupScore) -> int:
     """The number N of runs 0 to N − 1 that may be compared. Later ones wait until they are verified.
 
-    An entry that has verified too few for the first look has no rank, and shows all of its runs.
+    A submission that has verified too few for the first look has no rank, and shows all of its runs.
     """
     verified = _verified(log)
     return verified if verified >= LOOKS[0] else consecutive(log.runs)
 
 
 def method_of(card: Scorecard) -> Method | None:
-    """What an entry has on the core; None if it lacks a group or a value."""
+    """What a submission has on the core; None if it lacks a group or a value."""
     logs = _scores(card)
     has_values = all(log.metrics[metric].runs for log in logs.values() for metric in SHOWN)
     if len(logs) < len(CORES[CORE]) or not has_values:
@@ -215,7 +218,7 @@ def method_of(card: Scorecard) -> Method | None:
 
 
 def _notes(logs: Mapping[str, GroupScore], look: int) -> tuple[str, ...]:
-    """What of an entry is not compared, in words, with the name of the case."""
+    """What of a submission is not compared, in words, with the name of the case."""
     counts = {name: _counted(log) for name, log in logs.items()}
     missing = [name for name in CORES[CORE] if name not in logs]
     notes = [f"partial-core: It has no sequential runs of {', '.join(missing)}."] if missing else []
@@ -256,7 +259,7 @@ def _group(log: GroupScore, look: int, metric: Metric = FINAL) -> boards.CoreGro
     values = log.metrics[metric.name].runs[: look or runs]
     if not values:
         return boards.CoreGroup(None, None, None, runs)
-    value = statistics.to_interval(summary(values), suite_anchors([log], metric))
+    value = statistics.to_interval(summary(values), suite_expert_errors([log], metric))
     return boards.CoreGroup(value.mean, value.low, value.high, runs)
 
 
@@ -275,11 +278,13 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
 def _over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> BoardMetric:
     """The mean over groups of the first runs of each, with the errors of the experts."""
     mean = statistics.mean_of_groups([summary(log.metrics[metric.name].runs[:runs]) for log in logs])
-    return BoardMetric.of(formulas.MetricValue.of(statistics.to_interval(mean, suite_anchors(logs, metric))))
+    return BoardMetric.of(
+        values.MetricValue.of(statistics.to_interval(mean, suite_expert_errors(logs, metric)))
+    )
 
 
 def _why(logs: Mapping[str, GroupScore], method: Method | None, original: str | None) -> str:
-    """Why an entry, which may be a copy of another, is not compared; empty if it is."""
+    """Why a submission, which may be a copy of another, is not compared; empty if it is."""
     if original is not None:
         return copy_of(original)
     if claimed := [log for log in logs.values() if _verified(log) < min(LOOKS[0], consecutive(log.runs))]:
@@ -297,7 +302,7 @@ def _why(logs: Mapping[str, GroupScore], method: Method | None, original: str | 
     return f"Fewer than {LOOKS[0]} runs in {', '.join(few)}." if few else ""
 
 
-def _entry(card: Scorecard, method: Method | None, original: str | None) -> CoreEntry:
+def _submission(card: Scorecard, method: Method | None, original: str | None) -> CoreRow:
     logs = _scores(card)
     look = method.look if method else 0
     why = _why(logs, method, original)
@@ -305,7 +310,7 @@ def _entry(card: Scorecard, method: Method | None, original: str | None) -> Core
     metrics = dict.fromkeys(SHOWN, BoardMetric(None, None, None, why))
     if method and look:
         metrics = {name: _over_groups(logs.values(), BY_NAME[name], look) for name in SHOWN}
-    return CoreEntry(
+    return CoreRow(
         name=card.name,
         title=card.title,
         level=level if why or boards.is_verified(level) else VERIFIED,  # of the runs that are compared
@@ -324,9 +329,10 @@ def _entry(card: Scorecard, method: Method | None, original: str | None) -> Core
 
 
 def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
-    """The core board of the scorecards; None without an entry on it. Agents that observe the task are on it.
+    """The core board of the scorecards; None without a submission on it. Agents that observe the task are on
+    it.
 
-    Withdrawn entries, and those without runs on the core with its budget, are left out.
+    Withdrawn submissions, and those without runs on the core with its budget, are left out.
     """
     cards = [
         card
@@ -337,10 +343,14 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         return None
     copies = duplicates(cards, KEY)
     methods = {card.name: method_of(card) for card in cards}
-    made = [_entry(card, methods[card.name], copies.get(card.name)) for card in cards]
-    entries = boards.best_first(made, FINAL)
-    ranked = [(entry, method) for entry in entries if entry.ranked and (method := methods[entry.name])]
-    learners = [method for entry, method in ranked if not _learned_nothing(entry)]
+    made = [_submission(card, methods[card.name], copies.get(card.name)) for card in cards]
+    submissions = boards.best_first(made, FINAL)
+    ranked = [
+        (submission, method)
+        for submission in submissions
+        if submission.ranked and (method := methods[submission.name])
+    ]
+    learners = [method for submission, method in ranked if not _learned_nothing(submission)]
     families = {FINAL.name: [method for _, method in ranked], FORGETTING: learners}
     pairs = {metric: compared_pairs(members, metric) for metric, members in families.items()}
     found = {
@@ -356,21 +366,21 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         levels=tuple(LOOK_LEVELS.values()),
         margin=MARGIN,
         ranked=len(ranked),
-        rows=tuple(_with_ranks(entry, found) for entry in entries),
+        rows=tuple(_with_ranks(submission, found) for submission in submissions),
         references=tuple(row for card in cards if card.name == REFERENCE for row in _in_other_ways(card)),
         pairs={metric: tuple(compared) for metric, compared in pairs.items()},
     )
 
 
-def _learned_nothing(entry: CoreEntry) -> bool:
-    value = entry.metrics[LEARNING]
-    return formulas.learned_nothing({LEARNING: formulas.MetricValue(value.mean, value.low, value.high)})
+def _learned_nothing(submission: CoreRow) -> bool:
+    value = submission.metrics[LEARNING]
+    return values.learned_nothing({LEARNING: values.MetricValue(value.mean, value.low, value.high)})
 
 
-def _with_ranks(entry: CoreEntry, found: Mapping[str, Mapping[str, tuple[int, int]]]) -> CoreEntry:
-    """The entry with its rank on each metric that has a family."""
-    metrics = dict(entry.metrics)
+def _with_ranks(submission: CoreRow, found: Mapping[str, Mapping[str, tuple[int, int]]]) -> CoreRow:
+    """The submission with its rank on each metric that has a family."""
+    metrics = dict(submission.metrics)
     for metric, ranks in found.items():
-        note = formulas.NOTHING_LEARNED if entry.ranked and entry.name not in ranks else ""
-        metrics[metric] = replace(metrics[metric], rank=ranks.get(entry.name), rank_note=note)
-    return replace(entry, metrics=metrics)
+        note = values.NOTHING_LEARNED if submission.ranked and submission.name not in ranks else ""
+        metrics[metric] = replace(metrics[metric], rank=ranks.get(submission.name), rank_note=note)
+    return replace(submission, metrics=metrics)

@@ -1,7 +1,7 @@
-"""Builds boards, which rank the entries of one group or suite, protocol and budget.
+"""Builds boards, which rank the submissions of one group or suite, protocol and budget.
 
 A board is made from scorecards and the references alone. What it adds (ranks and differences)
-belongs to the board and may change when an entry joins; the scores are copied and never move.
+belongs to the board and may change when a submission joins; the scores are copied and never move.
 """
 
 from __future__ import annotations
@@ -11,28 +11,29 @@ from dataclasses import replace
 from itertools import combinations
 
 from gym_extensions.catalog.groups import GROUPS, SUITES
-from gym_extensions.catalog.protocol import FULL_ENTRY_RUNS, PROTOCOLS
+from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, PROTOCOLS
+from gym_extensions.metrics import values
+from gym_extensions.metrics.formulas import BOARD_METRICS, Metric
+from gym_extensions.metrics.statistics import Summary, rank_intervals, significant_pairs
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import References, load_references
-from gym_extensions.rollouts.review import REPORTED, Level
-from gym_extensions.scoring import formulas
-from gym_extensions.scoring.entry.values import NEEDS, estimate
-from gym_extensions.scoring.formulas import BOARD_METRICS, Metric, MetricValue
 from gym_extensions.scoring.ranking import boards as documents
-from gym_extensions.scoring.ranking.boards import BoardEntry, BoardKey, BoardMetric, Difference
+from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference
 from gym_extensions.scoring.ranking.computed_rows import computed_rows
-from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_entries
+from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_submissions
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
-from gym_extensions.scoring.statistics import Summary, rank_intervals, significant_pairs
+from gym_extensions.scoring.submission.values import NEEDS, estimate
+from gym_extensions.submissions.review import REPORTED, Level
 
 MAX_PAIRED = 60
-"""Entries of a board whose differences it lists."""
+"""Submissions of a board whose differences it lists."""
 Summaries = Mapping[str, Mapping[str, Summary | None]]
-"""The summary over runs by metric and entry; None where the entry has no value."""
+"""The summary over runs by metric and submission; None where the submission has no value."""
 
 
 def boards(cards: Sequence[Scorecard], references: References | None = None) -> documents.BoardsDocument:
-    """Every board of the scorecards. Withdrawn entries are on none.
+    """Every board of the scorecards. Withdrawn submissions are on none.
 
     ``references`` are those of the computed rows, the current benchmark version's where None.
     """
@@ -42,14 +43,14 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
 
 
 def board(cards: Sequence[Scorecard], key: BoardKey, references: References | None = None) -> documents.Board:
-    """One board. Ranked entries come first, best first by their first metric, then those without a rank.
+    """One board. Ranked submissions come first, best first by their first metric, then those without a rank.
 
-    An entry with most episodes of another follows it, without a rank. Scorecards that are not on the board
-    are left out. ``references`` are as in :func:`boards`.
+    A submission with most episodes of another follows it, without a rank. Scorecards that are not on the
+    board are left out. ``references`` are as in :func:`boards`.
     """
     references = references or load_references()
     by_name = {card.name: card for card in cards if documents.lookup(card, key)}
-    copies, related = duplicates(list(by_name.values()), key), related_entries(by_name)
+    copies, related = duplicates(list(by_name.values()), key), related_submissions(by_name)
     metrics = BOARD_METRICS[key.protocol]
     first = metrics[0]
     summaries = {
@@ -59,11 +60,13 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         for metric in metrics
     }
     made = [
-        _entry(card, key, copies.get(name), related[name], {each: of[name] for each, of in summaries.items()})
+        _submission(
+            card, key, copies.get(name), related[name], {each: of[name] for each, of in summaries.items()}
+        )
         for name, card in by_name.items()
     ]
-    entries = _sorted(made, first)
-    ranked = {metric.name: _ranked_on(entries, summaries, metric) for metric in metrics}
+    submissions = _sorted(made, first)
+    ranked = {metric.name: _ranked_on(submissions, summaries, metric) for metric in metrics}
     significant = {name: significant_pairs(tuple(values.values())) for name, values in ranked.items()}
     ranks = {}
     for metric in metrics:
@@ -73,7 +76,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     names = list(ranked[first.name])
 
     def versus(place: int, other: int) -> documents.Versus:
-        """The ranked entry at a place against the one at another place."""
+        """The ranked submission at a place against the one at another place."""
         above, below = (ranked[first.name][names[index]] for index in sorted((place, other)))
         separated = bool(significant[first.name][place, other])
         return documents.Versus(names[other], Difference.of(above, below), separated)
@@ -81,10 +84,10 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     vs_next = {name: versus(place, place + 1) for place, name in enumerate(names[:-1])}
     vs_leader = {name: versus(place, 0) for place, name in enumerate(names) if place}
 
-    def with_ranks(entry: BoardEntry) -> BoardEntry:
-        name, metrics = entry.name, entry.metrics.items()
+    def with_ranks(submission: BoardRow) -> BoardRow:
+        name, metrics = submission.name, submission.metrics.items()
         ranked = {each: replace(value, rank=ranks[each].get(name)) for each, value in metrics}
-        return replace(entry, metrics=ranked, vs_next=vs_next.get(name), vs_leader=vs_leader.get(name))
+        return replace(submission, metrics=ranked, vs_next=vs_next.get(name), vs_leader=vs_leader.get(name))
 
     with_logs = next((card for card in by_name.values() if card.level != REPORTED), None)
     tasks = {name: with_logs.groups[name][key.protocol].tasks for name in key.groups} if with_logs else {}
@@ -94,28 +97,28 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         protocol=key.protocol,
         budget=key.budget,
         task_conditioned=key.task_conditioned,
-        ranked=sum(entry.ranked for entry in entries),
-        rows=tuple(map(with_ranks, entries)),
+        ranked=sum(submission.ranked for submission in submissions),
+        rows=tuple(map(with_ranks, submissions)),
         computed=computed_rows(key, references, tasks, by_name) if tasks else (),
-        pairs=_pairs(entries, summaries),
+        pairs=_pairs(submissions, summaries),
     )
 
 
-def _ranked_on(entries: Sequence[BoardEntry], summaries: Summaries, metric: Metric) -> dict[str, Summary]:
-    """The entries, by name in the order of the board, that it ranks on a metric: with enough runs."""
+def _ranked_on(submissions: Sequence[BoardRow], summaries: Summaries, metric: Metric) -> dict[str, Summary]:
+    """The submissions, by name in the order of the board, that it ranks on a metric: with enough runs."""
     return {
-        entry.name: summary
-        for entry in entries
-        if metric.better and entry.ranked and not entry.metrics[metric.name].rank_note
-        if (summary := summaries[metric.name][entry.name]) is not None
-        if summary.runs >= FULL_ENTRY_RUNS
+        submission.name: summary
+        for submission in submissions
+        if metric.better and submission.ranked and not submission.metrics[metric.name].rank_note
+        if (summary := summaries[metric.name][submission.name]) is not None
+        if summary.runs >= FULL_SUBMISSION_RUNS
     }
 
 
-def _pairs(entries: Sequence[BoardEntry], summaries: Summaries) -> tuple[documents.Pair, ...]:
-    """The difference of every two entries, of every metric that both have."""
+def _pairs(submissions: Sequence[BoardRow], summaries: Summaries) -> tuple[documents.Pair, ...]:
+    """The difference of every two submissions, of every metric that both have."""
     pairs = []
-    for above, below in combinations([entry.name for entry in entries[:MAX_PAIRED]], 2):
+    for above, below in combinations([submission.name for submission in submissions[:MAX_PAIRED]], 2):
         both = {name: (values[above], values[below]) for name, values in summaries.items()}
         metrics = {name: Difference.of(a, b) for name, (a, b) in both.items() if a and b}
         if metrics:
@@ -130,37 +133,39 @@ def _why_not_ranked(logs: Sequence[GroupScore], level: Level, first: MetricValue
         return copy_of(copied)
     if not documents.is_verified(level):
         return f"Claimed: {next(filter(None, (log.why_claimed for log in logs)), 'not verified.')}"
-    if min(len(log.runs) for log in logs) < FULL_ENTRY_RUNS:
-        return f"Fewer than {FULL_ENTRY_RUNS} runs."
+    if min(len(log.runs) for log in logs) < FULL_SUBMISSION_RUNS:
+        return f"Fewer than {FULL_SUBMISSION_RUNS} runs."
     return first.why if first.mean is None else ""
 
 
 def _rank_note(
     card: Scorecard, key: BoardKey, metric: Metric, summary: Summary | None, is_unlearned: bool
 ) -> str:
-    """Why an entry with a rank and a value has no rank on this metric; empty if it has one."""
+    """Why a submission with a rank and a value has no rank on this metric; empty if it has one."""
     if is_unlearned and metric.name == "forgetting":
-        return formulas.NOTHING_LEARNED
+        return values.NOTHING_LEARNED
     for protocol in metric.needs:
         if protocol in PROTOCOLS and not documents.is_verified(documents.board_level(card, key, protocol)):
             return f"the {NEEDS[protocol]} are not verified"
-    return f"fewer than {FULL_ENTRY_RUNS} runs" if summary and summary.runs < FULL_ENTRY_RUNS else ""
+    return (
+        f"fewer than {FULL_SUBMISSION_RUNS} runs" if summary and summary.runs < FULL_SUBMISSION_RUNS else ""
+    )
 
 
-def _entry(
+def _submission(
     card: Scorecard,
     key: BoardKey,
     copied: str | None,
     related: tuple[str, ...],
     summaries: Mapping[str, Summary | None],
-) -> BoardEntry:
+) -> BoardRow:
     logs, score = [card.groups[name][key.protocol] for name in key.groups], documents.lookup(card, key)
     assert score is not None, "it is on the board"
     level, metrics = documents.board_level(card, key), BOARD_METRICS[key.protocol]
     why = _why_not_ranked(logs, level, score.metrics[metrics[0].name], copied)
-    is_unlearned = formulas.learned_nothing(score.metrics)
+    is_unlearned = values.learned_nothing(score.metrics)
     manifest = card.manifest
-    return BoardEntry(
+    return BoardRow(
         name=card.name,
         title=card.title,
         level=level,
@@ -184,9 +189,13 @@ def _entry(
     )
 
 
-def _sorted(entries: Sequence[BoardEntry], metric: Metric) -> list[BoardEntry]:
-    """Ranked entries, best first, then the others; an identical entry follows the one that it equals."""
-    identical: dict[str | None, list[BoardEntry]] = {}
-    for entry in documents.best_first(entries, metric):
-        identical.setdefault(entry.duplicate_of, []).append(entry)
-    return [row for entry in identical.get(None, ()) for row in (entry, *identical.get(entry.name, ()))]
+def _sorted(submissions: Sequence[BoardRow], metric: Metric) -> list[BoardRow]:
+    """Ranked submissions, best first, then the others; an identical one follows its original."""
+    identical: dict[str | None, list[BoardRow]] = {}
+    for submission in documents.best_first(submissions, metric):
+        identical.setdefault(submission.duplicate_of, []).append(submission)
+    return [
+        row
+        for submission in identical.get(None, ())
+        for row in (submission, *identical.get(submission.name, ()))
+    ]

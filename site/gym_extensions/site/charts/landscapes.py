@@ -166,7 +166,7 @@ def describe(axis: Axis, mean: Sequence[float], best: Sequence[float]) -> str:
     """The returns after the last stage in words: at both ends and at the trained values."""
     parts = [
         f"{fixed(at, 0)} at {tick_label(value)} {axis.unit}{' (trained)' if is_trained else ''}, "
-        f"best of all entries {fixed(top, 0)}"
+        f"best of all submissions {fixed(top, 0)}"
         for value, at, top in zip(axis.points, mean, best, strict=True)
         if (is_trained := axis.place(value) == "trained") or value in (axis.points[0], axis.points[-1])
     ]

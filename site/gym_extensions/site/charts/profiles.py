@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 from gym_extensions.site.board_views import Row
 from gym_extensions.site.charts.svg import Scale, picture, points, stroke, text, tick_label
 from gym_extensions.site.charts.task_curves import Line, lines_of
-from gym_extensions.site.entry_results import EntryResult, Points
+from gym_extensions.site.submission_results import Points, SubmissionResult
 
 X, Y = (40.0, 372.0), (164.0, 24.0)
 """Left and right, bottom and top."""
@@ -26,19 +26,19 @@ def describe(profile: Points) -> str:
     return ", ".join(f"above {tick_label(at)}: {_percent(shares[at])}" for at in DESCRIBED if at in shares)
 
 
-def of_result(result: EntryResult) -> Markup:
-    """The profile of one entry on one group; empty without a profile."""
+def of_result(result: SubmissionResult) -> Markup:
+    """The profile of one submission on one group; empty without a profile."""
     return _chart([("p1", "", result.profile)], describe(result.profile)) if result.profile else Markup("")
 
 
 def drawn(rows: Sequence[Row]) -> list[Line]:
-    """The lines of the first entries that have a profile, from top to bottom."""
+    """The lines of the first submissions that have a profile, from top to bottom."""
     return lines_of(row for row in rows if row.result.profile)
 
 
 def of_board(lines: Sequence[Line]) -> Markup:
-    """All lines on one scale; the board's first entry is drawn last, above the others."""
-    titled = [(line.kind, line.row.entry.title, line.row.result.profile) for line in lines]
+    """All lines on one scale; the board's first submission is drawn last, above the others."""
+    titled = [(line.kind, line.row.submission.title, line.row.result.profile) for line in lines]
     return _chart(titled, "; ".join(f"{title}: {describe(profile)}" for _, title, profile in titled))
 
 

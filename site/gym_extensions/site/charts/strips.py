@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 
 from markupsafe import Markup
 
-from gym_extensions.scoring.formulas import MetricValue
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, tick_label
-from gym_extensions.site.entry_results import COLUMNS, EntryResult
+from gym_extensions.site.submission_results import COLUMNS, SubmissionResult
 from gym_extensions.site.text import fixed, interval
 
 WIDTH, MARGIN = 280, 12
@@ -29,7 +29,7 @@ def metric_scale(values: Iterable[MetricValue]) -> Scale:
     return scale_around(numbers, MARGIN, WIDTH - MARGIN)
 
 
-def board_scale(results: Sequence[EntryResult]) -> Scale:
+def board_scale(results: Sequence[SubmissionResult]) -> Scale:
     """One scale for the drawn metrics of one protocol: the sorting one and learning performance."""
     drawn = [COLUMNS[result.protocol][0] for result in results[:1]] + ["learning_performance"]
     return metric_scale(result.metric(name) for result in results for name in drawn)

@@ -1,4 +1,4 @@
-"""Line charts of every task: scores over the sequence of one or several entries, and training curves."""
+"""Line charts of every task: scores over the sequence of one or several submissions, and training curves."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from gym_extensions.site.charts.svg import (
     text,
     tick_label,
 )
-from gym_extensions.site.entry_results import EntryResult, Points, normalized
+from gym_extensions.site.submission_results import Points, SubmissionResult, normalized
 from gym_extensions.site.text import fixed, grouped, short, variation
 
 X, Y = (34.0, 200.0), (100.0, 10.0)
@@ -120,7 +120,7 @@ class Panel:
     drawing: Markup
 
 
-def histories(result: EntryResult) -> list[Panel]:
+def histories(result: SubmissionResult) -> list[Panel]:
     """Per task, its score after every stage: a line per run, the mean bold, the trained stage marked.
 
     Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns.
@@ -130,12 +130,12 @@ def histories(result: EntryResult) -> list[Panel]:
     return [_history(result, task, row, shared) for task, row in enumerate(scores)]
 
 
-def _raw(result: EntryResult, task: int) -> list[float]:
+def _raw(result: SubmissionResult, task: int) -> list[float]:
     """Mean returns of a task by run and stage, flattened."""
     return [stage[task] for run in result.stage_matrices for stage in run]
 
 
-def _history(result: EntryResult, task: int, scores: list[float] | None, shared: Scale) -> Panel:
+def _history(result: SubmissionResult, task: int, scores: list[float] | None, shared: Scale) -> Panel:
     raw = _raw(result, task)
     values = raw if scores is None else scores
     y = scale_around(raw, *Y, always=()) if scores is None else shared
@@ -159,7 +159,7 @@ def _history(result: EntryResult, task: int, scores: list[float] | None, shared:
     return Panel(variation(result.tasks[task], result.tasks), unit, drawing)
 
 
-def curves(result: EntryResult) -> list[Panel]:
+def curves(result: SubmissionResult) -> list[Panel]:
     """Per task with training curves, its raw returns over steps; one scale per group."""
     points = [point for curve in result.detail.curves for point in curve.points]
     if not points:
@@ -195,7 +195,7 @@ LINE_STYLES = 6
 
 @dataclass(frozen=True)
 class Line:
-    """An entry on a chart: its class in the style sheet and its row."""
+    """A submission on a chart: its class in the style sheet and its row."""
 
     kind: str
     row: Row
@@ -208,12 +208,12 @@ class Line:
 
 
 def lines_of(rows: Iterable[Row]) -> list[Line]:
-    """The lines of the first entries."""
+    """The lines of the first submissions."""
     return [Line(f"p{number}", row) for number, row in enumerate(islice(rows, LINE_STYLES), 1)]
 
 
 def drawn(rows: Sequence[Row]) -> list[Line]:
-    """The first entries that have scores over the sequence."""
+    """The first submissions that have scores over the sequence."""
     return lines_of(row for row in rows if row.result.stages)
 
 
@@ -249,6 +249,6 @@ def _panel(lines: Sequence[Line], at: int, x: Scale, y: Scale) -> Markup:
             )
         body.append(f'<polyline class="line {line.kind}" points="{points(mean, x, y)}"/>')
         after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
-        name = f"{short(line.row.entry.title)} ({line.row.entry.name})"
+        name = f"{short(line.row.submission.title)} ({line.row.submission.name})"
         labels.append(f"{name}: {fixed(after)} right after its training, {fixed(end)} at the end")
     return picture("panel", "208", "108", "; ".join(reversed(labels)), "".join(body))

@@ -1,6 +1,6 @@
 """All kinds of pages, one module each; those that are little more than their template are here.
 
-A page that is made from all entries has ``publish``, one per entry ``publish_entry``.
+A page that is made from all submissions has ``publish``, one per submission ``publish_submission``.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from collections.abc import Iterator
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
@@ -18,27 +17,32 @@ from gym_extensions.site.pages import (
     compare,
     core,
     data,
-    entries,
     groups,
     metrics,
+    submissions,
     tasks,
 )
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION
+from gym_extensions.submissions.review import REPORTED
 
 
 def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
     """Which method is best on the core, a figure of it, and where everything else is; then every pair."""
-    scored = [entry for entry in site.entries if not entry.problems and entry.level != REPORTED]
+    scored = [
+        submission
+        for submission in site.submissions
+        if not submission.problems and submission.level != REPORTED
+    ]
     board = site.scored.core
-    cards = {entry.name: entry for entry in site.entries}
+    cards = {submission.name: submission for submission in site.submissions}
     boards = {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)}
     values = {
-        "entries": len(scored),
-        "verified": sum(is_verified(entry.level) for entry in scored),
-        "reported": sum(entry.level == REPORTED for entry in site.entries),
-        "refused": sum(bool(entry.problems) for entry in site.entries),
+        "submissions": len(scored),
+        "verified": sum(is_verified(submission.level) for submission in scored),
+        "reported": sum(submission.level == REPORTED for submission in site.submissions),
+        "refused": sum(bool(submission.problems) for submission in site.submissions),
         "groups": groups.groups(site),
         "core_groups": len(CORES[CORE]),
         "landscapes": {group.id: boards[group.id] for group in GROUPS.values() if group.id in boards},
@@ -67,15 +71,15 @@ PAGES = (
     Page("Core", "core.html"),
     Page("Groups", "index.html#groups", groups.publish),
     Page("Tasks", TASK_LIST, tasks.publish),
-    Page("Submissions", publish_entry=entries.publish_entry),
-    Page("Entries", "entries.html", entries.publish_list),
+    Page("Submissions", publish_submission=submissions.publish_submission),
+    Page("Submissions", "submissions.html", submissions.publish_list),
     Page("Compare", "compare.html", compare.publish),
     Page("Play", "play.html", _play),
     Page("Metrics", "metrics.html", metrics.publish),
     Page("Submit", "index.html#submit", doc=f"{DOCS}submit.html"),
     Page("Docs", doc=f"{DOCS}index.html"),
     Page("References", "references.html", tasks.publish_references, in_footer=True),
-    Page("Data", "data.html", data.publish, data.publish_entry, in_footer=True),
+    Page("Data", "data.html", data.publish, data.publish_submission, in_footer=True),
     Page("Changes", doc=f"{DOCS}changelog.html", in_footer=True),
     Page("Speed", doc=f"{DOCS}speed.html", in_footer=True),
     Page("Pictures", publish=tasks.publish_pictures),

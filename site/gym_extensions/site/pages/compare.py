@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.metrics.statistics import summary
 from gym_extensions.scoring.ranking.boards import Difference
 from gym_extensions.scoring.ranking.group_board import MAX_PAIRED
-from gym_extensions.scoring.statistics import summary
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard
 from gym_extensions.site.pages.page import File, Render
@@ -20,7 +20,7 @@ MOST_BOARDS = 40
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
-    """Two menus of entries and what separates them; without script, links to the boards."""
+    """Two menus of submissions and what separates them; without script, links to the boards."""
     boards = [board for board in site.boards if board.leader and len(board.rows) > 1]
     yield "compare.html", render("compare.html", "compare.html", boards=boards[:MOST_BOARDS])
     yield paths.COMPARED, index(site)
@@ -38,7 +38,7 @@ def contests(boards: Sequence[BoardView]) -> list[list[BoardView]]:
 
 
 def index(site: Leaderboard) -> str:
-    """The script with the entries, the groups that they have in common, and the pairs of the core."""
+    """The script with the submissions, the groups that they have in common, and the pairs of the core."""
     merged = [
         {
             "group": group_name(board.group),
@@ -46,7 +46,9 @@ def index(site: Leaderboard) -> str:
             "page": paths.board_tab(board.group, board.id),
             "pairs": paths.board_data(board.id, "pairs.js"),
             "id": board.id,
-            "entries": {row.entry.name: row.entry.runs for each in (board, *others) for row in each.rows},
+            "submissions": {
+                row.submission.name: row.submission.runs for each in (board, *others) for row in each.rows
+            },
         }
         for board, *others in contests(site.boards)
     ]
@@ -58,7 +60,7 @@ def index(site: Leaderboard) -> str:
         ]
         for metric, found in (board.pairs if board else {}).items()
     }
-    titles = {row.entry.name: row.entry.title for each in site.boards for row in each.rows}
+    titles = {row.submission.name: row.submission.title for each in site.boards for row in each.rows}
     whys = {row.name: row.why for row in (board.rows if board else ())}
     unranked = {
         name: why
@@ -70,12 +72,12 @@ def index(site: Leaderboard) -> str:
 
 
 def differences(boards: Sequence[BoardView]) -> str:
-    """The script with the differences of the entries of ``contests``, loaded when two are compared.
+    """The script with the differences of the submissions of ``contests``, loaded when two are compared.
 
-    By the positions i < j of two entries in ``names``: mean, ends of the interval and p value per column.
+    By the positions i < j of two submissions in ``names``: mean, ends of the interval and p value per column.
     """
     board = boards[0]
-    names = [row.entry.name for each in boards for row in each.rows[:MAX_PAIRED]]
+    names = [row.submission.name for each in boards for row in each.rows[:MAX_PAIRED]]
     place = {name: at for at, name in enumerate(names)}
     pairs = {(pair.first, pair.second): pair.metrics for each in boards for pair in each.scored.pairs}
     for one, other in product(*(each.rows[:MAX_PAIRED] for each in boards)) if len(boards) > 1 else ():
@@ -83,7 +85,7 @@ def differences(boards: Sequence[BoardView]) -> str:
             name: (one.result.metric(name).runs, other.result.metric(name).runs) for name in board.columns
         }
         both = {name: Difference.of(*map(summary, each)) for name, each in runs.items() if all(each)}
-        pairs[one.entry.name, other.entry.name] = both
+        pairs[one.submission.name, other.submission.name] = both
     found = {
         f"{place[first]},{place[second]}": [_numbers(metrics.get(name)) for name in board.columns]
         for (first, second), metrics in pairs.items()

@@ -9,8 +9,8 @@ from statistics import fmean
 from markupsafe import Markup, escape
 
 from gym_extensions.catalog.protocol import PROTOCOLS
-from gym_extensions.scoring.formulas import MetricValue
-from gym_extensions.scoring.ranking.boards import CoreBoard, CoreEntry, CorePair, CoreReference
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreReference, CoreRow
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.board_views import value_of
@@ -28,39 +28,39 @@ MOST_NAMED = 3
 """Up to this many methods are named in a sentence; more are counted."""
 
 
-def value(entry: CoreEntry, metric: str) -> MetricValue:
+def value(submission: CoreRow, metric: str) -> MetricValue:
     """A metric of a method: mean and interval over the core; without a mean where it lacks a group."""
-    return value_of(entry.metrics[metric])
+    return value_of(submission.metrics[metric])
 
 
-def own_row(card: Scorecard) -> CoreEntry | None:
-    """The row of one entry, without its rank; None if it has no runs on the core."""
+def own_row(card: Scorecard) -> CoreRow | None:
+    """The row of one submission, without its rank; None if it has no runs on the core."""
     board = core_board([card])
     return board.rows[0] if board else None
 
 
-def state(entry: CoreEntry) -> str:
+def state(submission: CoreRow) -> str:
     """Why a method is not ranked, for example ``lacks walker2d-wall, hopper-body``; empty if it is."""
-    if entry.missing:
-        return f"lacks {', '.join(split_version(group)[0] for group in entry.missing)}"
-    return entry.why
+    if submission.missing:
+        return f"lacks {', '.join(split_version(group)[0] for group in submission.missing)}"
+    return submission.why
 
 
-def notes(entry: CoreEntry) -> str:
+def notes(submission: CoreRow) -> str:
     """What of a method is not compared, in sentences, without their codes."""
-    return " ".join(note.partition(": ")[2] for note in entry.notes)
+    return " ".join(note.partition(": ")[2] for note in submission.notes)
 
 
-def scale(entries: Sequence[CoreEntry]) -> Scale:
+def scale(submissions: Sequence[CoreRow]) -> Scale:
     """The scale of the drawn column, with every interval and 0."""
-    return scale_around(_ends(entries), MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
+    return scale_around(_ends(submissions), MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
 
 
-def cost(card: Scorecard, row: CoreEntry | None) -> tuple[str, str]:
+def cost(card: Scorecard, row: CoreRow | None) -> tuple[str, str]:
     """Training steps and processor time of a run, for example ``8.7M steps``, ``21 min in 6 of 7 groups``.
 
-    Each is a sum over the groups of the core that the entry has, or over all of its groups if it is not on
-    the core, of the mean over the runs that state it. No time, and a dash, where no run does.
+    Each is a sum over the groups of the core that the submission has, or over all of its groups if it is not
+    on the core, of the mean over the runs that state it. No time, and a dash, where no run does.
     """
     names = row.groups if row else card.groups
     protocol = min((each for name in names for each in card.groups[name]), key=PROTOCOLS.index, default="")
@@ -77,7 +77,7 @@ def cost(card: Scorecard, row: CoreEntry | None) -> tuple[str, str]:
 
 def answers(board: CoreBoard | None) -> list[Markup]:
     """Who leads, who forgets least, and how certain either is, in sentences."""
-    ranked = [entry for entry in board.rows if entry.ranked] if board else []
+    ranked = [submission for submission in board.rows if submission.ranked] if board else []
     if board is None or not ranked:
         return [Markup("No method has all runs of the core suite yet. Each row says what is missing.")]
     if len(ranked) == 1:
@@ -85,13 +85,13 @@ def answers(board: CoreBoard | None) -> list[Markup]:
         kept = value(ranked[0], FINAL)
         return [only.format(NAME.format(short(ranked[0].title, 40)), mean(kept), ends(kept))]
     sentences = [_answer(board, ranked, FINAL, "")]
-    learned = [entry for entry in ranked if entry.metrics[LOST].rank]
-    learned.sort(key=lambda entry: (entry.metrics[LOST].mean or 0.0, entry.name))
+    learned = [submission for submission in ranked if submission.metrics[LOST].rank]
+    learned.sort(key=lambda submission: (submission.metrics[LOST].mean or 0.0, submission.name))
     if learned:
         sentences.append(_answer(board, learned, LOST, LEARNERS))
     if learned and task_conditioned(learned[0]):
         sentences[-1] += BY_CONSTRUCTION
-        if others := [entry for entry in learned if not task_conditioned(entry)]:
+        if others := [submission for submission in learned if not task_conditioned(submission)]:
             sentences.append(_answer(board, others, LOST, "Without the task label, "))
     return sentences
 
@@ -110,17 +110,21 @@ WORDS = {
 """By metric: of a significant lead, of the best mean without one, and the relation to the others."""
 
 
-def task_conditioned(entry: CoreEntry) -> bool:
+def task_conditioned(submission: CoreRow) -> bool:
     """Whether the agent is given the task label at test time."""
-    return entry.observes is not None and entry.observes.task_in_evaluation
+    return submission.observes is not None and submission.observes.task_in_evaluation
 
 
-def _answer(board: CoreBoard, methods: Sequence[CoreEntry], metric: str, of: str | Markup) -> Markup:
+def _answer(board: CoreBoard, methods: Sequence[CoreRow], metric: str, of: str | Markup) -> Markup:
     """The first of some methods, and from which of the others it differs significantly."""
     first, *others = methods
-    pairs = [(entry, pair) for entry in others if (pair := board.pair(metric, first.name, entry.name))]
-    won = [entry.name for entry, pair in pairs if _wins(first.name, pair, metric)]
-    tied = [short(entry.title, 40) for entry, _ in pairs if entry.name not in won]
+    pairs = [
+        (submission, pair)
+        for submission in others
+        if (pair := board.pair(metric, first.name, submission.name))
+    ]
+    won = [submission.name for submission, pair in pairs if _wins(first.name, pair, metric)]
+    tied = [short(submission.title, 40) for submission, _ in pairs if submission.name not in won]
     leads, highest, relation = WORDS[metric]
     best, verb = value(first, metric), leads if len(tied) < len(pairs) else highest
     start = Markup("{}{} {} {} ({})").format(
@@ -133,7 +137,9 @@ def _answer(board: CoreBoard, methods: Sequence[CoreEntry], metric: str, of: str
         names = f"{len(tied)} of {count(len(pairs), 'other method')}"
     if len(tied) == len(pairs):
         return start + Markup("; no significant difference from {}.").format(names)
-    note = PRELIMINARY if any(pair.exploratory for entry, pair in pairs if entry.name in won) else ""
+    note = (
+        PRELIMINARY if any(pair.exploratory for submission, pair in pairs if submission.name in won) else ""
+    )
     scope = f"all but {names}" if tied else "every other method"
     return start + Markup(", significantly {} than {}{}.").format(relation, scope, note)
 
@@ -153,13 +159,13 @@ Box = tuple[float, float, float, float]
 """Left, top, right and bottom."""
 
 
-def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = ()) -> Markup:
+def figure(submissions: Sequence[CoreRow], references: Sequence[CoreReference] = ()) -> Markup:
     """Learned (x) against kept at the end (y): a point per method with both intervals.
 
     On the diagonal nothing is lost; the best corner is at the top right. Empty without a ranked method.
-    Entries are best first; those without a score are left out. References are drawn as levels.
+    Submissions are best first; those without a score are left out. References are drawn as levels.
     """
-    shown = [entry for entry in entries if entry.metrics[FINAL].mean is not None]
+    shown = [submission for submission in submissions if submission.metrics[FINAL].mean is not None]
     if not shown:
         return Markup("")
     reach = [*_ends(shown), *(each.value.mean or 0.0 for each in references)]
@@ -170,17 +176,21 @@ def figure(entries: Sequence[CoreEntry], references: Sequence[CoreReference] = (
         level = y.at(each.value.mean or 0.0)
         parts.append(stroke(x.start, level, x.end, level, "way"))
         parts.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
-    parts += _points(shown, [value(entry, LEARNED) for entry in shown], "learned {}", x, y)
+    parts += _points(shown, [value(submission, LEARNED) for submission in shown], "learned {}", x, y)
     return _plane("Learned against kept, a point per method", parts)
 
 
-def cost_figure(entries: Sequence[CoreEntry]) -> Markup:
+def cost_figure(submissions: Sequence[CoreRow]) -> Markup:
     """Processor time of a run of the core (x) against kept at the end (y), of the methods that state both.
 
     Empty with fewer than two of them.
     """
-    stated = [entry for entry in entries if entry.metrics[FINAL].mean is not None and entry.cost.cpu_seconds]
-    minutes = [MetricValue((entry.cost.cpu_seconds or 0.0) / 60) for entry in stated]
+    stated = [
+        submission
+        for submission in submissions
+        if submission.metrics[FINAL].mean is not None and submission.cost.cpu_seconds
+    ]
+    minutes = [MetricValue((submission.cost.cpu_seconds or 0.0) / 60) for submission in stated]
     if len(stated) < 2:
         return Markup("")
     x = scale_around([each.mean or 0.0 for each in minutes], LEFT, LEFT + SIDE, always=(0.0,))
@@ -194,35 +204,35 @@ def _plane(label: str, parts: Sequence[str]) -> Markup:
 
 
 def _points(
-    entries: Sequence[CoreEntry], across: Sequence[MetricValue], words: str, x: Scale, y: Scale
+    submissions: Sequence[CoreRow], across: Sequence[MetricValue], words: str, x: Scale, y: Scale
 ) -> list[str]:
     """The methods with their intervals and names; ``words`` say what is across."""
     places = [
-        (x.at(each.mean or 0), y.at(value(entry, FINAL).mean or 0))
-        for entry, each in zip(entries, across, strict=True)
+        (x.at(each.mean or 0), y.at(value(submission, FINAL).mean or 0))
+        for submission, each in zip(submissions, across, strict=True)
     ]
     parts, bars = [], []
-    for number, (entry, each, (left, up)) in reversed(
-        list(enumerate(zip(entries, across, places, strict=True)))
+    for number, (submission, each, (left, up)) in reversed(
+        list(enumerate(zip(submissions, across, places, strict=True)))
     ):
-        kept = value(entry, FINAL)
-        kind = "unranked" if not entry.ranked else "other" if number else "first"
+        kept = value(submission, FINAL)
+        kind = "unranked" if not submission.ranked else "other" if number else "first"
         ways = [(x.at(each.ends[0]), up, x.at(each.ends[1]), up)] if each.ends else []
         ways += [(left, y.at(kept.ends[1]), left, y.at(kept.ends[0]))] if kept.ends else []
         if ways:
             drawn = "".join(f"M{px(x0)} {px(y0)}L{px(x1)} {px(y1)}" for x0, y0, x1, y1 in ways)
             parts.append(f'<path class="whisker {kind}" d="{drawn}"/>')
         bars += ways
-        title = f"{short(entry.name, MAX_LABEL)}: {words.format(mean(each))}, kept {mean(kept)}"
+        title = f"{short(submission.name, MAX_LABEL)}: {words.format(mean(each))}, kept {mean(kept)}"
         parts.append(
             f'<circle class="method {kind}" cx="{px(left)}" cy="{px(up)}">'
             f"<title>{escape(title)}</title></circle>"
         )
-    return parts + _labels([short(entry.name, MAX_LABEL) for entry in entries], places, bars)
+    return parts + _labels([short(submission.name, MAX_LABEL) for submission in submissions], places, bars)
 
 
-def _ends(entries: Sequence[CoreEntry], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
-    values = [value(entry, metric) for entry in entries for metric in metrics]
+def _ends(submissions: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
+    values = [value(submission, metric) for submission in submissions for metric in metrics]
     return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from gym_extensions.rollouts.review import Level
-from gym_extensions.scoring.documents import JsonDocument, about
+from gym_extensions.documents import JsonDocument, about
 from gym_extensions.scoring.output.board_frames import board_frame, to_csv
 from gym_extensions.scoring.output.schema import schema_texts
 from gym_extensions.scoring.ranking.boards import BoardsDocument
@@ -16,10 +15,11 @@ from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard
 from gym_extensions.site.pages.groups import Group, groups
 from gym_extensions.site.pages.page import Draft, File, Render
+from gym_extensions.submissions.review import Level
 
 
 @dataclass(frozen=True, slots=True)
-class IndexEntry:
+class IndexRow:
     """A submission."""
 
     name: Annotated[str, about("name of its folder")]
@@ -38,7 +38,7 @@ class IndexBoard:
     protocol: Annotated[str, about("`sequential`, `single`, `joint` or `cumulative`")]
     budget: Annotated[str, about("name of the budget")]
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
-    entries: Annotated[int, about("number of its entries")]
+    submissions: Annotated[int, about("number of its submissions")]
     path: Annotated[str, about("path of the board, a document of schemas/boards.json with one board")]
     page: Annotated[str, about("path of its page")]
 
@@ -49,7 +49,7 @@ class Index(JsonDocument):
 
     format: Annotated[Literal[1], about("1")] = 1
     references: ReferencesInfo
-    entries: Annotated[tuple[IndexEntry, ...], about("submissions, sorted by name")]
+    submissions: Annotated[tuple[IndexRow, ...], about("submissions, sorted by name")]
     boards: Annotated[tuple[IndexBoard, ...], about("boards")]
     core: Annotated[str, about("path of the core board, a document of schemas/boards.json")]
     groups: Annotated[dict[str, str], about("path of each group's or suite's document, by its id")]
@@ -68,10 +68,10 @@ class GroupDocument(JsonDocument):
     boards: Annotated[tuple[IndexBoard, ...], about("its boards")]
 
 
-def publish_entry(entry: Scorecard, render: Render) -> Iterator[File]:
+def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     """The scorecard of a submission, as ``score --json`` prints it."""
-    document = ScorecardDocument(references=render.references, submissions=(entry,))
-    yield paths.entry_data(entry.name), Draft(render.inputs[entry.name], document.to_json)
+    document = ScorecardDocument(references=render.references, submissions=(submission,))
+    yield paths.submission_data(submission.name), Draft(render.inputs[submission.name], document.to_json)
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -81,11 +81,15 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     yield "data.html", render("data.html", "data.html")
     index = Index(
         references=site.references,
-        entries=tuple(
-            IndexEntry(
-                each.name, each.title, each.level, paths.entry_data(each.name), paths.entry_path(each.name)
+        submissions=tuple(
+            IndexRow(
+                each.name,
+                each.title,
+                each.level,
+                paths.submission_data(each.name),
+                paths.submission_path(each.name),
             )
-            for each in site.entries
+            for each in site.submissions
         ),
         boards=tuple(boards.values()),
         core=paths.CORE_DATA,

@@ -10,29 +10,31 @@ from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.references import MeasuredReference
-from gym_extensions.rollouts.review import REPORTED
 from gym_extensions.scoring.scorecard import PaperRow, Scorecard
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.charts.task_pictures import group_picture, task_picture
-from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.output import encoded
 from gym_extensions.site.pages.landscapes import TITLES
 from gym_extensions.site.pages.page import Draft, File, Render
 from gym_extensions.site.pages.tasks import measured
+from gym_extensions.site.submission_results import SEQUENTIAL
 from gym_extensions.site.text import fixed
+from gym_extensions.submissions.review import REPORTED
 
 SHOWN_ROWS = 20
 """Rows of a board on the page of its group, with drawings; the board's own table has all."""
-FIRST_ENTRIES = 2
-"""How many of the best entries are compared with the paper's numbers."""
+FIRST_SUBMISSIONS = 2
+"""How many of the best submissions are compared with the paper's numbers."""
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """A page for each group and suite with its boards, and the table of all rows of every board."""
     for group in groups(site):
         path = paths.group_path(group.id)
-        rows = [(row.entry, site.inputs[row.entry.name]) for board in group.boards for row in board.rows]
+        rows = [
+            (row.submission, site.inputs[row.submission.name]) for board in group.boards for row in board.rows
+        ]
         shared = repr((group.tasks, group.paper, [board.id for board in group.boards])).encode()
         landscapes = {board.id: render.landscapes.rows(board) for board in group.boards}
         shares = [view.inputs for pairs in landscapes.values() for _, view in pairs]
@@ -81,10 +83,10 @@ class TaskRow:
 
 @dataclass(frozen=True)
 class PaperTable:
-    """The four columns of the paper for some entries, per task."""
+    """The four columns of the paper for some submissions, per task."""
 
-    entries: tuple[tuple[str, str], ...]  # name and title of each, the publication first
-    rows: tuple[tuple[str, tuple[PaperRow | None, ...]], ...]  # per task id; None where an entry lacks it
+    submissions: tuple[tuple[str, str], ...]  # name and title of each, the publication first
+    rows: tuple[tuple[str, tuple[PaperRow | None, ...]], ...]  # per task id; None where a submission lacks it
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,9 @@ class Group:
     id: str  # group id or suite name
     tasks: tuple[TaskRow, ...]  # in training order; empty for a suite
     members: tuple[str, ...]  # the group ids of a suite; empty for a group
-    boards: tuple[BoardView, ...]  # by protocol, most entries first, task-conditioned ones after the others
+    boards: tuple[
+        BoardView, ...
+    ]  # by protocol, most submissions first, task-conditioned ones after the others
     paper: PaperTable | None  # the paper's columns; None without a publication
 
     @property
@@ -114,15 +118,15 @@ class Group:
         return tuple(dict.fromkeys(bodies))
 
     @property
-    def entries(self) -> int:
-        """The number of different entries on its boards."""
-        return len({row.entry.name for board in self.boards for row in board.rows})
+    def submissions(self) -> int:
+        """The number of different submissions on its boards."""
+        return len({row.submission.name for board in self.boards for row in board.rows})
 
     @property
     def best(self) -> Row | None:
-        """The first ranked entry of its first board of sequential training that has one."""
+        """The first ranked submission of its first board of sequential training that has one."""
         leaders = (board.leader for board in self.boards if board.protocol == SEQUENTIAL)
-        return next((leader.row for leader in leaders if leader and leader.row.entry.ranked), None)
+        return next((leader.row for leader in leaders if leader and leader.row.submission.ranked), None)
 
 
 def groups(site: Leaderboard) -> tuple[Group, ...]:
@@ -134,7 +138,7 @@ def groups(site: Leaderboard) -> tuple[Group, ...]:
     ids = [name for name in dict.fromkeys((*CORES[CORE], *published, *by_group)) if name not in SUITES]
     known = measured(site.references)
     return tuple(
-        _group(name, published.get(name), by_group.get(name, []), site.entries, known)
+        _group(name, published.get(name), by_group.get(name, []), site.submissions, known)
         for name in (*ids, *SUITES)
     )
 
@@ -143,7 +147,7 @@ def _group(
     name: str,
     group: TaskGroup | None,
     boards: Sequence[BoardView],
-    entries: Sequence[Scorecard],
+    submissions: Sequence[Scorecard],
     known: Mapping[str, MeasuredReference],
 ) -> Group:
     tasks = group.task_ids if group else next((board.results[0].tasks for board in boards), ())
@@ -154,21 +158,23 @@ def _group(
         boards=tuple(
             sorted(boards, key=lambda b: (PROTOCOLS.index(b.protocol), b.task_conditioned, -len(b.rows)))
         ),
-        paper=_paper(name, tasks, boards, entries),
+        paper=_paper(name, tasks, boards, submissions),
     )
 
 
 def _paper(
-    name: str, tasks: Sequence[str], boards: Sequence[BoardView], entries: Sequence[Scorecard]
+    name: str, tasks: Sequence[str], boards: Sequence[BoardView], submissions: Sequence[Scorecard]
 ) -> PaperTable | None:
-    """Publications of the group, and the best entries of its first board of sequential training."""
+    """Publications of the group, and the best submissions of its first board of sequential training."""
     reported = [
-        entry for entry in entries if entry.level == REPORTED and SEQUENTIAL in entry.groups.get(name, {})
+        submission
+        for submission in submissions
+        if submission.level == REPORTED and SEQUENTIAL in submission.groups.get(name, {})
     ]
     if not reported:
         return None
     sequential = next((board for board in boards if board.protocol == SEQUENTIAL), None)
-    best = [row.card for row in sequential.rows[:FIRST_ENTRIES]] if sequential else []
+    best = [row.card for row in sequential.rows[:FIRST_SUBMISSIONS]] if sequential else []
     cards = [*reported, *(card for card in best if card not in reported)]
     tables = [{row.task: row for row in card.groups[name][SEQUENTIAL].paper_table} for card in cards]
     rows = tuple((task, tuple(table.get(task) for table in tables)) for task in tasks)

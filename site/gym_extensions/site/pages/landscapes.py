@@ -1,4 +1,4 @@
-"""Landscapes on the pages: maps and numbers of an entry, and the entries of a group side by side."""
+"""Landscapes on the pages: maps and numbers of a submission, and the submissions of a group side by side."""
 
 from __future__ import annotations
 
@@ -12,9 +12,13 @@ from markupsafe import Markup
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.review import is_withdrawn, read_review
-from gym_extensions.scoring.formulas import MetricValue
-from gym_extensions.scoring.landscapes import (
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.board_views import BoardView, Row
+from gym_extensions.site.charts import landscapes as charts
+from gym_extensions.site.charts.svg import tick_label
+from gym_extensions.site.output import encoded
+from gym_extensions.submissions.landscapes import (
     EXTRAPOLATION,
     INTERPOLATION,
     NO_POLICIES,
@@ -28,11 +32,7 @@ from gym_extensions.scoring.landscapes import (
     share,
     summary,
 )
-from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site.board_views import BoardView, Row
-from gym_extensions.site.charts import landscapes as charts
-from gym_extensions.site.charts.svg import tick_label
-from gym_extensions.site.output import encoded
+from gym_extensions.submissions.review import is_withdrawn, read_review
 
 Summary = Mapping[str, MetricValue]
 """Interpolation and extrapolation, without one of which a group has no worlds."""
@@ -52,19 +52,19 @@ class AxisView:
 
 @dataclass(frozen=True)
 class View:
-    """The landscape of an entry on a group, or why there is none."""
+    """The landscape of a submission on a group, or why there is none."""
 
     group: TaskGroup
     landscape: Landscape | None
     best: Best
-    entries: int = 0  # that have a landscape of the group
+    submissions: int = 0  # that have a landscape of the group
     why: str = ""
 
     @property
     def inputs(self) -> bytes:
         """All that the section depends on."""
         best = [value for (group, _), value in self.best.items() if group == self.group.id]
-        return encoded((self.why, self.landscape, self.entries, best))
+        return encoded((self.why, self.landscape, self.submissions, best))
 
     @cached_property
     def summary(self) -> Summary:
@@ -114,12 +114,12 @@ def _is_withdrawn(folder: Path) -> bool:
     try:
         return is_withdrawn(read_review(folder).decisions)
     except BenchError:
-        return True  # with such a review, the entry has problems and is on no board
+        return True  # with such a review, the submission has problems and is on no board
 
 
 @dataclass(frozen=True)
 class Landscapes:
-    """The landscapes of all entries of a site, as far as their folders are known."""
+    """The landscapes of all submissions of a site, as far as their folders are known."""
 
     folders: Mapping[str, Path] = field(default_factory=dict)
 
@@ -130,34 +130,36 @@ class Landscapes:
         top = best(standing)
         views: dict[str, dict[str, View]] = {group.id: {} for group in GROUPS.values()}
         for name, landscapes in found.items():
-            measured = standing | {name: landscapes}  # a withdrawn entry is compared on its own page alone
+            measured = standing | {
+                name: landscapes
+            }  # a withdrawn submission is compared on its own page alone
             highest = top if name in standing else best(measured)
             for id_, each in landscapes.items():
-                entries = sum(id_ in others for others in measured.values())
-                views[id_][name] = View(group(id_), each, highest, entries)
+                submissions = sum(id_ in others for others in measured.values())
+                views[id_][name] = View(group(id_), each, highest, submissions)
         return views
 
-    def views(self, entry: Scorecard) -> dict[str, View]:
-        """The landscapes of an entry by group id, for its sequential results on groups with axes."""
-        folder = self.folders.get(entry.name)
+    def views(self, submission: Scorecard) -> dict[str, View]:
+        """The landscapes of a submission by group id, for its sequential results on groups with axes."""
+        folder = self.folders.get(submission.name)
         if folder is None:
             return {}
         return {
-            group.id: self._view(entry, folder, group)
+            group.id: self._view(submission, folder, group)
             for group in GROUPS.values()
-            if PROTOCOL in entry.groups.get(group.id, {}) and axes(group)
+            if PROTOCOL in submission.groups.get(group.id, {}) and axes(group)
         }
 
-    def _view(self, entry: Scorecard, folder: Path, group: TaskGroup) -> View:
-        if known := self._all[group.id].get(entry.name):
+    def _view(self, submission: Scorecard, folder: Path, group: TaskGroup) -> View:
+        if known := self._all[group.id].get(submission.name):
             return known
         found = load(folder, group)
-        has_policies = any(run.policies for run in entry.groups[group.id][PROTOCOL].provenance)
+        has_policies = any(run.policies for run in submission.groups[group.id][PROTOCOL].provenance)
         why = NO_POLICIES if found == NOT_MEASURED and not has_policies else found
         return View(group, None, {}, why=str(why))
 
     def rows(self, board: BoardView) -> list[tuple[Row, View]]:
-        """The entries of a sequential board that have a landscape, from the highest share to the lowest."""
+        """The submissions of a sequential board with a landscape, from the highest share to the lowest."""
         known = self._all.get(board.group, {}) if board.protocol == PROTOCOL else {}
-        rows = [(row, known[row.entry.name]) for row in board.rows if row.entry.name in known]
+        rows = [(row, known[row.submission.name]) for row in board.rows if row.submission.name in known]
         return sorted(rows, key=lambda pair: [-(value.mean or 0.0) for value in pair[1].summary.values()])

@@ -43,14 +43,16 @@ class Render:
 
     references: ReferencesInfo  # that normalize all scores
     pages: tuple[Page, ...]  # all kinds
-    folders: Mapping[str, Path] = field(default_factory=dict)  # of the entries by name, where they are known
+    folders: Mapping[str, Path] = field(
+        default_factory=dict
+    )  # of the submissions by name, where they are known
     simulator: Simulator | None = None  # MuJoCo for the browser, if the site has it
     docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
     inputs: dict[str, bytes] = field(default_factory=dict)  # the digest of each scorecard so far, by name
 
     @cached_property
     def landscapes(self) -> Landscapes:
-        """The landscapes of all entries whose folders are known."""
+        """The landscapes of all submissions whose folders are known."""
         return Landscapes(self.folders)
 
     def __call__(self, template: str, path: str, **values: object) -> str:
@@ -90,14 +92,15 @@ File = tuple[str, str | bytes | Draft]
 class Page:
     """A kind of page.
 
-    ``publish`` yields the files that are made from all entries, of which it gets shortened scorecards, so
-    that many fit in memory. ``publish_entry`` yields the files of one entry, from its whole scorecard.
+    ``publish`` yields the files that are made from all submissions, of which it gets shortened scorecards, so
+    that many fit in memory. ``publish_submission`` yields the files of one submission, from its whole
+    scorecard.
     """
 
     title: str  # in the menu
     path: str = ""  # what the menu links to; without it the page is not in the menu
     publish: Callable[[Leaderboard, Render], Iterator[File]] | None = None
-    publish_entry: Callable[[Scorecard, Render], Iterator[File]] | None = None
+    publish_submission: Callable[[Scorecard, Render], Iterator[File]] | None = None
     in_footer: bool = False  # whether the footer links to it instead of the menu
     doc: str = ""  # the page of the documentation that is linked instead, where the site has one
 

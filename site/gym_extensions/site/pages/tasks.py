@@ -1,4 +1,4 @@
-"""The pages of tasks, with what 1 is, the best entries, the expert and the records; the page References."""
+"""The pages of tasks, with what 1 is, the best results, the expert and the records; the page References."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ from functools import cache, cached_property, partial
 
 from markupsafe import Markup
 
-from gym_extensions import experts, references
+from gym_extensions import references
 from gym_extensions.catalog import tasks as catalog
 from gym_extensions.catalog.descriptions import description
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS, Task, tasks_by_base, versions
 from gym_extensions.catalog.variations import Gravity
-from gym_extensions.experts import Step
-from gym_extensions.references import MeasuredReference, load_references, trained_alone
-from gym_extensions.rollouts.layout import POSES
-from gym_extensions.scoring.poses import PolicyPoses, TaskPoses
+from gym_extensions.references import MeasuredReference, experts, load_references, trained_alone
+from gym_extensions.references.experts import Step
 from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures, task_picture
-from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
 from gym_extensions.site.play.assets import play_link
 from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
+from gym_extensions.site.submission_results import SEQUENTIAL
 from gym_extensions.site.text import grouped, inline, short
+from gym_extensions.submissions.layout import POSES
+from gym_extensions.submissions.poses import PolicyPoses, TaskPoses
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The list of tasks, then a page per published task."""
     yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks_by_base())
-    references, best = measured(site.references), best_entries(site.boards)
+    references, best = measured(site.references), best_submissions(site.boards)
     for task in TASKS.values():
         path = paths.task_path(task.id)
         records = site.records.get(task.id, ())
@@ -89,14 +89,14 @@ def alone(task_id: str) -> tuple[float, ...]:
 
 
 BEST = 5
-"""Entries that the page of a task lists."""
+"""Submissions that the page of a task lists."""
 Records = Mapping[str, tuple[Record, ...]]
 """The verified records by task id, the best one first."""
 
 
 @dataclass(frozen=True)
-class BestEntry:
-    """An entry on a board, with the mean returns of one task."""
+class BestRow:
+    """A submission on a board, with the mean returns of one task."""
 
     board: BoardView
     row: Row
@@ -110,11 +110,11 @@ class BestEntry:
 
 @dataclass(frozen=True)
 class TaskView:
-    """A task as its page shows it, with its best entries and its verified records, the best one first."""
+    """A task as its page shows it, with its best submissions and its verified records, the best one first."""
 
     task: Task
     measured: MeasuredReference | None
-    best: tuple[BestEntry, ...]
+    best: tuple[BestRow, ...]
     records: tuple[Record, ...]
 
     @property
@@ -196,18 +196,18 @@ class TaskView:
         )
 
 
-def best_entries(boards: Sequence[BoardView]) -> dict[str, tuple[BestEntry, ...]]:
-    """The verified entries with the highest return at the end of sequential training, by task id."""
-    by_task: dict[str, list[BestEntry]] = {}
+def best_submissions(boards: Sequence[BoardView]) -> dict[str, tuple[BestRow, ...]]:
+    """The verified submissions with the highest return at the end of sequential training, by task id."""
+    by_task: dict[str, list[BestRow]] = {}
     for board in boards:
         if board.protocol != SEQUENTIAL or board.suite:
             continue
         for row in board.rows:
-            if row.entry.duplicate_of or not is_verified(row.card.level):
+            if row.submission.duplicate_of or not is_verified(row.card.level):
                 continue
             for returns in row.result.detail.paper_table:
                 if returns.fully_trained:
-                    by_task.setdefault(returns.task, []).append(BestEntry(board, row, returns))
+                    by_task.setdefault(returns.task, []).append(BestRow(board, row, returns))
     return {
         name: tuple(sorted(rows, key=lambda best: (-best.end, best.row.card.name))[:BEST])
         for name, rows in by_task.items()

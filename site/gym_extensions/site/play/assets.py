@@ -1,8 +1,8 @@
 """The files that the page Play loads: bodies, tasks, and policies that a script in the browser evaluates.
 
 There is no room for every policy. The site publishes the experts of the tasks, then of each group the first
-run of the entries that trained in sequence, the best entries first, then their second run, and so on, until
-``MAX_BYTES`` are reached. Policies of more than ``MAX_FILE_BYTES`` are left out.
+run of the submissions that trained in sequence, the best submissions first, then their second run, and so on,
+until ``MAX_BYTES`` are reached. Policies of more than ``MAX_FILE_BYTES`` are left out.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from urllib.parse import urlencode
 
 import numpy as np
 
-from gym_extensions import experts
 from gym_extensions.catalog.bodies import BODIES, Body
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, Wall
 from gym_extensions.errors import BenchError
-from gym_extensions.rollouts.policies.files import has_policies, read_policies
-from gym_extensions.rollouts.policies.mlp import Policy
+from gym_extensions.references import experts
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
-from gym_extensions.site.entry_results import SEQUENTIAL
 from gym_extensions.site.paths import slug
 from gym_extensions.site.play.mujoco_wasm import Simulator, license_of
+from gym_extensions.site.submission_results import SEQUENTIAL
+from gym_extensions.submissions.policies.files import has_policies, read_policies
+from gym_extensions.submissions.policies.mlp import Policy
 
 FORMAT = 1
 """Of the index and of policy files."""
@@ -46,7 +46,7 @@ UNUSED = ("log_sigma", "log_sigma_weight", "log_sigma_clip")
 NO_POLICIES = "No policies are published"
 NOT_ARRAYS = "The policies are not plain arrays, which the script needs"
 TOO_LARGE = f"The policies take more than {MAX_FILE_BYTES // 10**6} MB"
-NO_ROOM = f"This site offers {MAX_BYTES // 10**6} MB of policies, the best entries first"
+NO_ROOM = f"This site offers {MAX_BYTES // 10**6} MB of policies, the best submissions first"
 
 
 def is_playable(task: Task) -> bool:
@@ -71,12 +71,12 @@ def play_link(task: Task) -> str:
     return f"play.html#?task={task.name}" if playable_tasks().get(task.name) == task else ""
 
 
-def play_group_link(group_id: str, entry: str = "", run: int = 0) -> str:
-    """The path of the page with a group and a run of an entry chosen; empty if the group cannot be played."""
+def play_group_link(group_id: str, submission: str = "", run: int = 0) -> str:
+    """The path of the page with a group and a run chosen; empty if the group cannot be played."""
     tasks = {group.id: group.tasks[0].name for group in playable_groups()}
     if group_id not in tasks:
         return ""
-    chosen = {"entry": entry, "run": run, "stage": 1} if entry else {}
+    chosen = {"submission": submission, "run": run, "stage": 1} if submission else {}
     return f"play.html#?{urlencode({'group': group_id, 'task': tasks[group_id]} | chosen)}"
 
 
@@ -99,15 +99,15 @@ def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator)
             tasks[name] |= {"expert": path, "provisional": bool(experts.card(name).provisional)}
             room -= len(files[path])
     groups: dict[str, dict[str, Any]] = {
-        group.id: {"id": group.id, "tasks": [task.name for task in group.tasks], "entries": {}}
+        group.id: {"id": group.id, "tasks": [task.name for task in group.tasks], "submissions": {}}
         for group in playable_groups()
     }
     boards = [board for board in site.boards if board.protocol == SEQUENTIAL and board.group in groups]
     whys: dict[tuple[str, str], tuple[str, str]] = {}  # title and reason by group and name
     for board, row, nth in _in_turn(boards):
-        entries, name = groups[board.group]["entries"], row.card.name
+        submissions, name = groups[board.group]["submissions"], row.card.name
         content, why = b"", NO_ROOM
-        if room:  # of many entries, most are not read
+        if room:  # of many submissions, most are not read
             content, why = _run_file(row, board.group, nth, folders)
         if len(content) > room:
             room, why = 0, NO_ROOM
@@ -117,11 +117,11 @@ def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator)
         path = f"play/{slug(name)}/{slug(board.group)}-run{row.result.runs[nth]}.bin"
         files[path] = content
         room -= len(content)
-        entry = entries.setdefault(name, {"title": row.card.title, "runs": []})
-        entry["runs"].append((row.result.runs[nth], path))
+        submission = submissions.setdefault(name, {"title": row.card.title, "runs": []})
+        submission["runs"].append((row.result.runs[nth], path))
     absent: dict[str, list[tuple[str, str]]] = {}
     for (group_id, name), (title, why) in whys.items():
-        if name not in groups[group_id]["entries"]:
+        if name not in groups[group_id]["submissions"]:
             absent.setdefault(why, []).append((title, group_id))
     core = site.scored.core
     index = {
@@ -130,16 +130,17 @@ def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator)
         "bodies": {body.name: _body(body) for body in PLAYED},
         "tasks": tasks,
         "groups": list(groups.values()),
-        "core": [entry.name for entry in core.rows if entry.ranked] if core else [],
+        "core": [submission.name for submission in core.rows if submission.ranked] if core else [],
     }
     files["play/index.json"] = json.dumps(index, ensure_ascii=False, separators=(",", ":")).encode()
     return Assets(files | simulator.files(), absent)
 
 
 def _in_turn(boards: Sequence[BoardView]) -> Iterator[tuple[BoardView, Row, int]]:
-    """Entries with the position of a run.
+    """Submissions with the position of a run.
 
-    The first run of the first entry of every board, of the second entry, and so on; then the second runs.
+    The first run of the first submission of every board, of the second submission, and so on; then the second
+    runs.
     """
     turns = zip_longest(*(board.rows for board in boards))
     rows = [(board, row) for turn in turns for board, row in zip(boards, turn, strict=True) if row]
@@ -148,7 +149,7 @@ def _in_turn(boards: Sequence[BoardView]) -> Iterator[tuple[BoardView, Row, int]
 
 
 def _run_file(row: Row, group_id: str, nth: int, folders: Mapping[str, Path]) -> tuple[bytes, str]:
-    """The policies of a run of an entry on a group, and why there are none."""
+    """The policies of a run of a submission on a group, and why there are none."""
     folder = folders.get(row.card.name)
     group = next(group for group in GROUPS.values() if group.id == group_id)
     if folder is None or not row.result.runs:

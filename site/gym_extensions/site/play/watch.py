@@ -1,6 +1,6 @@
-"""The Watch panel: episodes of entries and of experts, and the script that hands them to the player.
+"""The Watch panel: episodes of submissions and of experts, and the script that hands them to the player.
 
-Poses are those of ``gym_extensions.scoring.poses``.
+Poses are those of ``gym_extensions.submissions.poses``.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import Any
 
 from gym_extensions.catalog.descriptions import Description, description
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.scoring.poses import MAX_SECONDS, Clip, Poses, TaskPoses
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site.entry_results import EntryResult, results_of
-from gym_extensions.site.paths import entry_file
+from gym_extensions.site.paths import submission_file
 from gym_extensions.site.play.kinematics import Array
+from gym_extensions.site.submission_results import SubmissionResult, results_of
 from gym_extensions.site.text import count, digits_for, fixed
+from gym_extensions.submissions.poses import MAX_SECONDS, Clip, Poses, TaskPoses
 
 TRAVELLING = ("planar", "humanoid")
 """Families whose bodies move along x, so that the view follows them."""
@@ -127,23 +127,23 @@ def _index(values: list[Any], value: Any) -> int:
     return values.index(value)
 
 
-def watches(entry: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
-    """The panels of an entry by group id, for the groups with poses of the entry's present results."""
+def watches(submission: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
+    """The panels of a submission by group id, for groups with poses of its present results."""
     panels = {
-        result.group: _watch(entry.name, result, poses.get(result.group))
-        for result in results_of(entry.groups)
+        result.group: _watch(submission.name, result, poses.get(result.group))
+        for result in results_of(submission.groups)
         if result.stage_matrices
     }
     return {group: panel for group, panel in panels.items() if panel is not None}
 
 
-def _watch(name: str, result: EntryResult, poses: Poses | None) -> Watch | None:
+def _watch(name: str, result: SubmissionResult, poses: Poses | None) -> Watch | None:
     if poses is None or not result.stage_matrices or tuple(row.task for row in poses.tasks) != result.tasks:
         return None
     if not poses.shows(result.runs, result.stage_matrices):
         return None
     tasks = [watched_task(row) for row in poses.tasks]
-    path = entry_file(name, f"poses-{result.group}.js")
+    path = submission_file(name, f"poses-{result.group}.js")
     return Watch(f"watch-{result.id}", path, poses.run, tuple(task for task in tasks if task is not None))
 
 

@@ -1,4 +1,4 @@
-/* The page Compare: two menus of entries, the difference over the core first, then that on every common group.
+/* The page Compare: two menus of submissions, the difference over the core first, then that on every common group.
    The state is in the fragment of the address, as #?first=cloning&second=trpo, so that it works from a file, too. */
 "use strict";
 
@@ -57,7 +57,7 @@ function answer(first, second, boards) {
   }
   if (!list.children.length) {
     const whys = [first, second].filter((name) => index.unranked[name]).map((name) => ` ${title(name)}: ${index.unranked[name]}`);
-    list.append(make("p", {}, "The two are not compared over the ", link("core", "core.html"), `, because only ranked entries are.${whys.join("")}`));
+    list.append(make("p", {}, "The two are not compared over the ", link("core", "core.html"), `, because only ranked submissions are.${whys.join("")}`));
   }
   if (!boards.length) list.append(make("p", {}, "The two share no group with the same protocol and budget, so there is nothing to compare."));
   return list;
@@ -88,7 +88,7 @@ function table(boards, first, second) {
   };
   const rows = boards.map((board) => {
     const data = loaded[board.id], at = data ? data.columns.indexOf("forgetting") : -1;
-    return { page: board.page, group: board.group, label: board.label, runs: `${board.entries[first]}, ${board.entries[second]}`,
+    return { page: board.page, group: board.group, label: board.label, runs: `${board.submissions[first]}, ${board.submissions[second]}`,
       kept: data && difference(data, first, second), lost: at < 0 ? null : difference(data, first, second, at) };
   });
   const core = pooled("final_performance");
@@ -106,8 +106,8 @@ function table(boards, first, second) {
   const heads = [["Group"], ["\u2190 second \u00b7 first better \u2192", "", "drawn"], ["Score", "metrics", "num"],
     ["Forgetting", "forgetting", "num"], ["Runs", "intervals", "num"]].map(([name, anchor, side = ""]) =>
     make("th", { className: side, scope: "col" }, anchor ? link(name, `metrics.html#${anchor}`) : name));
-  return make("table", { className: "entries narrow" },
-    make("caption", {}, "First minus second, with 95\u202f% intervals. The score is the metric that sorts the board. \u2013: no value, or not among its first 60 entries"),
+  return make("table", { className: "submissions narrow" },
+    make("caption", {}, "First minus second, with 95\u202f% intervals. The score is the metric that sorts the board. \u2013: no value, or not among its first 60 submissions"),
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 
@@ -115,10 +115,10 @@ let render; // shows the pair that was chosen last, also when a script of differ
 
 function show(first, second) {
   const [place, region] = ["compared", "differences"].map((id) => document.getElementById(id));
-  const boards = index.boards.filter(({ entries }) => [first, second].every((name) => Object.hasOwn(entries, name)));
+  const boards = index.boards.filter(({ submissions }) => [first, second].every((name) => Object.hasOwn(submissions, name)));
   render = () => {
     if (first === second) {
-      place.replaceChildren(make("p", {}, "Choose two different entries."));
+      place.replaceChildren(make("p", {}, "Choose two different submissions."));
       return region.replaceChildren();
     }
     place.replaceChildren(answer(first, second, boards));

@@ -82,9 +82,9 @@ function shownRows(rows, state, columns) {
 
 function shownData(rows, columns) {
   return rows.map((row) => {
-    const data = { entry: row.name, title: row.title };
+    const data = { submission: row.name, title: row.title };
     for (const column of columns) {
-      if (column.key === "entry") continue;
+      if (column.key === "submission") continue;
       const value = row.values[column.key];
       if (column.key === "rank") {
         Object.assign(data, { rank_first: value.v, rank_last: value.last ?? value.v });
@@ -121,7 +121,7 @@ const make = (tag, properties = {}, ...children) => {
 function start(table) {
   const { columns, rows } = readTable(table);
   const body = table.tBodies[0];
-  const optional = columns.filter((column) => column.key !== "entry");
+  const optional = columns.filter((column) => column.key !== "submission");
   let state = readState(location.hash);
   let shown = [], placed = 0, frame = 0;
   const place = (count) => {
@@ -234,7 +234,7 @@ function start(table) {
     runs.value = state.runs;
     for (const [key, select] of Object.entries(selects)) select.value = state.filters[key];
     optional.forEach((column, at) => { boxes[at].checked = !state.hide.includes(column.key); });
-    const total = `${rows.length} ${rows.length === 1 ? "entry" : "entries"}`;
+    const total = `${rows.length} ${rows.length === 1 ? "submission" : "submissions"}`;
     const matching = shown.length === rows.length ? total : `${shown.length} of ${total}`;
     status.textContent = more.hidden ? matching : `${matching}; the first ${SCREEN} are below`;
     compare.disabled = state.ticked.length !== 2;

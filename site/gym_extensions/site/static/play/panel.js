@@ -5,7 +5,7 @@ import { World } from "./world.js";
 import { camera, drawSpace } from "./space.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4], PUSH = 0.15, PUSH_REACH = 1, LONGEST_FRAME = 0.1, MOST_WORK = 40;
-const EXPERT = "/expert"; // no name of an entry has a slash
+const EXPERT = "/expert"; // no name of a submission has a slash
 const BOX = [-1.7, -0.2, 1.9, 2], NEAR = 0.4, PAUSE = 1.5;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const by = (id) => document.getElementById(`play-${id}`);
@@ -29,13 +29,13 @@ class Side {
     for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => this.world?.grasp(null));
   }
 
-  // The policies that fit the task: its expert, and the entries of the group. Keeps the choice where it can;
-  // of another group, the last stage is shown. `wanted` has the name of an entry, a run and a stage, or nothing.
+  // The policies that fit the task: its expert, and the submissions of the group. Keeps the choice where it can;
+  // of another group, the last stage is shown. `wanted` has the name of a submission, a run and a stage, or nothing.
   offer(task, group, isSecond, wanted) {
-    const rows = group.entries.map(({ name, title }) => [name, title]);
+    const rows = group.submissions.map(({ name, title }) => [name, title]);
     if (task.expert) rows.unshift([EXPERT, task.provisional ? "Expert (provisional)" : "Expert of the task"]);
     if (isSecond || !rows.length) rows.push(["", isSecond ? "no second body" : "none is published"]);
-    const chosen = wanted.entry || (this.menu.options.length ? this.menu.value : null);
+    const chosen = wanted.submission || (this.menu.options.length ? this.menu.value : null);
     fill(this.menu, rows);
     const [first] = rows[isSecond && rows.length > 1 ? 1 : 0];
     this.menu.value = rows.some(([value]) => value === chosen) ? chosen : first;
@@ -44,10 +44,10 @@ class Side {
     return this.choose(wanted.run, wanted.stage);
   }
 
-  // Offers the runs of the chosen entry.
+  // Offers the runs of the chosen submission.
   choose(run = this.runs.value, stage) {
-    const entry = this.group.entries.find(({ name }) => name === this.menu.value), runs = entry?.runs || [];
-    fill(this.runs, entry ? runs.map(([number]) => [number, number]) : [["", "–"]]);
+    const submission = this.group.submissions.find(({ name }) => name === this.menu.value), runs = submission?.runs || [];
+    fill(this.runs, submission ? runs.map(([number]) => [number, number]) : [["", "–"]]);
     if (runs.some(([number]) => String(number) === run)) this.runs.value = run;
     this.runs.disabled = runs.length < 2;
     return this.load(stage);
@@ -56,8 +56,8 @@ class Side {
   // The file of the chosen policies, below the root of the site; empty without any.
   get file() {
     if (this.menu.value === EXPERT) return this.task.expert;
-    const entry = this.group.entries.find(({ name }) => name === this.menu.value);
-    return entry ? entry.runs.find(([number]) => String(number) === this.runs.value)[1] : "";
+    const submission = this.group.submissions.find(({ name }) => name === this.menu.value);
+    return submission ? submission.runs.find(([number]) => String(number) === this.runs.value)[1] : "";
   }
 
   get title() {
@@ -194,7 +194,7 @@ class Panel {
     // The methods of the core come first, as on its board.
     const place = ({ name }) => index.core.indexOf(name) + 1 || index.core.length + 1;
     for (const group of index.groups) {
-      group.entries = Object.entries(group.entries).map(([name, entry]) => ({ name, ...entry }))
+      group.submissions = Object.entries(group.submissions).map(([name, submission]) => ({ name, ...submission }))
         .sort((a, b) => place(a) - place(b));
     }
     fill(by("group"), index.groups.map(({ id }) => [id, id]));
@@ -233,14 +233,14 @@ class Panel {
     by("forward").addEventListener("click", () => this.push(1));
     by("panel").hidden = false;
     await this.chooseGroup(wanted);
-    const runs = group.entries.find(({ name }) => name === wanted.entry)?.runs || [];
-    if (wanted.entry && !runs.some(([number]) => !wanted.run || String(number) === wanted.run)) {
-      this.missing = `This site does not offer ${wanted.run ? `run ${wanted.run} of ` : ""}${wanted.entry} here. `;
+    const runs = group.submissions.find(({ name }) => name === wanted.submission)?.runs || [];
+    if (wanted.submission && !runs.some(([number]) => !wanted.run || String(number) === wanted.run)) {
+      this.missing = `This site does not offer ${wanted.run ? `run ${wanted.run} of ` : ""}${wanted.submission} here. `;
     }
     requestAnimationFrame((now) => this.frame(now));
   }
 
-  // `wanted` is what a link to this page asks for: a task; an entry and its run, after a stage and at the end.
+  // `wanted` is what a link to this page asks for: a task; a submission and its run, after a stage and at the end.
   chooseGroup(wanted = {}) {
     fill(by("task"), this.group.tasks.map((name) => [name, name]));
     if (this.group.tasks.includes(wanted.task)) by("task").value = wanted.task;
@@ -266,7 +266,7 @@ class Panel {
       by("status").textContent = `${task.body} could not be loaded. Choose a task to try again.`;
       return;
     }
-    await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i, i && wanted.entry ? { ...wanted, stage: "" } : wanted)));
+    await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i, i && wanted.submission ? { ...wanted, stage: "" } : wanted)));
     if (task !== this.task) return;
     for (const side of this.sides) side.place(this.mujoco, body, this.models[body.name], this.settings);
     this.ready = true;

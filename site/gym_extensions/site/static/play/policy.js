@@ -1,4 +1,4 @@
-// A published policy, evaluated as by gym_extensions.rollouts.policies.mlp. The file has a header of JSON and its arrays.
+// A published policy, evaluated as by gym_extensions.submissions.policies.mlp. The file has a header of JSON and its arrays.
 const FUNCTIONS = {
   linear: (x) => x, tanh: Math.tanh, relu: (x) => Math.max(x, 0), leaky_relu: (x) => (x > 0 ? x : 0.01 * x),
   elu: (x) => (x > 0 ? x : Math.expm1(x)), silu: (x) => x / (1 + Math.exp(-x)),

@@ -1,1 +1,0 @@
-"""One entry: from its returns and curves to the numbers of its scorecard."""

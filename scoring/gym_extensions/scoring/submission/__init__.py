@@ -1,0 +1,1 @@
+"""One submission: from its returns and curves to the numbers of its scorecard."""

@@ -1,0 +1,105 @@
+"""The value of every metric of a submission: over the runs of a group, and over the groups of a suite."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+from gym_extensions.catalog.groups import SUITES
+from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, Metric, NormalizedRun
+from gym_extensions.metrics.statistics import Summary, mean_of_groups, subtract, summary, to_interval
+from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
+from gym_extensions.references import References
+from gym_extensions.scoring.scorecard import GroupScore, SuiteScore
+from gym_extensions.scoring.submission.normalization import GroupReturns, normalized_runs
+
+NEEDS = {
+    "sequential": "sequential runs",
+    "single": "single-task runs",
+    "joint": "joint runs",
+    "cumulative": "cumulative runs",
+    "curves": "training curves",
+}
+"""What metrics need besides their own log, in words."""
+Groups = Mapping[str, Mapping[str, GroupScore]]
+"""Scores by group id and protocol, as in a scorecard."""
+
+
+def metric_values(
+    results: GroupReturns, references: References, protocol: str, runs: Sequence[NormalizedRun]
+) -> dict[str, MetricValue]:
+    """The value of every metric of a protocol by its name, in the order of the metrics' table.
+
+    A metric that compares runs of two protocols is over the training seeds that have both.
+    ``runs`` are the protocol's normalized runs, empty where a task of the group has no reference.
+    """
+    ids = results.group.task_ids
+    if missing := references.missing(ids):
+        why = f"{len(missing)} of {len(ids)} tasks have no floor and expert in version {references.version} "
+        value = MetricValue(why=f"{why}of the references, {missing[0]} among them.")
+        return {metric.name: value for metric in METRICS[protocol]}
+    experts = [references.tasks[task].expert_error for task in ids]
+    present = {*results.runs, *(["curves"] if results.curves else [])}
+    values: dict[str, MetricValue] = {}
+    for metric in METRICS[protocol]:
+        if lacking := [NEEDS[name] for name in metric.needs if name not in present]:
+            value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this submission lacks.")
+        elif metric is JOINT_GAP:
+            joint = over_runs(FINAL, normalized_runs(results, references, "joint"), experts)
+            value = joint_gap(values[FINAL.name], joint, experts)
+        else:
+            partners = [set(results.runs[name]) for name in metric.needs if name in results.runs]
+            numbered = zip(results.runs[protocol], runs, strict=True)
+            paired = [run for number, run in numbered if all(number in each for each in partners)]
+            value = over_runs(metric, paired, experts)
+        values[metric.name] = value
+    return values
+
+
+def estimate(groups: Groups, names: Iterable[str], protocol: str, metric: Metric) -> Summary | None:
+    """The mean over independent groups of a metric's mean over runs; None without a value in one of them."""
+    parts = [_of_group(groups.get(name, {}), protocol, metric) for name in names]
+    present = [part for part in parts if part is not None]
+    if not present or len(present) < len(parts):
+        return None
+    return present[0] if len(present) == 1 else mean_of_groups(present)
+
+
+def _of_group(protocols: Mapping[str, GroupScore], protocol: str, metric: Metric) -> Summary | None:
+    if metric is JOINT_GAP:  # not a function of one run: joint and sequential runs are not paired
+        joint, sequential = (_of_group(protocols, name, FINAL) for name in ("joint", protocol))
+        return subtract(joint, sequential) if joint and sequential else None
+    score = protocols.get(protocol)
+    value = score.metrics.get(metric.name) if score else None
+    return summary(value.runs) if value and value.runs else None
+
+
+def suite_scores(groups: Groups) -> dict[str, dict[str, SuiteScore]]:
+    """The mean of each metric over a suite's groups, by suite and protocol, of suites with every group."""
+    suites: dict[str, dict[str, SuiteScore]] = {}
+    for suite, names in SUITES.items():
+        for protocol, metrics in METRICS.items():
+            if all(protocol in groups.get(name, {}) for name in names):
+                values = {metric.name: _suite_value(groups, names, protocol, metric) for metric in metrics}
+                score = SuiteScore(groups[names[0]][protocol].budget, tuple(names), values)
+                suites.setdefault(suite, {})[protocol] = score
+    return suites
+
+
+def _suite_value(groups: Groups, names: Sequence[str], protocol: str, metric: Metric) -> MetricValue:
+    total = estimate(groups, names, protocol, metric)
+    if total is None:
+        missing = [name for name in names if estimate(groups, (name,), protocol, metric) is None]
+        return MetricValue(why=f"It has no value in {', '.join(missing)}.")
+    errors = suite_expert_errors([groups[name][protocol] for name in names], metric)
+    return MetricValue.of(to_interval(total, errors))
+
+
+def suite_expert_errors(scores: Collection[GroupScore], metric: Metric) -> list[tuple[float, float]]:
+    """The squared errors of the experts of all tasks in the mean over these groups, and their df."""
+    errors, df = defaultdict[str, float](float), {}
+    for score in scores:
+        for task, error in zip(score.tasks, score.metrics[metric.name].expert_errors, strict=False):
+            errors[task] += error / len(scores)
+            df[task] = score.reference[task].df or 0.0
+    return [(error * error, df[task]) for task, error in errors.items()]

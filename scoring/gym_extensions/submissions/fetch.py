@@ -1,0 +1,150 @@
+"""Gets policies that lie elsewhere into a cache. Their size is enforced while they stream.
+
+By hand any address works that fsspec knows. A workflow reads only ``https`` at public addresses: it has no
+credentials, follows a redirect only to such an address, and connects to the address that was checked.
+"""
+
+from __future__ import annotations
+
+import http.client
+import ipaddress
+import os
+import socket
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_bytes
+from gym_extensions.submissions.layout import MAX_FILE_BYTES, POLICIES
+from gym_extensions.submissions.run import PolicyFile
+
+CHUNK = 2**16
+LIMIT = MAX_FILE_BYTES[POLICIES]
+IDLE_SECONDS, TOTAL_SECONDS = 30.0, 600.0
+"""Longest silence of a server, and longest time for a file."""
+PUBLIC_SCHEMES = ("https",)
+WEB_SCHEMES = ("http", "https")
+
+
+@dataclass(frozen=True)
+class Fetcher:
+    """Gets files into the folder of a cache; with ``public_only``, from public ``https`` addresses alone."""
+
+    cache: Path
+    public_only: bool = False
+
+    def fetch(self, policies: PolicyFile, where: str) -> Path:
+        """The path of a copy of policies that lie elsewhere. Their digest is checked where they are read.
+
+        A stated size of 0 is not known; the limit is that of a file. ``where`` names the run in errors.
+
+        Raises:
+            BenchError: the address may not be read, there is no such file, it has another size than stated,
+                or the server does not answer.
+        """
+        name = sha256(f"{policies.url} {policies.sha256}".encode()).hexdigest()
+        path = self.cache / f"{name}.npz"
+        size = min(policies.size or LIMIT, LIMIT)
+        if path.is_file() and policies.size in (0, path.stat().st_size):
+            return path
+        hint, url = "Ask the author for the file of the run.", policies.url
+        if self.public_only and urlsplit(url).scheme not in PUBLIC_SCHEMES:
+            message = f"{url} may not be read here: only {' and '.join(PUBLIC_SCHEMES)} addresses are."
+            hint = "Verify the submission by hand, or move the file."
+            raise BenchError("policies-address", message, where, hint)
+        try:
+            with _opened(url, self.public_only) as file:
+                content = _content(file, size)
+        except (OSError, http.client.HTTPException, ValueError, ImportError) as error:
+            reason = str(getattr(error, "reason", "") or error) or type(error).__name__
+            message = f"{url} cannot be read: {reason}."
+            raise BenchError("policies-missing", message, where, hint) from error
+        if len(content) > size or len(content) < policies.size:
+            more = "more" if len(content) > size else "fewer"
+            message = f"{url} has {more} bytes than the {size} that the run states or that may be read."
+            raise BenchError("policies-size", message, where, hint)
+        write_bytes(path, content)
+        return path
+
+
+def cache_folder() -> Path:
+    """The user's folder for files that can be made again."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gym-extensions"
+
+
+def _content(file: Any, size: int) -> bytes:
+    """The bytes of a file, of which no more are read than one beyond the stated size."""
+    parts, length, end = [], 0, time.monotonic() + TOTAL_SECONDS
+    read = getattr(file, "read1", file.read)  # what is there, without waiting for more
+    while length <= size and (part := read(min(CHUNK, size + 1 - length))):
+        parts.append(part)
+        length += len(part)
+        if time.monotonic() > end:
+            raise TimeoutError(f"It was not finished after {TOTAL_SECONDS:.0f} seconds")
+    return b"".join(parts)
+
+
+@contextmanager
+def _opened(url: str, public_only: bool) -> Iterator[Any]:
+    if urlsplit(url).scheme in WEB_SCHEMES:
+        handlers = (urllib.request.ProxyHandler({}), *PUBLIC_HANDLERS) if public_only else ()
+        with urllib.request.build_opener(*handlers).open(url, timeout=IDLE_SECONDS) as file:
+            yield file
+        return
+    try:
+        import fsspec  # type: ignore[import-untyped, unused-ignore]
+    except ImportError:
+        hint = "Run: pip install fsspec, and what it needs for this kind of address."
+        raise BenchError("no-fsspec", f"{url} needs the package fsspec.", hint=hint) from None
+    with fsspec.open(url, "rb") as file:
+        yield file
+
+
+def is_public(address: str) -> bool:
+    """Whether an IP address can be reached by everybody, and is none of this machine or its network."""
+    ip = ipaddress.ip_address(address)
+    mapped = getattr(ip, "ipv4_mapped", None)
+    return (mapped or ip).is_global and not ip.is_multicast
+
+
+class _Connection(http.client.HTTPConnection):
+    """A connection to the address that was checked."""
+
+    def connect(self) -> None:
+        found = socket.getaddrinfo(self.host, self.port, type=socket.SOCK_STREAM)
+        addresses = [str(each[4][0]) for each in found]
+        if not addresses or not all(map(is_public, addresses)):
+            raise PermissionError(f"{self.host} is not at a public address")
+        self.sock = socket.create_connection((addresses[0], self.port), self.timeout)
+
+
+class _TlsConnection(http.client.HTTPSConnection, _Connection):
+    """The same, with TLS."""
+
+
+class _Handler(urllib.request.HTTPHandler, urllib.request.HTTPSHandler):
+    def http_open(self, req: urllib.request.Request) -> Any:
+        return self.do_open(_Connection, req)
+
+    def https_open(self, req: urllib.request.Request) -> Any:
+        return self.do_open(_TlsConnection, req)
+
+
+class _Redirects(urllib.request.HTTPRedirectHandler):
+    max_redirections = 3
+
+    def redirect_request(self, *arguments: Any) -> urllib.request.Request | None:
+        url = str(arguments[-1])
+        if urlsplit(url).scheme not in PUBLIC_SCHEMES:
+            raise PermissionError(f"It redirects to {url}")
+        return super().redirect_request(*arguments)
+
+
+PUBLIC_HANDLERS = (_Handler, _Redirects)

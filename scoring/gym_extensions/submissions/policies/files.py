@@ -1,0 +1,215 @@
+"""The policies of a run: their files, their digest, and what is wrong with them."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+import zlib
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import stages
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_bytes
+from gym_extensions.submissions import layout
+from gym_extensions.submissions.policies.mlp import HINT, Policy
+from gym_extensions.submissions.policies.mlp_arrays import Array, Arrays, array_errors
+from gym_extensions.submissions.policies.onnx import ONNX, OnnxPolicy, file_bytes, network_errors
+
+NPZ_ERRORS = (
+    *(OSError, ValueError, KeyError, EOFError, MemoryError, NotImplementedError, RuntimeError, SyntaxError),
+    *(zipfile.BadZipFile, zlib.error),
+)
+"""What numpy and zipfile raise for a file that is not an .npz file."""
+Key = tuple[int, str | None]
+"""Stage and, in the single protocol, name of the trained task."""
+AnyPolicy = Policy | OnnxPolicy
+"""A policy of a submission: both have ``act``, ``arrays``, ``head`` and the numbers of their inputs."""
+
+
+def prefix(key: Key) -> str:
+    """What the names of a policy's arrays begin with: ``stage3/``, or ``stage1/TASK/`` (single)."""
+    stage, task = key
+    return f"stage{stage}/" if task is None else f"stage{stage}/{task}/"
+
+
+def policy_keys(protocol: str, group: TaskGroup) -> list[Key]:
+    """Stage and task name (None but in the single protocol) of every policy of a run."""
+    tasks: list[str | None] = [task.name for task in group.tasks] if protocol == "single" else [None]
+    return [(stage, task) for stage in stages(protocol, len(group.tasks)) for task in tasks]
+
+
+def content_sha256(arrays: Arrays) -> str:
+    """The SHA-256 of arrays by their full names, which does not depend on how they are packed.
+
+    For every array, sorted by name: a line with its name, type and shape; its values in C order,
+    little-endian.
+    """
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        values = np.ascontiguousarray(arrays[name], arrays[name].dtype.newbyteorder("<"))
+        shape = ",".join(map(str, arrays[name].shape))
+        digest.update(f"{name} {values.dtype.str} {shape}\n".encode())
+        digest.update(values.tobytes())
+    return digest.hexdigest()
+
+
+def npz_bytes(arrays: Arrays) -> bytes:
+    """The content of an .npz file. Equal arrays give equal bytes (numpy dates every member 1980-01-01)."""
+    content = io.BytesIO()
+    np.savez_compressed(content, allow_pickle=False, **arrays)
+    return content.getvalue()
+
+
+def npz_arrays(data: bytes, where: str = "") -> dict[str, Array]:
+    """The arrays of an .npz file, which ``where`` names, by name; never a pickle.
+
+    Raises ``BenchError`` if it is not such a file, or unpacks to more than ``MAX_POLICY_BYTES``.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            size = sum(info.file_size for info in archive.infolist())
+        if size > layout.MAX_POLICY_BYTES:
+            raise ValueError(f"it unpacks to {size} bytes; the limit is {layout.MAX_POLICY_BYTES}")
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        if not all(isinstance(values, np.ndarray) for values in arrays.values()):
+            raise ValueError("it has a member that is no array")
+    except NPZ_ERRORS as error:
+        raise BenchError("bad-policy", f"The file cannot be read: {error}.", where, HINT) from error
+    return arrays
+
+
+def run_arrays(policies: Mapping[Key, AnyPolicy]) -> dict[str, Array]:
+    """The arrays of a run's policies by their full names."""
+    return {
+        f"{prefix(key)}{name}": values
+        for key, policy in policies.items()
+        for name, values in policy.arrays().items()
+    }
+
+
+def file_suffix(name: str) -> str:
+    """The suffix of the file with an array of this full name: ``.npz``, or ``.stage3.onnx`` of a network."""
+    return f".{name.replace('/', '.')}" if name.endswith(f"/{ONNX}") else layout.POLICIES
+
+
+def policy_files(arrays: Arrays) -> dict[str, bytes]:
+    """The contents of the files of a run's policies by suffix: ``.npz``, and ``.stage3.onnx`` per network."""
+    plain = {name: values for name, values in arrays.items() if file_suffix(name) == layout.POLICIES}
+    files = {layout.POLICIES: npz_bytes(plain)} if plain or not arrays else {}
+    return files | {file_suffix(name): arrays[name].tobytes() for name in arrays if name not in plain}
+
+
+def size_error(arrays: Arrays) -> str:
+    """Which limit the policies of a run exceed, by their arrays of full names; empty if none."""
+    total = sum(values.nbytes for values in arrays.values())
+    if total > layout.MAX_POLICY_BYTES:
+        return f"The policies of a run have {total:,} bytes; the limit is {layout.MAX_POLICY_BYTES:,}."
+    for suffix, data in policy_files(arrays).items():
+        if len(data) > (limit := layout.max_bytes(suffix)):
+            return f"The file *{suffix} of a run's policies has {len(data):,} bytes; the limit is {limit:,}."
+    return ""
+
+
+def missing_networks(suffixes: Collection[str], group: TaskGroup, protocol: str) -> list[str]:
+    """The suffixes of the networks that a run lacks: without an .npz file, each of its policies is one."""
+    networks = [file_suffix(f"{prefix(key)}{ONNX}") for key in policy_keys(protocol, group)]
+    return [] if layout.POLICIES in suffixes else [each for each in networks if each not in suffixes]
+
+
+def write_policies(path: Path, policies: Mapping[Key, AnyPolicy]) -> None:
+    """Writes policies by stage and, in the single protocol, task name (else None), each file atomically.
+
+    ``path`` is ``run3.npz``; ONNX networks become ``run3.stage5.onnx`` beside it, in the single protocol
+    ``run3.stage1.Hopper.onnx``.
+    """
+    for suffix, data in policy_files(run_arrays(policies)).items():
+        write_bytes(path.with_name(f"{path.stem}{suffix}"), data)
+
+
+def network_files(folder: Path, group_name: str, protocol: str, run: int) -> list[Path]:
+    """The ONNX networks of a run in a submission."""
+    path = folder / layout.run_file(group_name, protocol, run, "")
+    return sorted(path.parent.glob(f"{path.name}.*{layout.NETWORK}"))
+
+
+def has_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> bool:
+    """Whether the policies of a run lie in the submission."""
+    path = folder / layout.run_file(group.name, protocol, run, layout.POLICIES)
+    return path.is_file() or bool(network_files(folder, group.name, protocol, run))
+
+
+def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[str, Array]:
+    """The arrays of a run's policies by their full names, as they are; for a limited process.
+
+    Raises ``BenchError`` if there are none, or a file is not an .npz file within the limits.
+    """
+    path = folder / layout.run_file(group.name, protocol, run, layout.POLICIES)
+    networks = network_files(folder, group.name, protocol, run)
+    is_plain = path.is_file() or not networks
+    arrays = npz_arrays(file_bytes(path, layout.POLICIES), str(path)) if is_plain else {}
+    names = [f"{prefix(key)}{ONNX}" for key in policy_keys(protocol, group)]
+    known = {file_suffix(name): name for name in names}
+    for file in networks:  # run3.stage5.onnx as stage5/onnx
+        suffix = file.name.removeprefix(path.stem)
+        name = known.get(suffix, f"{suffix[1:].removesuffix(layout.NETWORK)}/{ONNX}")
+        arrays[name] = np.frombuffer(file_bytes(file, layout.NETWORK), np.uint8)
+        if sum(values.nbytes for values in arrays.values()) > layout.MAX_POLICY_BYTES:
+            message = f"The policies have more than {layout.MAX_POLICY_BYTES} bytes."
+            raise BenchError("bad-policy", message, str(file), HINT)
+    return arrays
+
+
+def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[tuple[str, str]]:
+    """What is wrong with the arrays of a run's policies, with the suffix of the file; foreign ones first."""
+    parts, foreign = _split(arrays, policy_keys(protocol, group))
+    for name in foreign[:3]:
+        yield file_suffix(name), f"The array {name!r} belongs to no stage of the {protocol} protocol."
+    for key, part in parts.items():
+        where = prefix(key)[:-1]
+        if not part:
+            yield layout.POLICIES, f"The policy of {where} is missing."
+        elif ONNX in part:
+            others = [f"Unexpected array {name!r} beside a network." for name in part if name != ONNX]
+            errors, suffix = others or network_errors(part[ONNX].tobytes()), file_suffix(f"{where}/{ONNX}")
+            yield from ((suffix, f"{where}: {error}") for error in errors)
+        else:
+            yield from ((layout.POLICIES, f"{where}: {error}") for error in array_errors(part))
+
+
+def _split(arrays: Arrays, keys: list[Key]) -> tuple[dict[Key, dict[str, Array]], list[str]]:
+    """The arrays of each policy by their own names, and the full names of the others."""
+    parts = {prefix(key): dict[str, Array]() for key in keys}
+    foreign = []
+    for full, values in arrays.items():
+        start, _, name = full.rpartition("/")
+        if f"{start}/" in parts:
+            parts[f"{start}/"][name] = values
+        else:
+            foreign.append(full)
+    return dict(zip(keys, parts.values(), strict=True)), foreign
+
+
+def policies_of(arrays: Arrays, group: TaskGroup, protocol: str) -> dict[Key, AnyPolicy]:
+    """As :func:`read_policies`. Raises ``BenchError`` if an array is missing, foreign or of another kind."""
+    if error := next(run_errors(arrays, group, protocol), None):
+        raise BenchError("bad-policy", error[1], hint=HINT)
+    parts, _ = _split(arrays, policy_keys(protocol, group))
+    return {
+        key: OnnxPolicy(part[ONNX].tobytes()) if ONNX in part else Policy.from_arrays(part)
+        for key, part in parts.items()
+    }
+
+
+def read_policies(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict[Key, AnyPolicy]:
+    """The policies of a run of a submission, by stage and, in the single protocol, task name (else None).
+
+    Raises:
+        BenchError: there are none, or they do not fit the group and the protocol.
+    """
+    return policies_of(read_arrays(folder, group, protocol, run), group, protocol)

@@ -1,0 +1,250 @@
+"""A policy as plain arrays: a multilayer perceptron from an observation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions.policies import mlp_arrays
+from gym_extensions.submissions.policies.mlp_arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, Array, Arrays
+
+if TYPE_CHECKING:
+    import torch
+
+HINT = "docs/rollout-log.md lists the arrays of a policy."
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Policy:
+    """A policy with o observations and a actions. Arrays are float32 or float64, and are copied.
+
+    An observation x, converted to ``observation_dtype`` and flattened, gives the action
+
+    1. x ← clip((x − ``observation_mean``) / ``observation_scale``, ± ``observation_clip``)
+    2. h ← ``activation``(h · weight + bias) for every layer but the last, which has no activation
+    3. mean ← ``output_activation``(h · weight + bias); 0 without layers
+    4. y ← mean (``deterministic``), mean + σ · noise (``gaussian``), or uniform on [−1, 1] (``uniform``)
+    5. action = ``action_offset`` + ``action_scale`` · ``squash``(y)
+
+    with log σ = ``log_sigma``, or clip(h · ``log_sigma_weight`` + ``log_sigma``, ``log_sigma_clip``), where h
+    is the input of the last layer.
+
+    The arrays of steps 1 to 3, ``log_sigma`` and ``log_sigma_weight`` may have a leading axis of tasks: row k
+    belongs to the task at index k of the group, and the last row also to all later tasks.
+
+    Args:
+        action_offset: (a,).
+        action_scale: (a,), positive.
+        weights: (inputs, outputs) of each layer, first to last; none for a constant policy.
+        biases: (outputs,) of each layer.
+        masks: bool (inputs, outputs) of each layer, which multiply the weights; empty, or None where a layer
+            has none.
+        activation: of the hidden layers: linear, tanh, relu, leaky_relu (slope .01), elu or silu.
+        output_activation: of the mean: one of the same.
+        squash: of the action: linear or tanh.
+        head: deterministic, gaussian or uniform.
+        log_sigma: (a,); required by ``gaussian``. A deterministic policy may state it and does not use it.
+        log_sigma_weight: (inputs of the last layer, a), if σ depends on the observation.
+        log_sigma_clip: (2,), lower and upper bound of log σ.
+        observation_dtype: float32 or float64.
+        observation_mean: (o,); None if observations are not normalized.
+        observation_scale: (o,), positive; what observations are divided by, any ε included.
+        observation_clip: bound of normalized observations; None if they are not clipped.
+
+    Raises:
+        BenchError: an array is missing, of a wrong shape or type, or not finite, or a name is unknown.
+
+    Example:
+        >>> policy = Policy(
+        ...     action_offset=np.zeros(1),
+        ...     action_scale=np.ones(1),
+        ...     weights=(np.array([[0.5], [2.0]]),),
+        ...     biases=(np.array([0.25]),),
+        ... )
+        >>> policy.act(np.array([[1.0, 1.0]]))
+        array([[2.75]])
+    """
+
+    action_offset: Array
+    action_scale: Array
+    weights: tuple[Array, ...] = ()
+    biases: tuple[Array, ...] = ()
+    masks: tuple[Array | None, ...] = ()
+    activation: str = "linear"
+    output_activation: str = "linear"
+    squash: str = "linear"
+    head: str = "deterministic"
+    log_sigma: Array | None = None
+    log_sigma_weight: Array | None = None
+    log_sigma_clip: Array | None = None
+    observation_dtype: str = "float32"
+    observation_mean: Array | None = None
+    observation_scale: Array | None = None
+    observation_clip: float | None = None
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in LAYER_FIELDS:
+                value = tuple(None if values is None else np.array(values, order="C") for values in value)
+            elif field.name == "observation_clip":
+                value = None if value is None else float(value)
+            elif KEYS[field.name].kind == "float" and value is not None:
+                value = np.array(value, order="C")
+            object.__setattr__(self, field.name, value)
+        error = next(mlp_arrays.array_errors(self.arrays()), None)
+        if self.masks and len(self.masks) != len(self.weights):
+            error = f"{len(self.masks)} masks for {len(self.weights)} layers; expected one each, or none."
+        if error is not None:
+            raise BenchError("bad-policy", error, "policy()", HINT)
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> Policy:
+        """The policy of a file's arrays, which :func:`array_errors` finds no error in."""
+        layers = sum(name.startswith("weight_") for name in arrays)
+        values: dict[str, Any] = {
+            field: tuple(arrays.get(f"{part}_{layer}") for layer in range(layers))
+            for field, part in LAYER_FIELDS.items()
+        }
+        for name, array in arrays.items():
+            if not mlp_arrays.LAYER.fullmatch(name) and name != "format":
+                values[name] = mlp_arrays.text_of(array) if KEYS[name].kind == "name" else array
+        return cls(**values)
+
+    def arrays(self) -> dict[str, Array]:
+        """The arrays of the policy's file by name; what is None is left out, and names are ASCII bytes."""
+        content: dict[str, Array] = {"format": np.array(mlp_arrays.FORMAT, np.int64)}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in LAYER_FIELDS:
+                layers = {f"{LAYER_FIELDS[field.name]}_{layer}": array for layer, array in enumerate(value)}
+                content |= {name: array for name, array in layers.items() if array is not None}
+            elif isinstance(value, str):
+                content[field.name] = np.frombuffer(value.encode(), np.uint8)
+            elif value is not None:
+                content[field.name] = np.asarray(value)
+        return content
+
+    @property
+    def num_inputs(self) -> int | None:
+        """The number of observations; None if the policy uses none."""
+        sized = self.weights[0] if self.weights else self.observation_mean
+        return None if sized is None else int(sized.shape[-2 if self.weights else -1])
+
+    @property
+    def num_actions(self) -> int:
+        """The number of values of an action."""
+        return len(self.action_offset)
+
+    @property
+    def num_tasks(self) -> int:
+        """Rows of the arrays that have an axis of tasks; 0 if none has."""
+        return mlp_arrays.task_rows(self.arrays())
+
+    def act(self, observations: Array, rng: np.random.Generator | None = None, task: int = 0) -> Array:
+        """Actions, not clipped to the action space: (a,) for one observation (o,), (n, a) for many (n, …).
+
+        Args:
+            observations: one or many.
+            rng: the source of noise; required unless the policy is deterministic.
+            task: index of the task in the group, for policies with arrays per task.
+
+        Raises:
+            BenchError: a policy that samples has no ``rng``, or the observations have another size.
+        """
+        if np.ndim(observations) == 1:
+            return self.act(np.asarray(observations)[None], rng, task)[0]
+        mean, log_sigma = mean_and_log_sigma(self, observations, task)
+        if self.head == "deterministic":
+            return to_action(self, mean)
+        if rng is None:
+            raise BenchError("no-generator", "The policy samples.", "act()", "Pass rng, a numpy Generator.")
+        if self.head == "uniform":
+            return to_action(self, rng.uniform(-1.0, 1.0, mean.shape).astype(mean.dtype))
+        noise = rng.standard_normal(mean.shape, mean.dtype.type)
+        return to_action(self, mean + np.exp(log_sigma) * noise)
+
+    def reset(self) -> None:
+        """Starts new episodes, as for networks with a state; plain arrays have none."""
+
+    def to_torch(self, task: int = 0) -> torch.nn.Module:
+        """A PyTorch module of the arrays of a task, with parameters that can be trained further.
+
+        ``module(observation)`` gives the action without noise, and ``module(observation, noise)`` that of a
+        gaussian policy with standard normal numbers (…, a).
+
+        Raises:
+            BenchError: the policy has no layers or is uniform, or torch is not installed.
+        """
+        from gym_extensions.submissions.policies.conversion import torch_module
+
+        return torch_module(self.arrays(), task)
+
+    def to_onnx(self, path: str | Path | None = None, task: int = 0) -> bytes:
+        """The policy as an ONNX network, which ``OnnxPolicy`` describes; needs torch and the extra ``onnx``.
+
+        The network is also written to ``path``, if any. It has the arrays of one task.
+
+        Raises:
+            BenchError: the policy has no layers or is uniform, or torch or onnx is not installed.
+        """
+        from gym_extensions.submissions.policies.conversion import onnx_network
+
+        return onnx_network(self.arrays(), task).to_onnx(path)
+
+
+def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tuple[Array, Array]:
+    """The mean before ``squash`` (n, a) and log σ, (a,) or (n, a), for observations (n, …).
+
+    log σ is 0 if it is not stated. Raises ``BenchError`` if the observations have another size.
+    """
+    hidden = _normalized(policy, np.asarray(observations, policy.observation_dtype), task)
+    output = np.zeros((len(hidden), len(policy.action_offset)), policy.action_offset.dtype)
+    last = len(policy.weights) - 1
+    for layer, (weights, biases) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+        weight = _row(weights, 2, task)
+        mask = policy.masks[layer] if policy.masks else None
+        weight = weight if mask is None else weight * _row(mask, 2, task)
+        values = hidden @ weight + _row(biases, 1, task)
+        if layer == last:
+            output = values
+        else:
+            hidden = ACTIVATIONS[policy.activation](values)
+    return ACTIVATIONS[policy.output_activation](output), _log_sigma(policy, hidden, task)
+
+
+def to_action(policy: Policy, values: Array) -> Array:
+    """Actions (n, a) from the values of the head, not clipped to the action space."""
+    return policy.action_offset + policy.action_scale * ACTIVATIONS[policy.squash](values)
+
+
+def _normalized(policy: Policy, observations: Array, task: int) -> Array:
+    values = observations.reshape(len(observations), -1)
+    inputs = policy.num_inputs
+    if inputs not in (None, values.shape[1]):
+        message = f"The observations have {values.shape[1]} values; the policy has {inputs} inputs."
+        raise BenchError("bad-observations", message, "act()", "Use a policy of the same group.")
+    if policy.observation_mean is not None and policy.observation_scale is not None:
+        mean, scale = _row(policy.observation_mean, 1, task), _row(policy.observation_scale, 1, task)
+        values = (values - mean) / scale
+    if policy.observation_clip is not None:
+        values = np.clip(values, -policy.observation_clip, policy.observation_clip)
+    return values.astype(policy.weights[0].dtype) if policy.weights else values
+
+
+def _log_sigma(policy: Policy, hidden: Array, task: int) -> Array:
+    if policy.log_sigma is None:
+        return np.zeros_like(policy.action_offset)
+    log_sigma = _row(policy.log_sigma, 1, task)
+    if policy.log_sigma_weight is not None:
+        log_sigma = hidden @ _row(policy.log_sigma_weight, 2, task) + log_sigma
+    return log_sigma if policy.log_sigma_clip is None else np.clip(log_sigma, *policy.log_sigma_clip)
+
+
+def _row(values: Array, ndim: int, task: int) -> Array:
+    """The array of a task: a row of the leading axis, if there is that axis."""
+    return values if values.ndim == ndim else values[min(task, len(values) - 1)]

@@ -1,0 +1,224 @@
+"""Reads a submission's folder and reports all its problems at once."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions import layout, rules
+from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
+from gym_extensions.submissions.log import TableError, log_frame, log_of
+from gym_extensions.submissions.manifest import Manifest, manifest_of, parse
+from gym_extensions.submissions.policies.files import AnyPolicy, missing_networks, read_arrays
+from gym_extensions.submissions.problem import Problem, Scope, summarize
+from gym_extensions.submissions.review import Review, review_of
+from gym_extensions.submissions.rules.log import compared_rows
+from gym_extensions.submissions.rules.policies import RunPolicies
+from gym_extensions.submissions.rules.run_document import SubmittedRun
+from gym_extensions.submissions.run import RunDocument, run_of
+from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_runs
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Parsed = TypeVar("Parsed")
+
+
+def read(
+    path: Path,
+    groups: Mapping[str, TaskGroup] = GROUPS,
+    *,
+    merge_runs: bool = True,
+    policies: bool = False,
+    only: Collection[str] | None = None,
+) -> Submission:
+    """The submission in a folder. With problems, it holds all of them and what could be read.
+
+    At most ``PROBLEMS_LISTED`` problems are listed per rule; the rest are counted.
+
+    Args:
+        path: the submission's folder.
+        groups: the groups that it may contain, by name.
+        merge_runs: whether the runs are those that are scored: without runs after a gap, and identical ones
+            of an agent without parameters count as one.
+        policies: whether the policies are read and checked, too. Without, their presence is, and the digest
+            of those that are ONNX networks.
+        only: the names of the groups whose runs are read; None for all.
+    """
+    wanted = groups if only is None else {name: group for name, group in groups.items() if name in only}
+    return _Reader(scan(path, groups)).submission(wanted, merge_runs, policies)
+
+
+class _Reader:
+    """Reads one folder part by part and collects the problems of each."""
+
+    def __init__(self, folder: Folder) -> None:
+        self.folder = folder
+        self.problems: list[Problem] = []
+        self.tables: dict[str, Any] = {}
+
+    def submission(self, wanted: Mapping[str, TaskGroup], merge_runs: bool, policies: bool) -> Submission:
+        name = self.folder.name
+        self._check("folder", self.folder)
+        if not self.folder.is_within_limits:
+            return Submission(name, None, {}, summarize(self.problems, name))
+        manifest, readme = self._manifest(), self._readme()
+        review = self._parsed("review", layout.REVIEW, self._bytes(layout.REVIEW), review_of) or Review()
+        paths = {item.path for item in self.folder.items}
+        present = [group for folder, group in wanted.items() if folder in paths]
+        groups = {group.id: self._group(group, review, policies) for group in present}
+        if merge_runs and not self.problems:
+            for group_id, group in groups.items():
+                groups[group_id] = scored_runs(group, merge=not _is_trainable(group.runs))
+        return Submission(name, manifest, groups, summarize(self.problems, name), readme, review)
+
+    def _check(self, scope: Scope, *subject: object) -> bool:
+        """Collects the problems of a scope's rules, and returns whether there are none."""
+        found = rules.problems(scope, *subject)
+        self.problems += found
+        return not found
+
+    def _bytes(self, path: str) -> bytes | None:
+        """The bytes of a file; None if there is none, it is too large, or it cannot be read (a problem)."""
+        file = self.folder.files.get(path)
+        if file is None or file.size > layout.max_bytes(path):
+            return None
+        try:
+            return self.folder.read(path)
+        except OSError as error:
+            reason = f"The file cannot be read: {error.strerror or type(error).__name__}."
+            self._check("file", "unreadable-file", path, reason)
+            return None
+
+    def _parsed(
+        self, kind: str, path: str, data: bytes | None, parse: Callable[[bytes], Parsed]
+    ) -> Parsed | None:
+        """What a file's bytes hold; None if there are none or they are broken (a problem)."""
+        if data is None:
+            return None
+        try:
+            return parse(data)
+        except TableError as error:
+            self._check("file", f"malformed-{kind}", f"{path}, line {error.line}", error.message)
+        except (ValueError, RecursionError) as error:
+            reason = str(error) or "It is nested too deeply"
+            self._check("file", f"malformed-{kind}", path, f"{reason[:300].rstrip('.')}.")
+        return None
+
+    def _manifest(self) -> Manifest | None:
+        tables = self._parsed("toml", layout.MANIFEST, self._bytes(layout.MANIFEST), parse)
+        self.tables = tables or {}
+        is_valid = tables is not None and self._check("manifest", self.folder, tables)
+        return manifest_of(self.tables) if is_valid else None
+
+    def _declared(self, section: str, key: str) -> Any:
+        """The value of a key in the manifest, which may be wrong elsewhere; None without it."""
+        table = self.tables.get(section)
+        return table.get(key) if isinstance(table, dict) else None
+
+    def _readme(self) -> str:
+        data = self._bytes(layout.README)
+        if data is None or not self._check("readme", data):
+            return ""
+        return data.decode("utf-8").replace("\r\n", "\n")
+
+    def _group(self, group: TaskGroup, review: Review, policies: bool) -> SubmittedGroup:
+        before = len(self.problems)
+        documents: dict[str, dict[int, RunDocument]] = {}
+        frames: dict[str, dict[int, pd.DataFrame]] = {}
+        for protocol in PROTOCOLS:
+            for run in self.folder.runs.get((group.name, protocol), {}):
+                document, frame = self._run(group, protocol, run, documents)
+                if document is not None:
+                    documents.setdefault(protocol, {})[run] = document
+                if frame is not None:
+                    frames.setdefault(protocol, {})[run] = frame
+        logs = {protocol: log_of(parts, protocol, group) for protocol, parts in frames.items()}
+        for log in logs.values():
+            self._check("log", compared_rows(log), log)
+        self._check("group", logs, _is_trainable(documents))
+        self._policies(group, documents, policies)
+        if len(self.problems) > before:
+            logs = {}
+        notes = [
+            note for protocol in logs for note in _notes(group, protocol, documents.get(protocol, {}), review)
+        ]
+        return SubmittedGroup(group, logs, documents, tuple(notes))
+
+    def _run(
+        self, group: TaskGroup, protocol: str, run: int, others: dict[str, dict[int, RunDocument]]
+    ) -> tuple[RunDocument | None, pd.DataFrame | None]:
+        """The document and the log of a run; None for what is missing or broken."""
+        log_path, path = (run_file(group.name, protocol, run, suffix) for suffix in (LOG, DOCUMENT))
+        log = self._bytes(log_path)
+        frame = self._parsed("log", log_path, log, log_frame)
+        document = self._parsed("document", path, self._bytes(path), run_of)
+        if document is None:
+            return None, frame
+        budget = self._declared("protocol", "budget")
+        first = next((part for parts in others.values() for part in parts.values()), document)
+        suffixes = self.folder.runs[group.name, protocol][run] - {LOG, DOCUMENT}
+        files = {suffix: run_file(group.name, protocol, run, suffix) for suffix in suffixes}
+        subject = SubmittedRun(
+            *(group, protocol, run, document),
+            log_sha256=hashlib.sha256(log).hexdigest() if log is not None else "",
+            policies={suffix: self.folder.files[path].size for suffix, path in files.items()},
+            budget=BUDGETS.get(budget) if isinstance(budget, str) else None,
+            fingerprints=first.fingerprints,
+        )
+        self._check("document", subject)
+        return document, frame
+
+    def _policies(self, group: TaskGroup, documents: dict[str, dict[int, RunDocument]], whole: bool) -> None:
+        """Checks the policies of a group; if not the whole, the digests of ONNX networks alone."""
+        first: AnyPolicy | None = None
+        observes_task = self._declared("observes", "task_in_evaluation")
+        evaluation = self._declared("protocol", "evaluation")
+        for protocol, runs in documents.items():
+            for run, document in runs.items():
+                suffixes = self.folder.runs[group.name, protocol][run]
+                if document.policies is None or document.policies.url:
+                    continue
+                is_skipped = POLICIES in suffixes and not whole  # it would be unpacked
+                if is_skipped or missing_networks(suffixes, group, protocol):
+                    continue  # the latter is a problem of the document
+                try:
+                    arrays = read_arrays(self.folder.root, group, protocol, run)
+                except BenchError as error:
+                    path = Path(error.where).relative_to(self.folder.root).as_posix()
+                    self._check("file", "malformed-policies", path, error.message)
+                    continue
+                subject = RunPolicies(group, document, arrays, whole, first, observes_task, evaluation)
+                self._check("policies", subject)
+                sized = (each for each in subject.policies.values() if each.num_inputs is not None)
+                first = first or next(sized, None)
+
+
+def _is_trainable(runs: Mapping[str, Mapping[int, RunDocument]]) -> bool:
+    """Whether the agent has parameters to train; True if there is no document that says so."""
+    documents = [document for parts in runs.values() for document in parts.values()]
+    return not documents or any(document.memory.parameters_last > 0 for document in documents)
+
+
+def _notes(
+    group: TaskGroup, protocol: str, documents: Mapping[int, RunDocument], review: Review
+) -> list[str]:
+    """Why a log cannot be more than claimed, if that is so."""
+    without, changed = [], []
+    for run, document in documents.items():
+        key = run_key(group.name, protocol, run)
+        verified = [part.runs[key] for part in review.verifications if key in part.runs]
+        without += [run] if document.policies is None else []
+        changed += [run] if verified and document.digest not in verified else []
+    texts = (
+        (without, "no policies of run {}; the log cannot be verified."),
+        (changed, "run {} changed after its verification."),
+    )
+    return [
+        f"{group.name}, {protocol}: {text.format(', '.join(map(str, runs)))}" for runs, text in texts if runs
+    ]

@@ -1,0 +1,153 @@
+"""review.toml: what verifications found, and decisions. It is written on the base branch."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+import msgspec
+import tomli_w
+from msgspec import Meta
+
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_text
+from gym_extensions.submissions.layout import REVIEW, max_bytes, read_regular
+
+Level = Literal["reported", "claimed", "verified", "reproduced"]
+LEVELS: tuple[Level, ...] = get_args(Level)
+"""From a printed table to a run that was trained again."""
+REPORTED, CLAIMED, VERIFIED, REPRODUCED = LEVELS
+Action = Literal["accepted", "withdrawn", "challenged"]
+
+Text = Annotated[str, Meta(max_length=4000)]
+Date = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]
+Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
+Value = Annotated[str, Meta(pattern="^[0-9a-f]{8,128}$")]
+RunKey = Annotated[
+    str, Meta(pattern=r"^[a-z0-9-]+/(sequential|single|joint|cumulative)/run(0|[1-9]\d{0,8})$")
+]
+"""The name of a run: ``hopper-gravity/sequential/run3``."""
+Count = Annotated[int, Meta(ge=0)]
+Probability = Annotated[float, Meta(ge=0, le=1)]
+
+
+class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a verification of some runs found.
+
+    Attributes:
+        version: of gym_extensions.
+        value: hexadecimal digits from which the new seeds follow; fixed after the runs.
+        runs: the digest of log and policies of each run that was verified
+            (:attr:`gym_extensions.submissions.run.RunDocument.digest`).
+        episodes: logged episodes that were tried to repeat.
+        repeated: how many of them were repeated bit for bit, or within a tolerance with ``runtime``.
+        difference: where the first difference lies and how large it is; empty without one.
+        kernels: the BLAS kernels of the machine that verified.
+        runtime: what ran ONNX networks, with its version; empty if all policies are plain arrays.
+        cells: cells of 20 episodes on new seeds.
+        p_value, second_p_value: of the returns on new seeds, and on a second draw if that was suspicious.
+        passed: whether the returns agree.
+        retrained: the runs that were trained again, and agree.
+    """
+
+    date: Date
+    version: Text
+    value: Value
+    runs: dict[RunKey, Sha256]
+    episodes: Count = 0
+    repeated: Count = 0
+    difference: Text = ""
+    kernels: Text = ""
+    runtime: Text = ""
+    cells: Count
+    p_value: Probability
+    second_p_value: Probability | None = None
+    passed: bool
+    retrained: list[RunKey] = []
+
+
+class Decision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a maintainer decided about the submission."""
+
+    action: Annotated[Action, Meta(description="`accepted`, `withdrawn` or `challenged`")]
+    by: Annotated[Text, Meta(description="who decided")]
+    date: Annotated[Date, Meta(description="YYYY-MM-DD")]
+    reason: Annotated[Text, Meta(description="why")]
+
+
+class Review(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Verifications and decisions, oldest first."""
+
+    verifications: list[Verification] = []
+    decisions: list[Decision] = []
+
+
+def is_withdrawn(decisions: Iterable[Decision]) -> bool:
+    """Whether the last acceptance or withdrawal is a withdrawal; such a submission is on no board."""
+    standing = [part.action for part in decisions if part.action != "challenged"]
+    return standing[-1:] == ["withdrawn"]
+
+
+def review_of(data: bytes) -> Review:
+    """The review in the content of review.toml. Raises ``ValueError`` with what is wrong."""
+    return msgspec.convert(tomllib.loads(data.decode("utf-8")), Review)
+
+
+def read_review(folder: Path) -> Review:
+    """The review of a submission, empty if it has none. Raises ``BenchError`` if it cannot be read."""
+    path = folder / REVIEW
+    try:
+        return review_of(read_regular(path, max_bytes(REVIEW)))
+    except FileNotFoundError:
+        return Review()
+    except (OSError, ValueError, RecursionError) as error:
+        hint = "gym-extensions verify and maintain review write this file; restore it."
+        raise BenchError("bad-review", f"{error}.", str(path), hint) from error
+
+
+def review_text(review: Review) -> str:
+    """The text of review.toml. Equal reviews give equal texts."""
+    parts = []
+    for name, values in msgspec.to_builtins(review).items():
+        for value in values:
+            runs = value.pop("runs", {})
+            stated = {key: content for key, content in value.items() if content is not None}
+            parts.append(f"[[{name}]]\n{tomli_w.dumps(stated)}")
+            parts += [f"[{name}.runs]\n{tomli_w.dumps(runs)}"] if runs else []
+    return "\n".join(parts)
+
+
+def write_review(folder: Path, review: Review) -> None:
+    """Writes review.toml of a submission, whole or not at all."""
+    write_text(folder / REVIEW, review_text(review))
+
+
+def why_claimed(review: Review, digests: Mapping[str, str]) -> str:
+    """Why a log with runs of these digests is not verified, as a sentence; empty if it is."""
+    for key, digest in digests.items():
+        found = [part for part in review.verifications if part.runs.get(key) == digest]
+        if failed := [part for part in found if not part.passed]:
+            return f"The verification of {failed[0].date} did not pass."
+        if not found:
+            changed = any(key in part.runs for part in review.verifications)
+            return f"{key} {'changed after its verification' if changed else 'is not verified yet'}."
+    return ""
+
+
+def level(review: Review, digests: Mapping[str, str]) -> Level:
+    """The level of a log: claimed, verified or reproduced.
+
+    It is verified if each of its runs, as it is now, is in a verification that passed and in none that
+    failed, and reproduced if one of them was trained again besides.
+
+    Args:
+        review: the review of the submission.
+        digests: the digest of every run of the log, by the run's name
+            (:meth:`gym_extensions.submissions.submission.SubmittedGroup.digests`).
+    """
+    if not digests or why_claimed(review, digests):
+        return CLAIMED
+    current = ((part, key) for part in review.verifications for key in digests.items() & part.runs.items())
+    return REPRODUCED if any(key in part.retrained for part, (key, _) in current) else VERIFIED

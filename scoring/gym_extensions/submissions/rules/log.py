@@ -1,0 +1,247 @@
+"""Rules about the logs of a group and protocol: their episodes, what was measured, and identical runs.
+
+Most rules are a mask over the rows of all runs: ``ROW_RULES`` has their masks, texts and messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gym_extensions.catalog.bodies import UNBOUNDED, Arrival
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed, stages
+from gym_extensions.errors import did_you_mean
+from gym_extensions.submissions.layout import LOG, run_file
+from gym_extensions.submissions.log import FLAGS, Log
+from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, rule
+from gym_extensions.submissions.submission import first_identical_runs
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+ROWS_LISTED = CELLS_LISTED = 3
+"""Rows listed per rule, group and protocol, and incomplete cells per run; the rest are counted."""
+PARTNER = {"sequential": "single", "single": "sequential"}
+"""The log that has the other run of a pair."""
+
+
+def compared_rows(log: Log) -> pd.DataFrame:
+    """The rows of a log, with columns of what the rules compare them with.
+
+    * ``known``: whether the task belongs to the group
+    * ``limit``: the task's time limit, 0 for a task of another group
+    * ``expected_seed``: the prescribed seed, -1 where none is prescribed
+    * ``order``: how far the row is behind the row above, in run, stage, task in training order and episode
+    * ``low``, ``high``: the lowest and highest return of an episode of this length and end
+    * ``can_end``, ``defines_success``: whether the task can terminate, and whether it defines success
+    * ``arrives``: whether success is the arrival at a goal, which ends the episode
+    """
+    names = ("run", "stage", "position", "episode", "length", "terminated")
+    run, stage, position, episode, length, terminated = (log.rows[name].to_numpy() for name in names)
+    bodies = [task.body for task in log.group.tasks]
+
+    def by_task(values: Iterable[Any], other: Any) -> Any:
+        return np.array([*values, other])[position]
+
+    seeds = np.full((len(bodies) + 1, EVALUATION_EPISODES + 1), -1)
+    for index, task in enumerate(log.group.task_ids):
+        for number in range(EVALUATION_EPISODES):
+            seeds[index, number] = evaluation_seed(log.group.id, task, number)
+    is_episode = (episode >= 0) & (episode < EVALUATION_EPISODES)
+    code = run
+    for column in (stage, position, episode):
+        code = code * 10_000 + np.clip(column, -1, 9_998) + 1
+    low, high, end = (
+        by_task((getattr(body.rewards, name) for body in bodies), getattr(UNBOUNDED, name))
+        for name in ("low", "high", "end")
+    )
+    steps = np.maximum(length, 1)
+    return log.rows.assign(
+        known=position >= 0,
+        limit=by_task((task.max_steps for task in log.group.tasks), 0),
+        expected_seed=seeds[position, np.where(is_episode, episode, EVALUATION_EPISODES)],
+        order=np.diff(code, prepend=-1),
+        low=low * steps,
+        high=high * steps + np.where(terminated, end, 0.0),
+        can_end=by_task((body.rewards.terminates for body in bodies), True),
+        defines_success=by_task((body.success is not None for body in bodies), False),
+        arrives=by_task((isinstance(body.success, Arrival) for body in bodies), False),
+    )
+
+
+def where(log: Log, index: int) -> str:
+    """The file of a row, and its line there; the header is line 1."""
+    runs = log.rows["run"]
+    run = int(runs[index])
+    path = run_file(log.group.name, log.protocol, run, LOG)
+    return f"{path}, line {index - int(np.argmax(runs == run)) + 2}"
+
+
+def _stated(rows: pd.DataFrame, log: Log, index: int) -> dict[str, object]:
+    """What the message about a row may name."""
+    row: dict[Any, Any] = rows.iloc[[index]].to_dict("records")[0]
+    names = {value: cell for cell, value in FLAGS.items()}
+    last = stages(log.protocol, len(log.group.tasks))[-1]
+    return {
+        **row,
+        "stages": f"0 to {last}" if log.protocol == "sequential" else "1",
+        "task": row["task"][:MAX_QUOTE],
+        "group": log.group.id,
+        "last_episode": EVALUATION_EPISODES - 1,
+        "terminated": names[row["terminated"]],
+        "success": names[bool(row["success"])],
+    }
+
+
+class RowRule(NamedTuple):
+    """A rule about single rows: its text, the mask of rows that break it, the message, what to do."""
+
+    text: str
+    mask: Callable[[pd.DataFrame, Log], Any]
+    message: str
+    hint: str
+
+    def check(self, rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
+        """A finding for each of the first rows that break the rule, then one that counts the rest."""
+        indices = np.flatnonzero(self.mask(rows, log)).tolist()
+        for index in indices[:ROWS_LISTED]:
+            stated = _stated(rows, log, index)
+            closest = did_you_mean(str(stated["task"]), log.group.task_ids)
+            yield Finding(where(log, index), self.message.format_map(stated), self.hint or closest)
+        if more := len(indices[ROWS_LISTED:]):
+            subject = "1 more row breaks" if more == 1 else f"{more} more rows break"
+            yield Finding(log.path, f"{subject} the same rule.", self.hint)
+
+
+ROW_RULES = {
+    "foreign-task": RowRule(
+        "Every task of a log belongs to the group of its folder.",
+        lambda rows, log: ~rows.known,
+        "{task} is not a task of {group}.",
+        "",
+    ),
+    "wrong-stage": RowRule(
+        "Stages are 0 to the number of tasks in the sequential protocol, and 1 in the others.",
+        lambda rows, log: ~np.isin(rows.stage, stages(log.protocol, len(log.group.tasks))),
+        "Column `stage` is {stage}; expected {stages}.",
+        "The stage is the number of tasks trained so far; it is 1 (trained) where a protocol has one stage.",
+    ),
+    "wrong-episode": RowRule(
+        f"Episodes of a cell are numbered 0 to {EVALUATION_EPISODES - 1}.",
+        lambda rows, log: (rows.episode < 0) | (rows.episode >= EVALUATION_EPISODES),
+        "Column `episode` is {episode}; expected 0 to {last_episode}.",
+        f"Evaluate {EVALUATION_EPISODES} episodes per cell, numbered from 0.",
+    ),
+    "wrong-seed": RowRule(
+        "Every episode starts from the seed prescribed for its group, task and number.",
+        lambda rows, log: (rows.expected_seed >= 0) & (rows.seed != rows.expected_seed),
+        "Column `seed` is {seed}; expected {expected_seed} for this episode.",
+        "Reset with gym_extensions.catalog.protocol.evaluation_seed(group id, task id, episode).",
+    ),
+    "unsorted-rows": RowRule(
+        "Rows are sorted by stage, task in training order and episode, and no episode is repeated.",
+        lambda rows, log: rows.order <= 0,
+        "Stage {stage}, {task}, episode {episode} does not follow the row above.",
+        "Sort by stage, task in training order and episode; write each episode once.",
+    ),
+    "not-finite": RowRule(
+        "Every return is a finite number.",
+        lambda rows, log: ~np.isfinite(rows["return"]),
+        "Column `return` is {return}; expected a finite number.",
+        "Find the cause in the policy or in the sum of rewards; such an episode cannot be scored.",
+    ),
+    "impossible-length": RowRule(
+        "The length of an episode is 1 to the task's time limit.",
+        lambda rows, log: rows.known & ((rows.length < 1) | (rows.length > rows.limit)),
+        "Column `length` is {length}; expected 1 to {limit} steps.",
+        "Count the steps from the reset to the end of the episode.",
+    ),
+    "unfinished-episode": RowRule(
+        "An episode that the task does not terminate runs to the time limit.",
+        lambda rows, log: ~rows.terminated & (rows.length >= 1) & (rows.length < rows.limit),
+        "The episode ends after {length} of {limit} steps, but `terminated` is false.",
+        "Evaluate every episode to its end; write true in `terminated` if the task ended it.",
+    ),
+    "impossible-end": RowRule(
+        "`terminated` is true only in tasks that can terminate; reaching the time limit is not termination.",
+        lambda rows, log: rows.terminated & ~rows.can_end,
+        "Column `terminated` is true, but {task} never terminates.",
+        "Write false in `terminated` if the time limit ended the episode.",
+    ),
+    "impossible-return": RowRule(
+        "A return is within the bounds of the task's rewards over the episode's steps (catalog/bodies).",
+        lambda rows, log: (
+            np.isfinite(rows["return"])
+            & (rows.length >= 1)
+            & ((rows["return"] < rows.low) | (rows["return"] > rows.high))
+        ),
+        "Column `return` is {return!r}; expected {low:g} to {high:g} in {length} steps of this task.",
+        "Write the undiscounted, unscaled sum of the rewards.",
+    ),
+    "missing-success": RowRule(
+        "`success` is true or false in tasks that define success.",
+        lambda rows, log: (rows.success < 0) & rows.defines_success,
+        "Column `success` is empty, but {task} defines success.",
+        'Write info["is_success"] of the last step of the episode.',
+    ),
+    "undefined-success": RowRule(
+        "`success` is empty in tasks that define no success, such as the running tasks.",
+        lambda rows, log: rows.known & (rows.success >= 0) & ~rows.defines_success,
+        "Column `success` is {success}, but {task} defines no success.",
+        "Leave the cell empty.",
+    ),
+    "contradictory-success": RowRule(
+        "Where success is the arrival at a goal, `success` equals `terminated`.",
+        lambda rows, log: rows.arrives & (rows.success >= 0) & (rows.success != rows.terminated),
+        "Column `success` is {success}, but `terminated` is {terminated}.",
+        "This task ends at the goal, and only there: write the same value in both columns.",
+    ),
+}
+"""The rules about rows by name."""
+for _name, _rule in ROW_RULES.items():
+    RULES[_name] = Rule(_name, "log", _rule.text, _rule.check)
+
+
+@rule("log")
+def missing_cell(rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
+    """Every run has all its cells (stage and task), each with 20 episodes."""
+    names, all_stages = log.group.task_ids, stages(log.protocol, len(log.group.tasks))
+    prescribed = rows[rows.known & rows.stage.isin(all_stages)]
+    prescribed = prescribed[prescribed.episode.between(0, EVALUATION_EPISODES - 1)]
+    cells = prescribed.groupby(["run", "stage", "position"])["episode"].nunique().to_dict()
+    hint = "Finish the evaluation of this run, or leave out the whole run."
+    for run in log.runs:
+        where = run_file(log.group.name, log.protocol, run, LOG)
+        counted = {
+            (stage, name): cells.get((run, stage, position), 0)
+            for stage in all_stages
+            for position, name in enumerate(names)
+        }
+        incomplete = [cell for cell, count in counted.items() if count < EVALUATION_EPISODES]
+        for cell in incomplete[:CELLS_LISTED]:
+            message = f"Stage {cell[0]}, {cell[1]} has {counted[cell]} of {EVALUATION_EPISODES} episodes."
+            yield Finding(where, message, hint)
+        if more := len(incomplete[CELLS_LISTED:]):
+            message = f"{more} more cell{'s' if more > 1 else ''} of the run lack episodes."
+            yield Finding(where, message, hint)
+
+
+@rule("group")
+def identical_runs(logs: dict[str, Log], is_trainable: bool) -> Iterator[Finding]:
+    """No two runs of a trainable agent are identical in every episode. (Runs of an agent without parameters
+    may be, in both the sequential and the single protocol: they count as one, and the scorecard says so.)"""
+    first = {protocol: first_identical_runs(log) for protocol, log in logs.items()}
+    for protocol, log in logs.items():
+        partner = first.get(PARTNER.get(protocol, ""), {})
+        for run, original in first[protocol].items():
+            is_identical_pair = partner.get(run, partner.get(original)) == partner.get(original)
+            if run == original or (is_identical_pair and not is_trainable):
+                continue
+            message = f"Run {run} is identical to run {original} in every episode."
+            hint = "Train each run with its own seed; for an agent without parameters, say so in memory."
+            if not (is_identical_pair or is_trainable):
+                message += f" In the protocol {PARTNER[protocol]} they differ."
+                hint = "Train each run with its own seed, and write both logs from the same agent."
+            yield Finding(run_file(log.group.name, protocol, run, LOG), message, hint)

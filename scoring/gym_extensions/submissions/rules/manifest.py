@@ -1,0 +1,248 @@
+"""Rules about submission.toml and README.md: their keys, values and characters."""
+
+from __future__ import annotations
+
+import math
+import unicodedata
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, get_args
+
+import msgspec
+
+from gym_extensions.catalog.protocol import REPORTS
+from gym_extensions.errors import did_you_mean
+from gym_extensions.submissions.layout import MANIFEST, README, WRITTEN, Folder
+from gym_extensions.submissions.manifest import HYPERPARAMETERS, LONG, SECTIONS, SHORT, Manifest
+from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, quote, rule
+
+INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
+JOINERS = frozenset("\u200c\u200d")
+"""Format characters that Persian, Hindi and emoji need."""
+BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")
+"""Letters and marks without a glyph, with which one text can look like another."""
+MAX_MARKS = 5
+"""Most combining marks in a row: more leave the line and cover other texts."""
+MULTILINE = ("description", HYPERPARAMETERS)
+"""Keys whose strings may have line breaks and tabs."""
+LINES_LISTED = 3
+Tables = dict[str, Any]
+"""The tables of submission.toml."""
+
+
+def where_of(section: str, name: str) -> str:
+    """Where a key is, for the ``where`` of a finding."""
+    bare = name if name.replace("-", "_").isidentifier() and len(name) <= MAX_QUOTE else quote(name)
+    return f"{MANIFEST}, {f'[{section}] ' if section else ''}{bare}"
+
+
+def findings(tables: dict[str, Any]) -> Iterator[tuple[str, Finding]]:
+    """Everything that is wrong with the keys and values of submission.toml, with the name of the rule."""
+    yield from _section("", Manifest, tables)
+    for section, kind in SECTIONS.items():
+        if isinstance(tables.get(section), dict):
+            yield from _section(section, kind, tables[section])
+    if "tuning" not in tables and "reported" not in tables:
+        yield "missing-key", Finding(where_of("", "tuning"), "The section is missing.", "Add [tuning].")
+    settings = tables.get(HYPERPARAMETERS)
+    for name, value in settings.items() if isinstance(settings, dict) else ():
+        if error := hyperparameter_error(value):
+            hint = "Write a string, a finite number, true or false, or a list of them."
+            yield "bad-value", Finding(where_of(HYPERPARAMETERS, name), f"{quote(value)} {error}.", hint)
+
+
+def _section(
+    section: str, kind: type[msgspec.Struct], table: dict[str, Any]
+) -> Iterator[tuple[str, Finding]]:
+    keys = {field.name: field for field in msgspec.structs.fields(kind)}
+    for name in table:
+        if name not in keys:
+            hint = did_you_mean(name[:MAX_QUOTE], keys)
+            yield "unknown-key", Finding(where_of(section, name), f"Unknown key {quote(name)}.", hint)
+    for name, key in keys.items():
+        where, value = where_of(section, name), table.get(name)
+        if name not in table:
+            if key.required or (not section and name == "format"):
+                yield "missing-key", Finding(where, "The key is missing.", f"Add {name}.")
+        elif not section and name in (*SECTIONS, HYPERPARAMETERS):
+            if not isinstance(value, dict):
+                hint = f"Write [{name}] and its keys."
+                yield "bad-value", Finding(where, f"{quote(value)} is not a section.", hint)
+        elif finding := _value_finding(where, key.type, value):
+            yield "bad-value", finding
+
+
+def _value_finding(where: str, kind: Any, value: object) -> Finding | None:
+    """What is wrong with the value of a key, or None."""
+    try:
+        msgspec.convert(value, kind)
+    except msgspec.ValidationError:
+        pass
+    else:
+        return None
+    choices = [str(choice) for choice in get_args(kind)] if not hasattr(kind, "__metadata__") else []
+    if choices:
+        closest = did_you_mean(str(value)[:MAX_QUOTE], choices) if isinstance(value, str) else ""
+        return Finding(where, f"The value is {quote(value)}.", closest or f"Write {' or '.join(choices)}.")
+    wanted = kind.__metadata__[0].description
+    length = f" (it has {len(value)})" if isinstance(value, str) and len(value) > SHORT else ""
+    return Finding(where, f"{quote(value)} is not {wanted}{length}.", f"Write {wanted}.")
+
+
+def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
+    """What is wrong with a hyperparameter or an element of one, as the end of a sentence, or empty."""
+    if isinstance(value, list | tuple) and not is_element:
+        if len(value) > SHORT:
+            return f"has {len(value)} elements; the limit is {SHORT}"
+        return next(filter(None, (hyperparameter_error(element, is_element=True) for element in value)), "")
+    if isinstance(value, str):
+        return f"has {len(value)} characters; the limit is {LONG}" if len(value) > LONG else ""
+    if isinstance(value, float):
+        return "" if math.isfinite(value) else "is not finite"
+    if isinstance(value, int):
+        return "" if abs(value) < 2**63 else "is too large"
+    container = "contains an element" if is_element else "is"
+    return f"{container} of type {type(value).__name__}"
+
+
+KEY_RULES = {
+    "unknown-key": "Every section and key of submission.toml is one that docs/rollout-log.md lists; only "
+    "[hyperparameters] has free keys.",
+    "missing-key": "submission.toml has every required section and key.",
+    "bad-value": "Every value of submission.toml is of its key's kind, within its length and among its "
+    "choices; every section is a table.",
+}
+
+
+def _check_keys(rule: str, folder: Folder, tables: Tables) -> Iterator[Finding]:
+    yield from (finding for name, finding in findings(tables) if name == rule)
+
+
+for _name, _text in KEY_RULES.items():
+    RULES[_name] = Rule(_name, "manifest", _text, partial(_check_keys, _name))
+
+
+@rule("manifest")
+def unknown_report(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """The key ``reported`` names a published table that the project includes; each table has one submission,
+    with a fixed folder name, budget and algorithm."""
+    name, protocol = tables.get("reported"), tables.get("protocol")
+    if not isinstance(name, str):
+        return
+    report = REPORTS.get(name)
+    if report is None:
+        hint = did_you_mean(name[:MAX_QUOTE], REPORTS)
+        yield Finding(where_of("", "reported"), f"Unknown table {quote(name)}.", hint)
+        return
+    if folder.name != report.submission:
+        message = f"The table {name!r} belongs to the folder {report.submission!r}."
+        hint = "Remove the key 'reported', and submit the logs of your own runs."
+        yield Finding(folder.name, message, hint)
+    for key in ("budget", "algorithm"):
+        value = protocol.get(key) if isinstance(protocol, dict) else None
+        expected = getattr(report, key)
+        if isinstance(value, str) and value != expected:
+            message = f"The value is {quote(value)}; expected {expected!r} for the table {name!r}."
+            yield Finding(where_of("protocol", key), message, f"Write {expected!r}.")
+
+
+@rule("manifest")
+def no_groups(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """A submission contains at least one group folder, unless it is a reported submission, which has none."""
+    is_reported = "reported" in tables
+    items = (item for item in folder.items if item.kind == "folder" and "/" not in item.path)
+    folders = [item.path for item in items if item.path not in WRITTEN]
+    if not is_reported and not folders:
+        hint = "Add group folders, as described in docs/rollout-log.md."
+        yield Finding(folder.name, "The submission contains no group folder.", hint)
+    for path in folders if is_reported else ():
+        hint = "Remove the key 'reported' from submission.toml, or remove the folder."
+        yield Finding(path, "A reported submission cannot contain a group folder.", hint)
+
+
+def _strings(value: object, where: str, multiline: bool = False) -> Iterator[tuple[str, str, bool]]:
+    """Every string, keys included, with its location and whether it may have line breaks."""
+    if isinstance(value, str):
+        yield where, value, multiline
+    elif isinstance(value, dict):
+        for name, inner in value.items():
+            yield where, name, False
+            yield from _strings(inner, f"{where}, {quote(name)[1:-1]}", multiline or name in MULTILINE)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _strings(inner, where, multiline)
+
+
+def _is_visible(char: str) -> bool:
+    """Whether a character has a glyph. Characters that this Python's Unicode does not know are visible."""
+    category = unicodedata.category(char)
+    return char not in BLANK and (category[0] not in "CMZ" or category == "Cn")
+
+
+def first_invisible(text: str) -> str:
+    """The first invisible character of a text, or nothing. A joiner counts only between ASCII characters."""
+    if text.isascii() and text.isprintable():
+        return ""
+    for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
+        is_allowed_joiner = char in JOINERS and not (before + after).isascii()
+        if char in BLANK or (unicodedata.category(char) in INVISIBLE and not is_allowed_joiner):
+            return char
+    return ""
+
+
+def _has_stacked_marks(text: str) -> bool:
+    """Whether combining marks are at the start of a text, or more than ``MAX_MARKS`` in a row."""
+    count = MAX_MARKS
+    for char in "" if text.isascii() else text:
+        count = count + 1 if unicodedata.category(char)[0] == "M" else 0
+        if count > MAX_MARKS:
+            return True
+    return False
+
+
+@rule("manifest")
+def empty_title(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """The title contains at least one visible character."""
+    title = tables.get("title")
+    if isinstance(title, str) and not any(map(_is_visible, title)):
+        message = f"The title {quote(title)} has no visible character."
+        yield Finding(where_of("", "title"), message, "Name the submission.")
+
+
+@rule("manifest")
+def control_character(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """Strings contain no control, invisible or bidirectional-override characters, start with no combining
+    mark and have at most five in a row. (The description and hyperparameters may contain line breaks and
+    tabs.)"""
+    for where, value, multiline in _strings(tables, MANIFEST):
+        text = value.replace("\n", "").replace("\t", "") if multiline else value
+        if first_invisible(text):
+            yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")
+        elif _has_stacked_marks(value):
+            yield Finding(
+                where, f"{quote(value)} has combining marks that cover other texts.", "Remove them."
+            )
+
+
+@rule("readme")
+def readme_character(data: bytes) -> Iterator[Finding]:
+    """README.md is UTF-8 text without control, invisible or bidirectional-override characters except line
+    breaks and tabs, and without lines with stacked combining marks."""
+    try:
+        lines = data.decode("utf-8").replace("\r\n", "\n").split("\n")
+    except UnicodeDecodeError as error:
+        number = data.count(b"\n", 0, error.start) + 1
+        message = f"Byte {data[error.start]:#04x} is not UTF-8."
+        yield Finding(f"{README}, line {number}", message, "Save the file as UTF-8.")
+        return
+    wrong = []
+    for number, line in enumerate(lines, 1):
+        if char := first_invisible(line.replace("\t", "")):
+            wrong.append((number, f"The line contains the control or invisible character U+{ord(char):04X}."))
+        elif _has_stacked_marks(line):
+            wrong.append((number, "The line has combining marks that cover other texts."))
+    for at, message in wrong[:LINES_LISTED]:
+        yield Finding(f"{README}, line {at}", message, "Remove it.")
+    if more := len(wrong[LINES_LISTED:]):
+        yield Finding(README, f"The same is true of {more} more line{'s' if more > 1 else ''}.", "Remove it.")

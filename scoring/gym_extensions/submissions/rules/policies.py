@@ -1,0 +1,112 @@
+"""Rules about the policies of the runs of a group. They are checked where policies are read, not to score."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.submissions.layout import CLONE, DOCUMENT, run_file
+from gym_extensions.submissions.policies import files
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.policies.mlp_arrays import Arrays
+from gym_extensions.submissions.problem import Finding, rule
+from gym_extensions.submissions.run import RunDocument
+
+RESTORE = f"Restore the files of the run, which are written together. {CLONE}"
+
+
+@dataclass(frozen=True)
+class RunPolicies:
+    """The arrays of a run's policies and its document.
+
+    Only the digest is compared if ``with_content`` is False. ``first`` is the first policy of the group that
+    uses observations, None if there is none; ``observes_task`` and ``evaluation`` are those of the manifest,
+    None if they are unknown.
+    """
+
+    group: TaskGroup
+    document: RunDocument
+    arrays: Arrays
+    with_content: bool = True
+    first: AnyPolicy | None = None
+    observes_task: bool | None = None
+    evaluation: str | None = None
+
+    def file(self, suffix: str) -> str:
+        """The path of a file of the run inside the submission."""
+        return run_file(self.group.name, self.document.protocol, self.document.run, suffix)
+
+    @functools.cached_property
+    def errors(self) -> list[tuple[str, str]]:
+        """What is wrong with the arrays, with the suffixes of the files."""
+        found = files.run_errors(self.arrays, self.group, self.document.protocol)
+        return list(found) if self.with_content else []
+
+    @functools.cached_property
+    def policies(self) -> dict[str, AnyPolicy]:
+        """The policies by their place; none unless all arrays are valid."""
+        if self.errors or not self.with_content:
+            return {}
+        found = files.policies_of(self.arrays, self.group, self.document.protocol)
+        return {f"{self.file('')}, {files.prefix(key)[:-1]}": policy for key, policy in found.items()}
+
+
+@rule("policies")
+def malformed_policy(run: RunPolicies) -> Iterator[Finding]:
+    """The policies of a run are those of every stage of its protocol (and of every task in the single
+    protocol), with the arrays that docs/rollout-log.md lists, of fitting shapes and finite values, or ONNX
+    networks as docs/policies.md describes them: standard operators, fixed shapes, no data elsewhere.
+    (The gate and `verify` check this.)"""
+    for suffix, error in run.errors:
+        yield Finding(run.file(suffix), error, "See docs/rollout-log.md; for a network, docs/policies.md.")
+
+
+@rule("policies")
+def exchanged_policies(run: RunPolicies) -> Iterator[Finding]:
+    """The document of a run states the digest of the arrays of its policies. (The gate and `verify` compare
+    all; `score` compares those that are ONNX networks, and unpacks no .npz file.)"""
+    stated, actual = run.document.policies, files.content_sha256(run.arrays)
+    if stated is not None and stated.sha256 != actual:
+        message = f"The policies have the digest {actual}; the document states {stated.sha256}."
+        yield Finding(f"{run.file(DOCUMENT)}, policies", message, RESTORE)
+
+
+@rule("policies")
+def policies_of_another_group(run: RunPolicies) -> Iterator[Finding]:
+    """The policies of a group have the same numbers of observations and actions. (The gate and `verify`
+    check this.)"""
+    first = run.first or next(iter(run.policies.values()), None)
+    if first is None:
+        return
+    for where, policy in run.policies.items():
+        sizes = (policy.num_inputs or first.num_inputs, policy.num_actions)
+        expected = (first.num_inputs, first.num_actions)
+        if sizes != expected:
+            message = f"The policy has {sizes[0]} observations and {sizes[1]} actions; the first has "
+            hint = "Add the policies of this group."
+            yield Finding(where, f"{message}{expected[0]} and {expected[1]}.", hint)
+
+
+@rule("policies")
+def policy_observes_task(run: RunPolicies) -> Iterator[Finding]:
+    """A policy has arrays per task, or reads the task, only if [observes] task_in_evaluation is true, and at
+    most one row per task of the group. (The gate and `verify` check this.)"""
+    for where, policy in run.policies.items():
+        if policy.num_tasks and run.observes_task is False:
+            hint = "Set [observes] task_in_evaluation = true, or use the same arrays for all tasks."
+            yield Finding(where, "The policy depends on the task.", hint)
+        elif policy.num_tasks > len(run.group.tasks):
+            message = f"The policy has arrays for {policy.num_tasks} tasks of {len(run.group.tasks)}."
+            yield Finding(where, message, "Store one row per task of the group.")
+
+
+@rule("policies")
+def sampled_policy(run: RunPolicies) -> Iterator[Finding]:
+    """If [protocol] evaluation is "deterministic", every policy is deterministic. (The gate and `verify`
+    check this.)"""
+    for where, policy in run.policies.items():
+        if run.evaluation == "deterministic" and policy.head != "deterministic":
+            hint = 'Store the head that acts in evaluation, or set [protocol] evaluation = "sampled".'
+            yield Finding(where, f"The head of the policy is {policy.head!r}.", hint)

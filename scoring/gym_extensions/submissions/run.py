@@ -1,0 +1,184 @@
+"""The document of a run (``run3.json``): how it was trained, its curves, and what belongs to it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_text
+from gym_extensions.submissions.layout import DOCUMENT, max_bytes, read_regular
+
+FORMAT: Literal[1] = 1
+HINT = "docs/rollout-log.md lists the keys; gym_extensions.submissions.run.write_run writes them."
+
+LONGEST = 200
+"""Most characters of a name or version."""
+Text = Annotated[str, Meta(max_length=LONGEST)]
+Count = Annotated[int, Meta(ge=0, le=2**53 - 1)]
+Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
+Measure = Annotated[float, Meta(ge=0)]
+
+
+class Versions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Versions of the packages, the platform and the BLAS kernels that the run used."""
+
+    gym_extensions: Text
+    gymnasium: Text
+    mujoco: Text
+    numpy: Text
+    python: Text
+    platform: Text
+    blas: Text = ""
+
+
+class Machine(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The computer that trained the run."""
+
+    processor: Text
+    cores: Annotated[int, Meta(ge=1)]
+
+
+class Memory(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Most transitions stored at once, and the agent's parameters at the start and end of training."""
+
+    stored_steps: Count
+    parameters_first: Count
+    parameters_last: Count
+
+
+class Curve(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The training curve of a task: the mean return of the training episodes that ended since the last point.
+
+    ``steps`` count training steps within the stage (sequential), the task (single) or the run (joint, where
+    every task of the group has a curve of stage 1).
+    """
+
+    stage: Count
+    task: Text
+    steps: list[Count]
+    returns: list[float]
+
+
+class InterimEvaluation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Evaluations of a task while a stage goes on.
+
+    ``steps`` count training steps since the stage began, ``returns`` are means over ``episodes`` episodes
+    from the first of the task's prescribed seeds.
+    """
+
+    stage: Count
+    task: Text
+    episodes: Count
+    steps: list[Count]
+    returns: list[float]
+
+
+class PolicyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The policies of the run: the digest of their arrays, the bytes of the file, and where it lies.
+
+    ``sha256`` is that of the content (:func:`gym_extensions.submissions.policies.files.content_sha256`).
+    ``url`` is empty if the files lie beside the document; ``size`` is their sum.
+    """
+
+    sha256: Sha256
+    size: Count
+    url: Annotated[str, Meta(max_length=500)] = ""
+
+
+class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How a run was trained, and what belongs to it.
+
+    Attributes:
+        group: the group's id, with its version.
+        run: the training seed.
+        command, commit: what trained it, and of the code; empty if it is not known.
+        by: who trained it, if not the authors of the submission: a donated run.
+        steps: training steps over all stages.
+        fingerprints: of every task of the group, by task id.
+        log: SHA-256 of the run's log.
+        date: the day on which the training ended (ISO).
+        packages: versions of the packages that the agent uses besides those of ``versions``.
+        cpu_seconds: processor time of the training and evaluation.
+        peak_memory_mb: largest memory of the process.
+        curves, evaluations: by stage and task in training order.
+        policies: None if the run publishes none; then it cannot be verified.
+    """
+
+    format: Literal[1] = FORMAT
+    group: Text
+    protocol: Literal["sequential", "single", "joint", "cumulative"]
+    run: Count
+    command: Annotated[str, Meta(max_length=4000)] = ""
+    commit: Text = ""
+    by: Text = ""
+    date: Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")] | None = None
+    versions: Versions
+    packages: dict[Text, Text] = {}
+    machine: Machine | None = None
+    steps: Count
+    cpu_seconds: Measure | None = None
+    peak_memory_mb: Measure | None = None
+    memory: Memory
+    fingerprints: dict[Text, Text]
+    curves: list[Curve] = []
+    evaluations: list[InterimEvaluation] = []
+    log: Sha256
+    policies: PolicyFile | None = None
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 of the digests of the log and of the policies: what a verification is about."""
+        policies = self.policies.sha256 if self.policies else ""
+        return hashlib.sha256(f"{self.log} {policies}\n".encode()).hexdigest()
+
+
+def run_of(data: bytes) -> RunDocument:
+    """The document in the content of a file. Raises ``ValueError`` with what is wrong and where."""
+    document = msgspec.json.decode(data, type=RunDocument)
+    parts: list[Curve | InterimEvaluation] = [*document.curves, *document.evaluations]
+    for part in parts:
+        if len(part.steps) != len(part.returns):
+            counts = f"{len(part.steps)} steps and {len(part.returns)} returns"
+            raise ValueError(f"A curve of stage {part.stage} has {counts}")
+        if not all(map(math.isfinite, part.returns)):
+            raise ValueError(f"A curve of stage {part.stage} has a return that is not finite")
+    return document
+
+
+def read_run(path: Path) -> RunDocument:
+    """The document of a run. Raises ``BenchError`` if the file cannot be read or is not such a document."""
+    try:
+        return run_of(read_regular(path, max_bytes(DOCUMENT)))
+    except (OSError, ValueError, RecursionError) as error:
+        raise BenchError("bad-run", f"{error}.", str(path), HINT) from error
+
+
+def run_text(document: RunDocument) -> str:
+    """The text of the document's file: a key per line, and a curve per line."""
+    lines = []
+    for key, value in msgspec.to_builtins(document).items():
+        if isinstance(value, list) and value:
+            parts = ",\n  ".join(json.dumps(part, allow_nan=False, ensure_ascii=False) for part in value)
+            text = f"[\n  {parts}\n ]"
+        else:
+            text = json.dumps(value, allow_nan=False, ensure_ascii=False)
+        lines.append(f' "{key}": {text}')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def write_run(path: Path, document: RunDocument) -> None:
+    """Writes the document of a run. Raises ``ValueError`` for a number that is not finite."""
+    write_text(path, run_text(document))
+
+
+def file_sha256(path: Path) -> str:
+    """The SHA-256 of a file as hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,132 @@
+"""The pages of a submission with its citation, metrics and commands, and the list of all submissions."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import unicodedata
+from collections.abc import Iterator
+from functools import partial
+
+from gym_extensions.scoring.output.board_frames import csv_text
+from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
+from gym_extensions.site import paths
+from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site.output import encoded
+from gym_extensions.site.pages import core
+from gym_extensions.site.pages.landscapes import TITLES
+from gym_extensions.site.pages.page import Draft, File, Render
+from gym_extensions.site.play.watch import watches
+from gym_extensions.site.submission_facts import LEVELS, has_policies
+from gym_extensions.site.submission_results import SEQUENTIAL, results_of, separate_groups
+from gym_extensions.site.text import split_version
+from gym_extensions.submissions.poses import load_submission
+
+
+def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
+    """The page of a submission, those of its groups if there are several, and the files that they offer."""
+    path = paths.submission_path(submission.name)
+    folder = render.folders.get(submission.name)
+    poses = load_submission(folder) if folder else {}
+    panels = watches(submission, poses)
+    landscapes = render.landscapes.views(submission)
+    inputs = render.inputs[submission.name] + encoded(poses) + b"".join(v.inputs for v in landscapes.values())
+    shown = {
+        "submission": submission,
+        "watches": panels,
+        "landscapes": landscapes,
+        "landscape_titles": TITLES,
+    }
+    values = {"core": core, "bibtex": bibtex, "commands": commands}
+    yield path, Draft(inputs, partial(render, "submission.html", path, **values, **shown))
+    for group in separate_groups(submission):
+        page = paths.results_path(submission.name, group)
+        yield page, Draft(inputs, partial(render, "results.html", page, group=group, **shown))
+    for group, view in landscapes.items():
+        if view.landscape is not None:
+            yield paths.submission_file(submission.name, f"landscape-{group}.json"), view.landscape.to_json()
+    for panel in panels.values():
+        yield panel.path, panel.script
+    if not submission.problems:
+        document = ScorecardDocument(references=render.references, submissions=(submission,))
+        path = paths.submission_file(submission.name, "metrics.csv")
+        yield path, Draft(render.inputs[submission.name], lambda: csv_text(document))
+        yield paths.submission_file(submission.name, "citation.bib"), bibtex(submission)
+
+
+def publish_list(site: Leaderboard, render: Render) -> Iterator[File]:
+    """All submissions by level and name, published tables and refused ones last."""
+    on_boards = {row.submission.name for board in site.boards for row in board.rows}
+    rows = site.scored.core.rows if site.scored.core else ()
+    scores = {row.name: core.value(row, core.FINAL) for row in rows}
+    levels = ["", *LEVELS]
+    submissions = sorted(site.submissions, key=lambda submission: -levels.index(submission.level or ""))
+    values = {"submissions": submissions, "on_boards": on_boards, "scores": scores}
+    yield "submissions.html", render("submissions.html", "submissions.html", **values)
+
+
+ESCAPED = {character: f"\\{character}" for character in "&%$#_"} | {
+    "\\": r"\textbackslash{}",
+    "{": r"\textbraceleft{}",
+    "}": r"\textbraceright{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+}
+URL = re.compile(r"[^\s{}\\%]+")
+
+
+def bibtex(card: Scorecard) -> str:
+    """A submission of type ``misc`` with title, authors, code and the date of its acceptance.
+
+    Text of the submission is escaped.
+    """
+    facts = card.manifest
+    fields = {"title": f"{{{_escaped(card.title)}}}"}
+    if facts is not None and facts.authors:
+        fields["author"] = " and ".join(f"{{{_escaped(author)}}}" for author in facts.authors)
+    if card.accepted:
+        fields["year"] = card.accepted.partition("-")[0]
+    fields["howpublished"] = "Submission of the gym-extensions leaderboard"
+    fields["note"] = f"Submission {_escaped(card.name)}"
+    url = facts.code.url if facts is not None else ""
+    if URL.fullmatch(url):
+        fields["url"] = url
+    if facts is not None and facts.code.commit:
+        fields["note"] += f", code at commit {_escaped(facts.code.commit)}"
+    if card.accepted:
+        fields["note"] += f", accepted on {card.accepted}"
+    lines = [f"  {name} = {{{value}}}," for name, value in fields.items()]
+    return "\n".join([f"@misc{{gym-extensions-{paths.slug(card.name)},", *lines, "}", ""])
+
+
+def _escaped(text: str) -> str:
+    """Text on one line, with the characters that BibTeX and TeX read as commands escaped.
+
+    BibTeX counts braces after a backslash, too, so a brace is a command with balanced ones.
+    """
+    line = " ".join(unicodedata.normalize("NFC", text).split())
+    return "".join(ESCAPED.get(character, character) for character in line)
+
+
+def commands(card: Scorecard) -> str:
+    """The commands that check a submission, repeat a run of it and load one of its policies, in a clone."""
+    folder, lines = f"submissions/{card.name}", []
+    if has_policies(card):
+        lines = [
+            "# repeat the logged episodes with the published policies, and run these on new seeds",
+            f"gym-extensions verify {shlex.quote(folder)}",
+        ]
+    results = [result for result in results_of(card.groups) if result.detail.provenance]
+    for result in results[:1]:
+        made = result.detail.provenance[0]
+        lines += [f"# what trained run {made.run} on {result.group}", made.command] if made.command else []
+    sequential = next((result for result in results if result.protocol == SEQUENTIAL), None)
+    if sequential and sequential.detail.provenance[0].policies:
+        group = split_version(sequential.group)[0]
+        lines += [
+            "# a policy, in Python: of a run, after any stage",
+            "from gym_extensions import policies",
+            f"policy = policies.load({folder!r}, {group!r}, run={sequential.runs[0]}, "
+            f"stage={len(sequential.tasks)})",
+        ]
+    return "\n".join(lines)

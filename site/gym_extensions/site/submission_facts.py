@@ -1,0 +1,108 @@
+"""Facts of a submission in words: its level, how it was verified, and what its manifest states."""
+
+from __future__ import annotations
+
+from gym_extensions.scoring.ranking.boards import is_verified
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.text import count, grouped
+from gym_extensions.submissions.manifest import Tuning
+from gym_extensions.submissions.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
+from gym_extensions.submissions.run import Memory
+
+LEVELS = {
+    REPORTED: "Published elsewhere without logs, so nothing can be checked.",
+    CLAIMED: (
+        "The files keep to every rule. Nothing else is known: the runs publish no policies, nobody has "
+        "verified them yet, or a verification did not pass."
+    ),
+    VERIFIED: (
+        "The board’s own machine ran the policies of every run on seeds that did not exist when they were "
+        "submitted, and their returns agree with the log. The page of the submission says how many logged "
+        "episodes were repeated bit for bit. Only verified submissions have a rank."
+    ),
+    REPRODUCED: (
+        "Verified, and one of the runs was trained again and agrees with the log. It is the only evidence "
+        "that the published runs were not selected from more."
+    ),
+}
+"""What each level of a submission means, from the lowest."""
+STEPS = {"recorded": "recorded by the training loop", "claimed": "claimed by the authors"}
+NOT_STATED = "not stated"
+
+
+def task_label(card: Scorecard) -> str:
+    """When the agent receives the task label: ``none``, ``training``, ``evaluation`` or both."""
+    if card.manifest is None:
+        return NOT_STATED
+    observes = card.manifest.observes
+    times = {"training": observes.task_in_training, "evaluation": observes.task_in_evaluation}
+    return " and ".join(name for name, received in times.items() if received) or "none"
+
+
+def parameters(memory: Memory | None) -> str:
+    """The number of parameters at the start, and at the end if it differs: the largest of all groups."""
+    if memory is None:
+        return NOT_STATED
+    first, last = memory.parameters_first, memory.parameters_last
+    return grouped(first) if first == last else f"{grouped(first)} → {grouped(last)}"
+
+
+def stored(card: Scorecard) -> str:
+    """The maximum number of transitions that the agent stores."""
+    memory = card.manifest.memory if card.manifest else None
+    return NOT_STATED if memory is None else grouped(memory.stored_steps)
+
+
+def tuning(spent: Tuning | None) -> str:
+    """The training steps that were spent on choosing the settings."""
+    if spent is None or not spent.steps:
+        return NOT_STATED if spent is None else "none declared"
+    return f"{grouped(spent.steps)} steps" + (f" on {', '.join(spent.tasks)}" if spent.tasks else "")
+
+
+def dated(card: Scorecard) -> str:
+    """When a submission was accepted, or else last verified, YYYY-MM-DD; empty without either."""
+    return card.accepted or next((found.date for found in reversed(card.verifications)), "")
+
+
+def has_policies(card: Scorecard) -> bool:
+    """Whether a run of a whole scorecard publishes its policies."""
+    scores = [score for protocols in card.groups.values() for score in protocols.values()]
+    return is_verified(card.level) or any(made.policies for score in scores for made in score.provenance)
+
+
+def checked(card: Scorecard) -> str:
+    """How a submission was verified, in a sentence or two; what its level means if it was not."""
+    if card.level == CLAIMED:
+        reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
+        return f"Claimed: the files keep to every rule. {next(filter(None, reasons), 'Not verified yet.')}"
+    if not is_verified(card.level):
+        return LEVELS[card.level] if card.level else ""
+    passed = [found for found in card.verifications if found.passed and found.current]
+    runs, episodes, repeated = (
+        sum(getattr(found, name) for found in passed) for name in ("current", "episodes", "repeated")
+    )
+    text = f"Verified: the policies of {count(runs, 'run')} were run on new seeds and agree with the logs"
+    if episodes:
+        text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
+    if episodes > repeated:
+        is_other = all("[other machine" in found.difference for found in passed if found.difference)
+        why = "were logged on another kind of processor, which rounds differently" if is_other else "differ"
+        text += f", the other {grouped(episodes - repeated)} {why}"
+    return text + (". A run was trained again and agrees." if card.level == REPRODUCED else ".")
+
+
+def facts(card: Scorecard) -> list[tuple[str, str]]:
+    """What the manifest states on training and evaluation, as (label, value)."""
+    if (manifest := card.manifest) is None:
+        return []
+    return [
+        ("Algorithm", manifest.protocol.algorithm),
+        ("Actions in evaluation", manifest.protocol.evaluation),
+        ("Training steps", STEPS[manifest.protocol.steps]),
+        ("Task label", task_label(card)),
+        ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
+        ("Batch or replay buffer", stored(card)),
+        ("Parameters", parameters(manifest.memory)),
+        ("Tuning", tuning(manifest.tuning)),
+    ]

@@ -1,0 +1,256 @@
+"""The results of a submission: scores on one group under one protocol, and what is retained of each task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import groupby
+from statistics import fmean
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.metrics.statistics import interval
+from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
+from gym_extensions.references import experts
+from gym_extensions.references.experts import Origin
+from gym_extensions.scoring.scorecard import (
+    GroupScore,
+    ReferenceValue,
+    RunProvenance,
+    Scorecard,
+    SuiteScore,
+)
+from gym_extensions.site.text import count, digits_for
+
+SEQUENTIAL = "sequential"
+COLUMNS: dict[str, tuple[str, ...]] = {
+    "sequential": (
+        "final_performance",
+        "learning_performance",
+        "forgetting",
+        "asymptotic_transfer",
+        "zero_shot_transfer",
+    ),
+    "single": ("single_task_performance",),
+    "joint": ("final_performance", "cvar_10"),
+    "cumulative": ("last_task_performance",),
+}
+"""The metrics on a protocol's board. The first sorts it; forgetting follows learning performance."""
+NO_LOG = GroupScore(level="claimed", budget="", runs=(), tasks=(), metrics={}, reference={}, return_matrix=())
+NO_METRIC = MetricValue(why="not part of this protocol")
+Points = tuple[tuple[float, float], ...]
+Matrix = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """The change of a task's score since right after its training, over runs."""
+
+    value: MetricValue  # mean and interval
+    normalized: bool  # False for a raw return, where the task has no expert
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether its interval excludes 0. A single run has no interval, and is not certain."""
+        ends = self.value.ends
+        return ends is not None and not ends[0] <= 0 <= ends[1]
+
+
+def normalized(values: list[float], reference: ReferenceValue | None) -> list[float] | None:
+    """The scores of raw returns; None if one has none, because the task has no expert."""
+    shares = [reference.normalize(value) for value in values] if reference else [None]
+    present = [share for share in shares if share is not None]
+    return present if len(present) == len(values) else None
+
+
+@dataclass(frozen=True)
+class SubmissionResult:
+    """The scores of a scorecard with their group or suite and protocol; a suite has only metrics."""
+
+    group: str
+    protocol: str
+    score: GroupScore | SuiteScore
+
+    @property
+    def id(self) -> str:
+        """Its anchor on the page of the submission."""
+        return f"{self.group}-{self.protocol}"
+
+    @property
+    def detail(self) -> GroupScore:
+        """The scores of a group; of a suite, which has only metrics, all is empty."""
+        return self.score if isinstance(self.score, GroupScore) else NO_LOG
+
+    def metric(self, name: str) -> MetricValue:
+        """The named metric; one without a value if the protocol does not have it."""
+        return self.score.metrics.get(name, NO_METRIC)
+
+    @property
+    def runs(self) -> tuple[int, ...]:
+        """Training seeds; empty for a suite."""
+        return self.detail.runs
+
+    @property
+    def made(self) -> tuple[tuple[RunProvenance, ...], ...]:
+        """How the runs were made; runs with the same command, commit, versions and steps together."""
+        same = groupby(
+            self.detail.provenance, key=lambda made: (made.command, made.commit, made.versions, made.steps)
+        )
+        return tuple(tuple(members) for _, members in same)
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Task ids in training order; empty for a suite."""
+        return self.detail.tasks
+
+    def reference(self, task: str) -> ReferenceValue | None:
+        """Floor and expert of a task; None for a suite or without references."""
+        return self.detail.reference.get(task)
+
+    @cached_property
+    def profile(self) -> Points:
+        """Points of the performance profile, up to a score of 2; empty without one."""
+        return self.detail.profile.points if self.detail.profile else ()
+
+    @cached_property
+    def stage_matrices(self) -> tuple[Matrix, ...]:
+        """Mean raw returns [run][stage][task] of a sequential log; else empty."""
+        return self.detail.return_matrix if self.protocol == SEQUENTIAL else ()
+
+    @cached_property
+    def mean_matrix(self) -> Matrix:
+        """Mean raw returns [stage][task], averaged over runs."""
+        return tuple(
+            tuple(map(fmean, zip(*stages, strict=True))) for stages in zip(*self.stage_matrices, strict=True)
+        )
+
+    @cached_property
+    def matrix_digits(self) -> int:
+        """Digits after the point in all matrices: none if returns reach the hundreds."""
+        rows = (*self.final_returns, *(stage for run in self.stage_matrices for stage in run))
+        return digits_for(10 * cell for row in rows for cell in row)
+
+    @cached_property
+    def top_score(self) -> float:
+        """The highest normalized mean return of the matrices, at least 1: the strongest tint."""
+        rows = [*self.final_returns, *(stage for run in self.stage_matrices for stage in run)]
+        scores = (
+            reference.normalize(value)
+            for row in rows
+            for task, value in zip(self.tasks, row, strict=True)
+            if (reference := self.reference(task))
+        )
+        return max(1.0, *(score for score in scores if score is not None), 1.0)
+
+    @cached_property
+    def final_returns(self) -> Matrix:
+        """Mean raw returns [run][task] of a single or joint log; else empty."""
+        return () if self.protocol == SEQUENTIAL else tuple(run[-1] for run in self.detail.return_matrix)
+
+    @cached_property
+    def success_rates(self) -> tuple[tuple[float | None, ...], ...]:
+        """Success rates [stage][task], averaged over runs; empty if no task of the group defines success."""
+        return tuple(
+            tuple(
+                None if None in cells else fmean(cell or 0.0 for cell in cells)
+                for cells in zip(*stages, strict=True)
+            )
+            for stages in zip(*self.detail.success_rates, strict=True)
+        )
+
+    @cached_property
+    def changes(self) -> tuple[Change, ...]:
+        """Of a sequential log per task but the last, which nothing follows."""
+        return tuple(self._change(at, task) for at, task in enumerate(self.tasks[:-1]) if self.stage_matrices)
+
+    def _change(self, at: int, task: str) -> Change:
+        pairs = [(run[at + 1][at], run[-1][at]) for run in self.stage_matrices]
+        scores = [normalized(list(pair), self.reference(task)) for pair in pairs]
+        scored = [tuple(pair) for pair in scores if pair is not None]
+        changes = [end - after for after, end in scored or pairs]
+        return Change(MetricValue.of(interval(changes)), bool(scored))
+
+    @cached_property
+    def stages(self) -> tuple[tuple[MetricValue, ...], ...]:
+        """``[stage][task]`` scores of a sequential log; without a value where the task has no expert."""
+        return tuple(
+            tuple(self._score(stage, at, task) for at, task in enumerate(self.tasks))
+            for stage in range(len(self.tasks) + 1)
+            if self.stage_matrices
+        )
+
+    def _score(self, stage: int, at: int, task: str) -> MetricValue:
+        values = normalized([run[stage][at] for run in self.stage_matrices], self.reference(task))
+        return MetricValue() if values is None else MetricValue.of(interval(values))
+
+    @cached_property
+    def learned_nothing(self) -> bool:
+        """Whether the agent learned nothing that it could forget."""
+        return learned_nothing(self.score.metrics)
+
+    @property
+    def why_no_metrics(self) -> str:
+        """The reason why every metric is missing; empty if one has a value or reasons differ."""
+        reasons = {value.why if value.mean is None else "" for value in self.score.metrics.values()}
+        return next(iter(reasons)) if len(reasons) == 1 else ""
+
+    @cached_property
+    def open_tasks(self) -> tuple[str, ...]:
+        """The tasks without an expert, in training order."""
+        return tuple(task for task in self.tasks if (reference := self.reference(task)) and reference.open)
+
+    @cached_property
+    def provisional_tasks(self) -> tuple[tuple[str, str], ...]:
+        """The tasks whose expert is provisional, in training order, and why it is."""
+        pairs = ((task, self.reference(task)) for task in self.tasks)
+        return tuple((task, each.provisional) for task, each in pairs if each and each.provisional)
+
+
+@lru_cache(maxsize=1024)
+def group_order(group_id: str) -> tuple[int, str]:
+    """Sorts groups in the catalog's order, others by name after them."""
+    ids = [group.id for group in GROUPS.values()]
+    return (ids.index(group_id) if group_id in ids else len(ids), group_id)
+
+
+def results_of(found: Mapping[str, Mapping[str, GroupScore | SuiteScore]]) -> tuple[SubmissionResult, ...]:
+    """The scores of every group, or of every suite, of a scorecard, and every protocol."""
+    results = [
+        SubmissionResult(name, p, score) for name, scores in found.items() for p, score in scores.items()
+    ]
+    return tuple(sorted(results, key=lambda each: (group_order(each.group), PROTOCOLS.index(each.protocol))))
+
+
+def shown_columns(found: Sequence[SubmissionResult]) -> tuple[str, ...]:
+    """The metrics of a board of which one of its results has a value; the first one always."""
+    first, *others = COLUMNS[found[0].protocol]
+    return (first, *(name for name in others if any(each.metric(name).mean is not None for each in found)))
+
+
+def separate_groups(card: Scorecard) -> tuple[str, ...]:
+    """The groups whose results have a page of their own: all, if there are several."""
+    groups = tuple(dict.fromkeys(result.group for result in results_of(card.groups)))
+    return groups if len(groups) > 1 else ()
+
+
+def origins(submission: str, result: SubmissionResult) -> tuple[Origin, ...]:
+    """The policies of a log that are experts or their ancestors, by run and stage."""
+    group = result.group.rpartition("-v")[0]
+    return tuple(
+        sorted(experts.origins().get((submission, group, result.protocol), ()), key=lambda each: each[1:3])
+    )
+
+
+def nothing_to_forget(result: SubmissionResult) -> str:
+    """The note beside the forgetting of an agent that learned nothing that it could forget."""
+    uncertain = (result.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
+    return NOTHING_LEARNED + (f", as far as {count(len(result.runs), 'run')} can show" if uncertain else "")
+
+
+def table_digits(result: SubmissionResult) -> int:
+    """Digits after the point in the paper's table of a result: two for a printed table."""
+    if result.detail.printed_total:
+        return 2
+    cells = [cell for row in result.detail.paper_table for cell in row.cells() if cell]
+    return digits_for(cell.mean / 10 for cell in cells)

@@ -1,0 +1,149 @@
+"""The experts' files: loading, refusals, seeds, and when an expert is an anchor."""
+
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.errors import BenchError
+from gym_extensions.references import experts
+from gym_extensions.references.experts import PURPOSES, Card, Measurement, Step
+from gym_extensions.submissions.policies.mlp import Policy
+
+
+def make_policy() -> Policy:
+    return Policy(
+        action_offset=np.zeros(3),
+        action_scale=np.ones(3),
+        weights=(np.ones((11, 3), np.float32),),
+        biases=(np.zeros(3, np.float32),),
+    )
+
+
+def make_card(policy: Policy, mean: float = 3600.0, deviation: float = 10.0) -> Card:
+    measurement = Measurement(episodes=100, mean=mean, deviation=deviation)
+    return Card(
+        task=task("Hopper").id,
+        fingerprint=fingerprints.published(task("Hopper").id),
+        policy=experts.digest(policy),
+        history=(Step("trpo-Hopper-seed0@2000000", "trpo", 2_000_000, 157.0, "train trpo-Hopper"),),
+        from_submission=False,
+        candidates=20,
+        steps_tried=2_000_000,
+        selection=measurement,
+        measurement=measurement,
+        first_hundred=mean,
+    )
+
+
+def test_every_published_expert_loads_acts_and_belongs_to_its_task() -> None:
+    names = experts.names()
+    assert names
+    for name in names:
+        policy, card = experts.load(name), experts.card(name)
+        assert card.fingerprint == fingerprints.published(card.task)
+        assert np.isfinite(policy.act(np.zeros((1, policy.num_inputs or 0)))).all()
+        assert card.history
+        assert card.selection.episodes >= 100 <= card.measurement.episodes
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    policy = make_policy()
+    experts.write_described(policy, make_card(policy), tmp_path / "Hopper.json")
+    assert experts.names(tmp_path) == ["Hopper"]
+    assert experts.digest(experts.load("Hopper", tmp_path)) == experts.digest(policy)
+    assert experts.card("Hopper", tmp_path) == make_card(policy)
+
+
+def test_a_policy_that_is_not_the_cards_is_refused(tmp_path: Path) -> None:
+    policy = make_policy()
+    experts.write_described(policy, make_card(policy), tmp_path / "Hopper.json")
+    other = replace(policy, action_offset=np.ones(3))
+    with pytest.raises(BenchError, match="describes another policy"):
+        experts.write_described(other, make_card(policy), tmp_path / "Hopper.json")
+    experts.write_policy(tmp_path / "Hopper.npz", other)
+    with pytest.raises(BenchError) as error:
+        experts.load("Hopper", tmp_path)
+    assert error.value.code == "other-policy"
+
+
+def test_a_file_that_is_no_policy_is_refused(tmp_path: Path) -> None:
+    policy = make_policy()
+    experts.write_described(policy, make_card(policy), tmp_path / "Hopper.json")
+    for content in (b"", b"no archive", (tmp_path / "Hopper.npz").read_bytes()[:200]):
+        (tmp_path / "Hopper.npz").write_bytes(content)
+        with pytest.raises(BenchError) as error:
+            experts.load("Hopper", tmp_path)
+        assert error.value.code == "bad-policy"
+
+
+@pytest.mark.parametrize("mean", [float("nan"), float("inf")])
+def test_a_measurement_that_is_not_finite_is_refused_and_nothing_is_written(
+    tmp_path: Path, mean: float
+) -> None:
+    policy = make_policy()
+    with pytest.raises(BenchError) as error:
+        experts.write_described(policy, make_card(policy, mean), tmp_path / "Hopper.json")
+    assert error.value.code == "bad-card"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("change", [{"task": "gym_extensions/Walker2d-v0"}, {"policy": 3}, {"surprise": 1}])
+def test_a_card_of_another_task_or_form_is_refused(tmp_path: Path, change: dict[str, object]) -> None:
+    policy = make_policy()
+    experts.write_described(policy, make_card(policy), tmp_path / "Hopper.json")
+    path = tmp_path / "Hopper.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(BenchError) as error:
+        experts.card("Hopper", tmp_path)
+    assert error.value.code == "bad-card"
+
+
+def test_a_task_without_expert_and_an_unknown_task_are_named(tmp_path: Path) -> None:
+    with pytest.raises(BenchError) as error:
+        experts.load("Hopper", tmp_path)
+    assert error.value.code == "no-expert"
+    with pytest.raises(BenchError) as error:
+        experts.load("Hoper")
+    assert error.value.code == "unknown-task"
+
+
+def test_purposes_never_share_a_seed() -> None:
+    for name in ("Hopper", "Pusher"):
+        seeds = {purpose: {experts.seed(name, purpose, i) for i in range(1000)} for purpose in PURPOSES}
+        assert len(set.union(*seeds.values())) == 1000 * len(PURPOSES)
+        assert all(0 <= value < 2**32 for value in set.union(*seeds.values()))
+
+
+def test_seeds_are_prescribed() -> None:
+    row = TASKS["gym_extensions/Hopper-v0"]
+    digest = hashlib.sha256(b"expert/gym_extensions/Hopper-v0/7").digest()
+    expected = 4 * (int.from_bytes(digest[:4], "little") >> 3) + 2
+    assert experts.seed(row, "measure", 7) == experts.seed("Hopper", "measure", 7) == expected
+
+
+def test_a_card_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
+    policy = make_policy()
+    experts.write_described(
+        policy, msgspec.structs.replace(make_card(policy), fingerprint="0" * 16), tmp_path / "Hopper.json"
+    )
+    with pytest.raises(BenchError, match="another definition of Hopper") as error:
+        experts.load("Hopper", tmp_path)
+    assert error.value.code == "foreign-fingerprint"
+
+
+def test_origins_name_the_policies_of_submissions_behind_experts() -> None:
+    found = experts.origins()["trpo", "hopper-gravity", "sequential"]
+    card = experts.card("HopperGravityOneAndHalf")
+    (origin,) = [each for each in found if each.task == "HopperGravityOneAndHalf"]
+    assert (
+        card.history[-1].name == f"stored:trpo/hopper-gravity/sequential-run{origin.run}-stage{origin.stage}"
+    )
+    assert origin.is_expert
+    assert all(experts.card(each.task).from_submission for each in found)

@@ -1,0 +1,133 @@
+"""Pages of submissions, the overview, and the pages that explain."""
+
+from __future__ import annotations
+
+import copy
+import re
+from typing import Any
+
+import pytest
+
+from ..browser import files, read
+
+GROUP = "groups/hopper-gravity-v0.html"
+
+
+def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any]) -> None:
+    metrics = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]
+    metrics["zero_shot_transfer"] = metrics["asymptotic_transfer"]
+    page = dict(files(document))[GROUP]
+    assert '<p class="small">No asymptotic transfer: there is no' in page, "a column without a value"
+    cell = page.split('data-label="Zero-shot transfer"')[1].split("</td>")[0]
+    (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+"><sup>1</sup></a>', cell)
+    assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
+
+
+def test_the_readme_of_a_submission_has_its_paragraphs_and_line_breaks(document: dict[str, Any]) -> None:
+    document["submissions"][0]["readme"] = "\n# Agile & quick\n\n\tlearns\n  *fast*\n"
+    page = dict(files(document))["submissions/agile.html"]
+    assert '<pre class="readme"># Agile &amp; quick\n\n\tlearns\n  *fast*</pre>' in page
+
+
+def test_a_refused_submission_is_listed_with_its_problems_and_hints(document: dict[str, Any]) -> None:
+    pages = read(document)
+    text = pages["submissions/broken.html"].text
+    assert "missing-cell hopper-gravity/sequential.csv, row 7" in text
+    assert "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0." in text
+    assert "Evaluate every task after every stage." in text
+    assert "Broken broken refused 1 problem: missing-cell" in pages["submissions.html"].text
+    assert "1 refused" in pages["index.html"].text
+
+
+def test_a_copy_stands_below_the_other_submission_without_a_rank(document: dict[str, Any]) -> None:
+    assert "Has most episodes" not in read(document)[GROUP].text
+    for protocols in document["submissions"][0]["groups"].values():
+        for scores in protocols.values():
+            scores["episode_sketches"] = [["00c0ffee"]]
+    copied = copy.deepcopy(document["submissions"][0])
+    copied.update(name="copied", title="Something new")
+    document["submissions"].insert(1, copied)
+    board = dict(files(document))[GROUP]
+    assert re.findall(r'data-submission="(\w+)"', board)[:2] == ["agile", "copied"]
+    assert "Not ranked: Has most episodes of agile." in board
+
+
+FOUND = {
+    "date": "2026-11-24",
+    "version": "1.0.0",
+    "value": "ab" * 32,
+    "logs": ["hopper-gravity/sequential"],
+    "runs": 5,
+    "current": 5,
+    "episodes": 3000,
+    "repeated": 2999,
+    "difference": "run 1, stage 2, episode 7: 1e-12",
+    "kernels": "openblas Haswell",
+    "cells": 45,
+    "p_value": 0.31,
+    "second_p_value": None,
+    "passed": True,
+    "retrained": [],
+}
+
+
+def text_of(document: dict[str, Any], path: str = "submissions/agile.html") -> str:
+    return read(document)[path].text
+
+
+def test_a_submission_shows_what_its_verification_found(document: dict[str, Any]) -> None:
+    document["submissions"][0]["verifications"] = [FOUND]
+    text = text_of(document)
+    for fact in (
+        "2026-11-24",
+        "run 1, stage 2, episode 7: 1e-12",
+        "0.310",
+        "the policies of 5 runs were run",
+        "2 999 of 3 000 logged episodes were repeated bit for bit, the other 1 differ.",
+    ):
+        assert fact in text
+    assert text.count("2 999 of 3 000") == 2, "in the head and in the table"
+    assert "gym-extensions verify submissions/agile" in text
+    assert "changed since" not in text
+
+
+@pytest.mark.parametrize("level", ["claimed", "verified", "reproduced"])
+def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
+    document: dict[str, Any], level: str
+) -> None:
+    for submission in document["submissions"]:
+        submission["level"] = submission["level"] and "claimed"
+        for protocols in submission["groups"].values():
+            for scores in protocols.values():
+                scores["level"] = "claimed"
+    first = document["submissions"][0]
+    first["level"] = first["groups"]["hopper-gravity-v0"]["sequential"]["level"] = level
+    pages = read(document)
+    text = pages["submissions/agile.html"].text
+    assert f"agile {level}" in text
+    said = "Claimed: the files keep to every rule. Not verified yet."
+    assert (said in text) == (level == "claimed")
+    count = "0 of 5 submissions are" if level == "claimed" else "1 of 5 submissions is"
+    assert f"{count} verified" in pages["index.html"].text
+
+
+def test_a_submission_whose_verification_failed_says_so(document: dict[str, Any]) -> None:
+    first = document["submissions"][0]
+    scores = first["groups"]["hopper-gravity-v0"]["sequential"]
+    first["level"] = scores["level"] = "claimed"
+    scores["why_claimed"] = "The verification of 2026-11-24 did not pass."
+    assert "keep to every rule. The verification of 2026-11-24 did not pass." in text_of(document)
+
+
+def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -> None:
+    decisions = [
+        {"action": "accepted", "by": "one", "date": "2026-11-22", "reason": "Verified."},
+        {"action": "challenged", "by": "two", "date": "2026-11-23", "reason": "<script>x</script> doubt"},
+    ]
+    document["submissions"][0]["decisions"] = decisions
+    page = read(document)["submissions/agile.html"]
+    assert "Challenged on 2026-11-23 by two: <script>x</script> doubt" in page.text
+    assert page.errors == []
+    assert "challenged" in text_of(document, GROUP)
+    decisions.append({"action": "withdrawn", "by": "one", "date": "2026-11-24", "reason": "An error."})
+    assert "Agile agile verified withdrawn 1 2026-11-22 –" in text_of(document, "submissions.html")

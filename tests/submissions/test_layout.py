@@ -1,0 +1,105 @@
+"""The folder: what is listed, which runs it has, and which submissions a path stands for."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions.layout import (
+    LOG,
+    FolderItem,
+    read_regular,
+    run_file,
+    run_key,
+    scan,
+    submission_folders,
+)
+from gym_extensions.submissions.reader import read
+
+from .examples import GROUP, CopySubmission, found, put
+
+
+def test_items_are_listed_by_path_to_a_limited_depth(tmp_path: Path) -> None:
+    put("a/b/c/d/e.txt", b"deep")(tmp_path)
+    put("a/file", b"12345")(tmp_path)
+    put(".progress/log", b"")(tmp_path)
+    (tmp_path / "link").symlink_to("a")
+    assert scan(tmp_path).items == (
+        FolderItem("a", "folder"),
+        FolderItem("a/b", "folder"),
+        FolderItem("a/b/c", "folder"),
+        FolderItem("a/b/c/d", "folder"),
+        FolderItem("a/file", "file", 5),
+        FolderItem("link", "link"),
+    )
+    assert scan(tmp_path).files == {"a/file": FolderItem("a/file", "file", 5)}
+
+
+def test_a_path_that_is_not_a_folder_is_not_a_submission(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    messages = [read(tmp_path / name).problems[0].message for name in ("nowhere", "file")]
+    assert messages == ["'nowhere' does not exist.", "'file' is not a folder."]
+
+
+@pytest.mark.parametrize("target", ["submission", "nowhere"])
+def test_a_linked_submission_is_refused(good: CopySubmission, tmp_path: Path, target: str) -> None:
+    good(GROUP, tmp_path)
+    (tmp_path / "other").symlink_to(tmp_path / target)
+    problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
+    assert problems["submission"] == ()
+    assert found(problems["other"]) == [("other", "not-a-regular-file")]
+
+
+def test_a_folder_that_git_leaves_behind_is_no_submission_unless_it_is_named(
+    good: CopySubmission, tmp_path: Path
+) -> None:
+    submission, left = good(GROUP, tmp_path), tmp_path / "left"
+    put(".progress/train.log", b"")(left)
+    (tmp_path / "empty").mkdir()
+    assert submission_folders([tmp_path]) == [tmp_path / "empty", submission]
+    (named,) = submission_folders([left])
+    assert found(read(named).problems) == [("left", "not-a-submission")]
+
+
+def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:
+    paths = [tmp_path / "a" / "mine", tmp_path / "b" / "mine"]
+    for path in paths:
+        path.mkdir(parents=True)
+    assert submission_folders([paths[0], paths[0]]) == [paths[0]]
+    with pytest.raises(BenchError) as error:
+        submission_folders(paths)
+    message = f"Two submissions have the name 'mine': {paths[0]} and {paths[1]}."
+    assert str(error.value) == f"{message} Score one at a time, or rename one."
+
+
+def test_names_are_printed_without_control_characters(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    put("a\n\x1b[31m.txt", b"")(folder)
+    submission = read(folder.rename(tmp_path / os.fsdecode(b"a\xff")))
+    assert submission.name == "a\\udcff"
+    assert [(problem.rule, problem.where, problem.message) for problem in submission.problems] == [
+        ("folder-name", "a\\udcff", "The folder's name is 'a\\udcff'."),
+        ("unexpected-name", "a\\n\\x1b[31m.txt", "Unexpected file."),
+    ]
+
+
+def test_runs_are_found_by_the_names_of_their_files(tmp_path: Path) -> None:
+    for path in ("run10.csv", "run2.csv", "run2.json", "run02.csv", "run2.txt", "notes/run3.csv"):
+        put(f"pusher/joint/{path}", b"")(tmp_path)
+    put("pusher/other/run0.csv", b"")(tmp_path)
+    put("run0.csv", b"")(tmp_path)
+    assert scan(tmp_path).runs == {("pusher", "joint"): {2: {".csv", ".json"}, 10: {".csv"}}}
+    assert run_file("pusher", "joint", 2, LOG) == "pusher/joint/run2.csv"
+    assert run_key("pusher", "joint", 2) == "pusher/joint/run2"
+
+
+def test_a_link_or_a_file_that_grew_is_not_read(tmp_path: Path) -> None:
+    put("file", b"12345")(tmp_path)
+    (tmp_path / "link").symlink_to("file")
+    assert read_regular(tmp_path / "file", 5) == b"12345"
+    for name, limit in (("file", 4), ("link", 5), (".", 5)):
+        with pytest.raises(OSError):
+            read_regular(tmp_path / name, limit)

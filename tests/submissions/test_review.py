@@ -1,0 +1,95 @@
+"""review.toml, and the level that follows from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions.review import (
+    CLAIMED,
+    REPRODUCED,
+    VERIFIED,
+    Decision,
+    Review,
+    Verification,
+    level,
+    read_review,
+    review_text,
+    write_review,
+)
+
+RUNS = {f"pusher/joint/run{run}": f"{run}" * 64 for run in range(3)}
+PASSED = Verification(
+    date="2026-11-26", version="1.0.0", value="ab" * 32, runs=RUNS, cells=9, p_value=0.5, passed=True
+)
+FAILED = msgspec.structs.replace(PASSED, passed=False, p_value=1e-4, second_p_value=1e-5)
+ACCEPTED = Decision(action="accepted", by="A", date="2026-11-26", reason="Ü\n")
+
+
+@pytest.mark.parametrize(
+    "review",
+    [Review(), Review(verifications=[PASSED, FAILED], decisions=[ACCEPTED]), Review(decisions=[ACCEPTED])],
+)
+def test_a_review_is_read_as_it_was_written(tmp_path: Path, review: Review) -> None:
+    write_review(tmp_path, review)
+    assert read_review(tmp_path) == review
+    assert review_text(read_review(tmp_path)) == (tmp_path / "review.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fact"),
+    [
+        ("passed = true", "passed = 1", "passed"),
+        ("p_value = 0.5", "p_value = 1.5", "p_value"),
+        ("passed =", "pased =", "pased"),
+        ("pusher/joint/run0", "pusher/both/run0", "runs"),
+        ('action = "accepted"', 'action = "praised"', "praised"),
+        ("[[decisions]]", "[[decisions]", "line"),
+    ],
+)
+def test_what_is_wrong_with_a_review_is_named(tmp_path: Path, old: str, new: str, fact: str) -> None:
+    text = review_text(Review(verifications=[PASSED], decisions=[ACCEPTED]))
+    assert old in text
+    (tmp_path / "review.toml").write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(BenchError, match=fact):
+        read_review(tmp_path)
+
+
+RETRAINED = msgspec.structs.replace(PASSED, retrained=["pusher/joint/run1"])
+HALF = msgspec.structs.replace(PASSED, runs=dict(list(RUNS.items())[:2]))
+REST = msgspec.structs.replace(PASSED, runs=dict(list(RUNS.items())[2:]))
+
+
+@pytest.mark.parametrize(
+    ("verifications", "expected"),
+    [
+        ([], CLAIMED),
+        ([PASSED], VERIFIED),
+        ([FAILED], CLAIMED),
+        ([FAILED, PASSED], CLAIMED),
+        ([PASSED, FAILED], CLAIMED),
+        ([HALF], CLAIMED),
+        ([HALF, REST], VERIFIED),
+        ([RETRAINED], REPRODUCED),
+        ([msgspec.structs.replace(RETRAINED, retrained=["pusher/joint/run9"])], VERIFIED),
+    ],
+)
+def test_a_log_is_verified_if_each_run_is_and_none_failed(
+    verifications: list[Verification], expected: str
+) -> None:
+    assert level(Review(verifications=verifications), RUNS) == expected
+
+
+def test_a_run_that_changed_is_claimed_again_and_a_refusal_is_about_the_old_files() -> None:
+    changed = RUNS | {"pusher/joint/run1": "f" * 64}
+    assert level(Review(verifications=[PASSED]), changed) == CLAIMED
+    again = msgspec.structs.replace(PASSED, runs=changed)
+    new = {"pusher/joint/run1": "f" * 64}
+    assert level(Review(verifications=[FAILED, msgspec.structs.replace(again, runs=new)]), new) == VERIFIED
+
+
+def test_a_log_without_runs_is_claimed() -> None:
+    assert level(Review(verifications=[PASSED]), {}) == CLAIMED

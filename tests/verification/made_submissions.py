@@ -1,0 +1,200 @@
+"""Small honest submissions: networks with drawn weights, and the episodes that they have on this machine."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_of
+from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed, stages
+from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file
+from gym_extensions.submissions.log import Episode, read_log, write_log
+from gym_extensions.submissions.policies.files import (
+    AnyPolicy,
+    Key,
+    content_sha256,
+    policy_keys,
+    read_policies,
+    run_arrays,
+    write_policies,
+)
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import level
+from gym_extensions.submissions.run import (
+    Memory,
+    PolicyFile,
+    RunDocument,
+    Versions,
+    file_sha256,
+    read_run,
+    write_run,
+)
+from gym_extensions.verification.cli import main
+from gym_extensions.verification.episodes import Cell, run_cell
+from gym_extensions.verification.verify import this_machine
+from gym_extensions.versions import version
+
+from ..conftest import MANIFEST
+
+GROUP = "hopper-wall"
+RUNS = (0, 1, 2, 3, 4)
+VALUE = "3f" * 20
+"""From it, the seeds of ``verify`` are drawn."""
+SCRATCH = tempfile.TemporaryDirectory(prefix="submissions-")
+Row = dict[str, Any]
+
+
+def network(seed: int, head: str = "deterministic", actions: int = 3, inputs: int = 21) -> Policy:
+    """A linear policy with drawn weights."""
+    rng = np.random.default_rng(seed)
+    return Policy(
+        action_offset=np.zeros(actions),
+        action_scale=np.ones(actions),
+        weights=(rng.normal(0, 0.5, (inputs, actions)),),
+        biases=(rng.normal(0, 0.5, actions),),
+        squash="tanh",
+        head=head,
+        log_sigma=np.full(actions, -0.5) if head == "gaussian" else None,
+    )
+
+
+def write_run_files(
+    folder: Path,
+    protocol: str,
+    run: int,
+    policies: Mapping[Key, AnyPolicy],
+    played: Mapping[Key, AnyPolicy] | None = None,
+) -> None:
+    """Writes the log, the document and the policies of a run.
+
+    Args:
+        folder: the submission.
+        protocol: of the run.
+        run: its number.
+        policies: those that are stored.
+        played: those whose episodes are logged; by default the stored ones.
+    """
+    members = group_of(GROUP)
+    episodes = []
+    for stage in stages(protocol, len(members.tasks)):
+        for index, task in enumerate(members.tasks):
+            seeds = tuple(evaluation_seed(members.id, task.id, each) for each in range(EVALUATION_EPISODES))
+            policy = (played or policies)[stage, task.name if protocol == "single" else None]
+            noise = None if policy.head == "deterministic" else 1000 * run + 10 * stage + index
+            outcomes = run_cell(members, policy, Cell(stage, index, seeds, noise))
+            episodes += [
+                Episode(stage, task.id, number, seed, *outcome)
+                for number, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))
+            ]
+    paths = [folder / run_file(GROUP, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)]
+    write_log(paths[0], episodes, members.task_ids)
+    write_policies(paths[2], policies)
+    names = ("gym_extensions", "gymnasium", "mujoco")
+    versions = {name: version(name.replace("_", "-")) for name in names} | {"python": "3.11.0"}
+    document = RunDocument(
+        group=members.id,
+        protocol=protocol,  # type: ignore[arg-type]
+        run=run,
+        versions=Versions(**versions, **this_machine()),
+        steps=BUDGETS["100k"].steps_for(GROUP) * len(members.tasks),
+        memory=Memory(stored_steps=0, parameters_first=36, parameters_last=36),
+        fingerprints={task.id: published(task.id) for task in members.tasks},
+        log=file_sha256(paths[0]),
+        policies=PolicyFile(sha256=content_sha256(run_arrays(policies)), size=paths[2].stat().st_size),
+    )
+    write_run(paths[1], document)
+
+
+def write_submission(folder: Path, head: str = "deterministic", protocol: str = "sequential") -> Path:
+    """Writes an honest submission of five runs."""
+    folder.mkdir(parents=True)
+    for run in RUNS:
+        keys = policy_keys(protocol, group_of(GROUP))
+        policies = {key: network(100 * run + number, head) for number, key in enumerate(keys)}
+        write_run_files(folder, protocol, run, policies)
+    evaluation = "deterministic" if head == "deterministic" else "sampled"
+    text = MANIFEST.replace('"smoke"', '"100k"').replace(
+        'evaluation = "sampled"', f'evaluation = "{evaluation}"'
+    )
+    (folder / "submission.toml").write_text(text, encoding="utf-8", newline="\n")
+    return folder
+
+
+def honest(head: str = "deterministic") -> Path:
+    """An honest submission, made once per process. It must not be changed."""
+    folder = Path(SCRATCH.name, head, "honest")
+    return folder if folder.exists() else write_submission(folder, head)
+
+
+def copy(submission: Path, target: Path) -> Path:
+    """A copy of a submission that may be changed."""
+    return Path(shutil.copytree(submission, target))
+
+
+def verify(submission: Path, *options: str) -> int:
+    """The exit status of the command on a submission, with its cache beside it."""
+    return main([str(submission), "--seeds", VALUE, "--cache", str(submission.parent / "cache"), *options])
+
+
+def level_of(submission: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> str:
+    """The level of the only sequential log of a submission without problems."""
+    found = read(submission, groups, policies=True)
+    assert found.problems == ()
+    (submitted,) = found.groups.values()
+    return level(found.review, submitted.digests("sequential"))
+
+
+def change_log(submission: Path, edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Path:
+    """Changes rows of the logs of all runs or of one, and states the new digests."""
+    success = {1: True, 0: False, -1: None}
+    for path in sorted(submission.glob("*/*/run*.csv")):
+        if run is not None and path.stem != f"run{run}":
+            continue
+        episodes = []
+        for each in read_log(path).to_dict("records"):
+            row: Row = {**each, **edit(each)}  # type: ignore[arg-type, dict-item]
+            end = {"return_": float(row.pop("return")), "success": success[row["success"]]}
+            episodes.append(Episode(**row | end))
+        write_log(path, episodes, group_of(GROUP).task_ids)
+        change_document(path.with_suffix(".json"), log=file_sha256(path))
+    return submission
+
+
+def change_document(path: Path, **changes: object) -> None:
+    """Changes values of a run's document."""
+    write_run(path, msgspec.structs.replace(read_run(path), **changes))
+
+
+def change_documents(submission: Path, change: Callable[..., Mapping[str, object]]) -> None:
+    """Changes values of the documents of all runs, which ``change`` gets."""
+    for path in sorted(submission.glob("*/*/*.json")):
+        change_document(path, **change(read_run(path)))
+
+
+def move_elsewhere(submission: Path) -> None:
+    """Says that all runs were made with other processor kernels."""
+    change_documents(
+        submission, lambda run: {"versions": msgspec.structs.replace(run.versions, blas="openblas Zen")}
+    )
+
+
+def change_policies(submission: Path, change: Callable[[dict[Key, AnyPolicy]], object]) -> None:
+    """Changes the stored policies of all runs, and states their digests."""
+
+    def changed(run: RunDocument) -> Mapping[str, object]:
+        stored = read_policies(submission, group_of(GROUP), run.protocol, run.run)
+        change(stored)
+        path = submission / run_file(GROUP, run.protocol, run.run, POLICIES)
+        write_policies(path, stored)
+        digest = content_sha256(run_arrays(stored))
+        return {"policies": PolicyFile(sha256=digest, size=path.stat().st_size)}
+
+    change_documents(submission, changed)
