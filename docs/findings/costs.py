@@ -25,7 +25,7 @@ CPU_SECONDS = {
 Measured at the standard budget on a busy machine of two cores, in 60,000 steps from the start of training
 (4,000 of images, 160 × 120 × 3 inputs)::
 
-    python tests/benchmarks/measure_learners.py --seeds 10 --steps 60000 --num-envs 25 \\
+    python tools/tuning/measure_learners.py --seeds 10 --steps 60000 --num-envs 25 \\
         --tasks Hopper,Walker2d,HalfCheetah,Humanoid,HumanoidStandupAndRun,Pusher,Striker
 
 and with the first tasks of nav-state, nav-range and nav-image. HumanoidStandup and the two other families of

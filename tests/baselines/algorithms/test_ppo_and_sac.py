@@ -54,6 +54,19 @@ def test_a_stage_of_ppo_has_one_rollout_per_batch_of_the_budget() -> None:
             assert budget.batch_steps <= rollout <= 1.02 * budget.batch_steps
 
 
+def test_keyword_arguments_of_the_factory_change_settings_of_the_model(env: Any) -> None:
+    make: Any = algorithms.factory("ppo")
+    spaces = (env.single_observation_space, env.single_action_space)
+    plain = make(*spaces, 3).card().hyperparameters
+    agent = make(*spaces, 3, batch_size=40, learning_rate=0.01, normalize_rewards=True)
+    learn(agent, env, 1)
+    changes = {"batch_size": 40, "learning_rate": 0.01, "normalize_rewards": True}
+    assert agent.card().hyperparameters == {**plain, **changes}
+    assert (agent._model.batch_size, agent._model.learning_rate) == (40, 0.01)
+    assert agent._normalizer.norm_reward
+    assert make(*spaces, 3).card().hyperparameters == plain
+
+
 def test_ppo_learns_and_its_policy_acts_as_it_does(env: Any) -> None:
     agent = create(algorithms.factory("ppo"), env)
     before = agent._model.policy.log_std.detach().numpy().copy()

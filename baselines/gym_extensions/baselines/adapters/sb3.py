@@ -8,7 +8,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,8 @@ Callback = BaseCallback | list[BaseCallback] | Callable[[dict[str, Any], dict[st
 """What SB3's ``learn(callback=…)`` accepts."""
 SET_BY_THE_RUN = ("env", "seed")
 """Keyword arguments of a model that the training loop sets."""
+NORMALIZATIONS = ("normalize_observations", "normalize_rewards")
+"""Arguments of :func:`sb3` that are hyperparameters."""
 NOT_HYPERPARAMETERS = ("device", "verbose")
 """Keyword arguments of a model that are not stored in the manifest, because they do not change a result."""
 LIBRARIES: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -129,6 +131,9 @@ class Sb3Factory:
     ``continue_counting`` continues the model's count of steps in every stage, so that warm-up steps and
     schedules do not start again, as for an agent that does not use task boundaries. The other fields are
     arguments of :func:`sb3`, and at the end those of :class:`gym_extensions.baselines.Card`.
+
+    Calling it creates an agent. Keyword arguments change the model's settings, or one of the two
+    normalizations: ``make(observation_space, action_space, 0, learning_rate=1e-3, normalize_rewards=True)``.
     """
 
     algorithm: type[BaseAlgorithm]
@@ -152,9 +157,11 @@ class Sb3Factory:
     parent: str = ""
 
     def __call__(
-        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /
+        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /, **changes: Any
     ) -> Sb3Agent:
-        return Sb3Agent((observation_space, action_space), seed, self)
+        own = {name: changes.pop(name) for name in NORMALIZATIONS if name in changes}
+        options = replace(self, settings={**self.settings, **changes}, **own)
+        return Sb3Agent((observation_space, action_space), seed, options)
 
     @property
     def __name__(self) -> str:
@@ -178,8 +185,7 @@ class Sb3Factory:
         """The hyperparameters as the manifest stores them; the normalizations only if they are used."""
         shown = {name: value for name, value in self.settings.items() if name not in NOT_HYPERPARAMETERS}
         rows = {name: to_manifest_value(value) for name, value in shown.items()} | dict(self.hyperparameters)
-        normalizations = ("normalize_observations", "normalize_rewards")
-        return rows | {name: True for name in normalizations if getattr(self, name)}
+        return rows | {name: True for name in NORMALIZATIONS if getattr(self, name)}
 
 
 def to_manifest_value(value: Any) -> Setting:

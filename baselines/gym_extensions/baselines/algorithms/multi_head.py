@@ -79,8 +79,10 @@ class MultiHead(Trpo):
     parent = Trpo.name
     observes = Observes(task_in_training=True, task_in_evaluation=True, boundaries=True)
 
-    def __init__(self, *arguments: Any, **settings: Any) -> None:
+    def __init__(self, *arguments: Any, copy_head: bool = False, **settings: Any) -> None:
+        """With ``copy_head`` a task starts with the output layer and log σ of the task before."""
         super().__init__(*arguments, **settings)
+        self._copy_head = copy_head
         # The parameters of the hidden layers come first in the flat vector.
         self._hidden = policies.parameter_count(self._architecture.sizes[:-1])
         self._heads: Heads = {}
@@ -105,7 +107,7 @@ class MultiHead(Trpo):
         if task in self._heads:
             head = self._heads[task]
             parameters, self._moments = head.parameters, head.moments
-        elif self._heads:
+        elif self._heads and not self._copy_head:
             parameters = self._initial_policy()[self._hidden :]
         else:
             return
@@ -154,10 +156,11 @@ class MultiHead(Trpo):
         return None
 
     def card(self) -> Card:
-        """The card of ``trpo`` with the parameters of all heads."""
+        """The card of ``trpo`` with the parameters of all heads, and ``copy_head`` if it is used."""
         card = super().card()
         more = max(len(self._heads) - 1, 0) * (len(self._theta) - self._hidden)
-        return replace(card, parameters=card.parameters + more)
+        settings = {**card.hyperparameters} | ({"copy_head": True} if self._copy_head else {})
+        return replace(card, hyperparameters=settings, parameters=card.parameters + more)
 
     def _state(self) -> dict[str, Array]:
         return super()._state() | to_arrays(self._heads) | {"progress": np.array([self._task, self._number])}

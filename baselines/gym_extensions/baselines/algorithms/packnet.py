@@ -77,8 +77,10 @@ class PackNet(MultiHead):
     description = "The reference agent with PackNet: tasks own weights and a head; it observes the task."
     parent = ""  # the first task's weights are pruned, so no stage is equal to that of trpo
 
-    def __init__(self, *arguments: Any, **settings: Any) -> None:
+    def __init__(self, *arguments: Any, retrain_share: float = RETRAIN_SHARE, **settings: Any) -> None:
+        """``retrain_share`` is the share of a task's budget after it pruned."""
         super().__init__(*arguments, **settings)
+        self._retrain_share = retrain_share
         self._owners = no_owners(self._architecture.sizes)
         self._num_tasks, self._pruned = 1, False
 
@@ -90,7 +92,7 @@ class PackNet(MultiHead):
     def _train(self, collector: Collector, steps: int) -> int:
         self._pruned = False
         left = max(self._num_tasks - self._number, 0)
-        retrain = RETRAIN_SHARE * steps if left else 0
+        retrain = self._retrain_share * steps if left else 0
         first = steps - min(round(retrain / self._batch_steps) * self._batch_steps, steps - self._batch_steps)
         taken = super()._train(collector, first)
         hidden, share = self._theta[: self._hidden], 1 / (left + 1)
@@ -115,7 +117,7 @@ class PackNet(MultiHead):
     def card(self) -> Card:
         """The card of ``multi-head`` with the share of a task's budget after pruning."""
         card = super().card()
-        return replace(card, hyperparameters={**card.hyperparameters, "retrain_share": RETRAIN_SHARE})
+        return replace(card, hyperparameters={**card.hyperparameters, "retrain_share": self._retrain_share})
 
     def _state(self) -> dict[str, Array]:
         return super()._state() | {"owners": self._owners}

@@ -103,6 +103,26 @@ def test_packnet_gives_every_task_a_third_of_the_hidden_weights() -> None:
 
 
 @pytest.mark.parametrize("name", TASK_AWARE)
+@pytest.mark.parametrize("copy_head", [False, True])
+def test_a_task_starts_with_a_new_output_layer_or_that_of_the_task_before(name: str, copy_head: bool) -> None:
+    agent = learned(name, 1, copy_head=copy_head)
+    agent._begin(1)
+    assert np.array_equal(agent._theta[agent._hidden :], agent._heads[0].parameters) == copy_head
+    assert ("copy_head" in agent.card().hyperparameters) == copy_head
+
+
+def test_packnet_trains_the_weights_that_it_kept_for_a_share_of_the_budget() -> None:
+    moved = {}
+    for share in (0.0, 0.5):
+        agent = make("packnet", retrain_share=share)
+        agent.learn(Goals(0), 1_200)
+        moved[share] = agent._theta
+        assert agent.card().hyperparameters["retrain_share"] == share
+    assert not np.array_equal(moved[0.0], moved[0.5])
+    assert np.array_equal(learned("packnet", 1)._theta, learned("packnet", 1, retrain_share=0.2)._theta)
+
+
+@pytest.mark.parametrize("name", TASK_AWARE)
 def test_a_task_that_was_not_learned_is_evaluated_with_the_present_head(name: str) -> None:
     agent = learned(name, 2)
     assert np.array_equal(agent.act(SEEN, in_task(2)), agent.act(SEEN, in_task(1)))
