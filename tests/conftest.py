@@ -242,7 +242,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Path], Path
 
 
 JOBS = ("curation.gate", *(f"verification.{name}_recorder" for name in ("landscape", "pose")))
-JOBS += ("verification.episodes", "verification.verify_record")
+JOBS += ("verification.episodes",)
 """The modules that give jobs to processes with limits."""
 
 

@@ -24,7 +24,7 @@ PUBLIC = {
         Agent BatchTrained Card Context Factory JobFailed JobFinished Observes Resumable StageStarted
         TaskEvaluated TrainingStarted record sb3 train
     """,
-    "gym_extensions.references.experts": "Card card load names",
+    "gym_extensions.references.experts": "ExpertCard card load names",
     "gym_extensions.metrics": """
         FORMULAS Interval MetricValue Profile area compute difference interval iqm
         probability_of_improvement profile

@@ -153,7 +153,7 @@ def test_a_clone_that_lacks_the_common_ancestor_is_named(project: Path, tmp_path
     assert error.value.code == "shallow-clone"
 
 
-def test_a_stray_file_alone_is_no_record(project: Path) -> None:
+def test_a_stray_file_alone_is_of_no_kind(project: Path) -> None:
     commit(project, {"submissions/README.md": "x"})
     report = checked(project)
     assert (report.kind, report.labels) == ("none", ["refused"])

@@ -307,7 +307,6 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(
 @pytest.mark.parametrize("command", [["landscapes"], ["wanted"], ["review"]])
 def test_a_folder_that_does_not_exist_is_named(command: list[str], tmp_path: Path) -> None:
     assert maintain([*command, str(tmp_path / "typo")]) == 2
-    assert maintain(["review", str(tmp_path / "records/Hopper/none.json")]) == 2
 
 
 def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:

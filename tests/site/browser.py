@@ -14,7 +14,6 @@ from gym_extensions.scoring.scorecard import ScorecardDocument
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST, Draft, Page, Render
-from gym_extensions.site.pages.tasks import Records
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
 SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect", "path"}
@@ -92,12 +91,11 @@ def site_files(
     document: dict[str, Any],
     kinds: tuple[Page, ...] = PAGES,
     folders: Mapping[str, Path] | None = None,
-    records: Records | None = None,
     docs: bool = False,
 ) -> Iterator[tuple[str, str]]:
     """Every text file of the site that shows these JSON values; of all kinds of pages, or of some."""
     whole = typed(document)
-    site = Site(Render(whole.references, kinds, folders or {}, docs=docs), records or {})
+    site = Site(Render(whole.references, kinds, folders or {}, docs=docs))
     for path, content in site.files(whole.submissions):
         if isinstance(content, Draft):
             yield path, content.write()

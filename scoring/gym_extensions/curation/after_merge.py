@@ -11,8 +11,6 @@ import msgspec
 from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request_rules import is_of_this_project
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring import records
-from gym_extensions.scoring.records import Record
 from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, NETWORK, POLICIES
 from gym_extensions.submissions.manifest import LONG, manifest_of, parse
 from gym_extensions.submissions.reader import read
@@ -117,27 +115,3 @@ def take(submission: Path, file: Path) -> None:
         if not set(each.retrained) <= each.runs.keys():
             raise BenchError("bad-record", "It says that other runs were trained again.", str(file), AGAIN)
     add_verifications(submission, *found.verifications)
-
-
-def record_commit(found: Record) -> str:
-    """The commit that fixed the files of a record. Raises ``BenchError`` as :func:`merge_commit` does."""
-    return merge_commit(found.path.parent, (found.path.name, found.policy_path.name))
-
-
-def take_record(found: Record, file: Path) -> None:
-    """Writes the review of a record in a file, which another job wrote, beside its card.
-
-    Raises:
-        BenchError: the file does not review these files with seeds from the commit that fixed them, its
-            verdict does not follow from its numbers, or the record has a review.
-    """
-    review = records.read_record_review(file)
-    needed, seen = records.bar(found.task), review.measurement
-    verdict = needed.least(seen.standard_error), records.problem_of(found.card, needed, seen)
-    if review.card != found.digest or found.review is not None:
-        raise BenchError("bad-record", OTHER_FILES, str(file), AGAIN)
-    if review.value != record_commit(found):
-        raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file), AGAIN)
-    if review.episodes != records.EPISODES or (review.least, review.problem) != verdict:
-        raise BenchError("bad-record", "Its verdict does not follow from its numbers.", str(file), AGAIN)
-    found.write(review)

@@ -19,15 +19,14 @@ from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
 from gym_extensions.references import experts
 from gym_extensions.scoring.cli import print_text
-from gym_extensions.scoring.records import RECORDS, REVIEW, Record, split_paths
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.layout import DOCUMENT, MANIFEST, submission_folders
 from gym_extensions.submissions.review import Action, Review, review_text
 from gym_extensions.submissions.run import read_run
 from gym_extensions.verification import cli as verification
 from gym_extensions.verification.landscape_recorder import measure_all
+from gym_extensions.verification.pose_recorder import write_expert_poses
 from gym_extensions.verification.verify import add_verifications
-from gym_extensions.verification.verify_record import line_of, verify_record, write_expert_poses
 
 
 def gate_parser() -> argparse.ArgumentParser:
@@ -81,7 +80,7 @@ def maintain_parser() -> argparse.ArgumentParser:
     review = parts.add_parser(
         "review",
         help="verify what was merged, or store a decision",
-        description="Verify every run and record that has no verdict yet, with seeds from the commit that "
+        description="Verify every run that has no verdict yet, with seeds from the commit that "
         "merged it, and write the result into its review. With --decision, store a decision of a maintainer.",
         epilog="Exit status: 0 verified or recorded, 1 a submission is not verified, 2 wrong usage.",
     )
@@ -169,13 +168,9 @@ def _existing(paths: list[Path]) -> list[Path]:
 
 
 def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> int:
-    records, paths = split_paths(options.submissions)
-    submissions = submission_folders(paths)
-    if options.take and len(records) == 1 and not submissions:
-        after_merge.take_record(records[0], options.take)
-        return 0
-    if (options.decision or options.take) and (records or len(submissions) != 1):
-        command.error("--decision is about one submission, --take about one submission or record")
+    submissions = submission_folders(options.submissions)
+    if (options.decision or options.take) and len(submissions) != 1:
+        command.error("--decision and --take are about one submission")
     if (options.by or options.reason) and not options.decision:
         command.error("--by and --reason belong to --decision")
     if options.decision:
@@ -184,12 +179,10 @@ def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> in
     if options.take:
         after_merge.take(submissions[0], options.take)
         return 0
-    status, reviewed = 0, list[Path | Record]([*submissions, *records])
-    for each in reviewed:
+    status = 0
+    for each in submissions:
         try:
-            found = (
-                review_record(each, options) if isinstance(each, Record) else review_submission(each, options)
-            )
+            found = review_submission(each, options)
         except (BenchError, OSError) as error:
             print(f"error: {error}", file=sys.stderr)
             found = 2
@@ -198,20 +191,6 @@ def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> in
             return 130
         status = max(status, found)
     return status
-
-
-def review_record(record: Record, options: argparse.Namespace) -> int:
-    """Verifies a record without review, writes the result, and returns the exit status.
-
-    Raises:
-        BenchError: its files have a problem, or it cannot be verified at the moment. Nothing is written then.
-    """
-    if options.fetch or record.review is not None:
-        return 0
-    review = verify_record(record, after_merge.record_commit(record))
-    print(line_of(record, review))
-    record.write(review, options.record and options.record / RECORDS / f"{record.name}{REVIEW}")
-    return int(bool(review.problem))
 
 
 def review_submission(submission: Path, options: argparse.Namespace) -> int:

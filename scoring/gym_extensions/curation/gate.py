@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence, Set
@@ -21,8 +20,8 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.references import load_references
-from gym_extensions.scoring.records import CARD, Record
 from gym_extensions.scoring.submission.scorer import score
+from gym_extensions.submissions.layout import NAME
 from gym_extensions.submissions.problem import Problem, cut, escape, problems as problems_of
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import CLAIMED, REPORTED
@@ -32,7 +31,6 @@ from gym_extensions.verification.episodes import Cell, played
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest
 from gym_extensions.verification.verify import SAMPLED, Run, repetition, runs_of
-from gym_extensions.verification.verify_record import sample
 
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
 """Of the process that reads the files of a submission."""
@@ -62,11 +60,11 @@ def check_pull_request(
         pull_request = opened(repository, base, head)
         if not any(map(is_data, pull_request.paths)):
             return replace(report, kind="code", verdict="not-judged")
-        name = next(iter(pull_request.submissions or pull_request.records), "")
+        name = next(iter(pull_request.submissions), "")
         report = replace(
             report,
             kind=pull_request.kind,
-            submission=name if re.fullmatch(reports.SUBMISSION_NAME, name) else "",
+            submission=name if NAME.fullmatch(name) else "",
         )
         problems = problems_of("pull request", pull_request, rules=RULES)
         return _closed(report, problems) if problems else _judged(report, pull_request, limits)
@@ -106,17 +104,14 @@ def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.
 
 def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limits) -> reports.GateReport:
     """The report with what the files are worth, found out in a process with limits."""
-    is_record = report.kind == "record"
-    files = (pull_request.files_of_record if is_record else pull_request.files_of)(report.submission)
+    files = pull_request.files_of(report.submission)
     contents = pull_request.repository.blobs(file.object_id for file in files)
     with tempfile.TemporaryDirectory() as scratch:
         # The paths and sizes keep to the rules.
         for file, content in zip(files, contents, strict=True):
             write_bytes(Path(scratch, file.path.partition("/")[2]), content)
-        path = Path(scratch, report.submission)
-        donated = list(pull_request.donated_runs)
-        call = {"record": f"{path}{CARD}"} if is_record else {"folder": str(path), "donated": donated}
-        (answer,) = answers(JOB, call, limits)
+        folder, donated = Path(scratch, report.submission), list(pull_request.donated_runs)
+        (answer,) = answers(JOB, {"folder": str(folder), "donated": donated}, limits)
     judged = {name: answer[name] for name in JUDGED if name in answer}
     judged["notes"] = [cut(escape(note)) for note in judged.get("notes", ())[: reports.MAX_PROBLEMS]]
     report = msgspec.convert(msgspec.to_builtins(report) | judged, reports.GateReport)
@@ -126,23 +121,12 @@ def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limit
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: reads and scores a submission, and repeats a sample of its
     episodes.
-
-    Of a record, the first measurement episodes are run.
     """
-    judged = _judge_record if "record" in call else _judge_submission
-    yield msgspec.to_builtins(judged(call))
+    yield msgspec.to_builtins(_judge_submission(call))
 
 
 Judgement = dict[str, Any]
 """What is found out about a submission: some of ``JUDGED``, and the ``problems``."""
-
-
-def _judge_record(call: Mapping[str, Any]) -> Judgement:
-    record = Record(Path(call["record"]))
-    episodes, errors = sample(record)
-    problems = [Problem(each.code, record.name, each.message, each.hint) for each in errors]
-    note = f"The policy is run on {episodes} measurement episodes."
-    return {"problems": problems, "episodes": episodes, "notes": [note]}
 
 
 def _judge_submission(call: Mapping[str, Any]) -> Judgement:

@@ -13,22 +13,20 @@ from gym_extensions.catalog.protocol import BUDGETS, FULL_SUBMISSION_RUNS
 from gym_extensions.documents import JsonDocument
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.output.screen import count, number
+from gym_extensions.submissions.layout import NAME
 from gym_extensions.submissions.problem import MAX_TEXT, Problem
 from gym_extensions.submissions.review import CLAIMED, REPORTED
 
-Kind = Literal["submission", "edit", "donation", "record", "code", "none"]
+Kind = Literal["submission", "edit", "donation", "code", "none"]
 Verdict = Literal["passed", "review", "refused", "not-judged"]
 Level = Literal["reported", "claimed"]
 MAX_BYTES = 2**20
 MAX_PROBLEMS = 50
 """Most problems and most notes of a report."""
-SUBMISSION_NAME = r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}(/[A-Za-z0-9_-]{1,64})?"
-"""A submission, or task and name of a record."""
 KIND_LABELS: dict[Kind, str] = {
     "submission": "submission",
     "edit": "edits-submission",
     "donation": "donation",
-    "record": "record",
 }
 CommitId: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{40,64}$")]
 Note = Annotated[str, Meta(max_length=MAX_TEXT)]
@@ -56,10 +54,10 @@ class GateReport(JsonDocument):
         pull_request: its number; None outside of a code host.
         base, head: the commit of the branch that it is for, whose code judged, and its last commit.
         kind: ``submission`` (a new submission), ``edit`` (of an existing one), ``donation`` (further runs of
-            an agent of this project), ``record``, ``code``, or ``none`` if it changes nothing.
+            an agent of this project), ``code``, or ``none`` if it changes nothing.
         verdict: ``review``: passed, and its owner or a maintainer must agree; ``not-judged``: it changes code
             alone, which the ordinary tests check.
-        submission: name of the submission, or task and name of the record.
+        submission: name of the submission.
         level: of the submission; None unless judged without a problem.
         repeated: number of sampled episodes that were repeated bit for bit, of ``episodes``.
         without_policies: number of its runs that publish none, which cannot be verified.
@@ -73,7 +71,7 @@ class GateReport(JsonDocument):
     head: CommitId
     kind: Kind
     verdict: Verdict
-    submission: Annotated[str, Meta(pattern=f"^({SUBMISSION_NAME})?$")] = ""
+    submission: Annotated[str, Meta(pattern=f"^({NAME.pattern})?$")] = ""
     level: Level | None = None
     repeated: int = 0
     episodes: int = 0
@@ -116,7 +114,6 @@ HEADINGS = {
 }
 CODE = "It changes code alone, which the ordinary tests check."
 NEXT = "There is nothing more to do. After the merge, new seeds follow from the merge commit."
-RECORD = "If the policy keeps its claim and beats the expert on 100 of them, the page of the task shows it."
 SUBMISSION = "If the returns of the policies on them agree with the log, the submission is verified{}."
 DONATION = (
     "If the returns of the policies on them agree with the log, the run is verified. It is scored as soon as "
@@ -147,7 +144,7 @@ def comment(report: GateReport) -> str:
     """The comment as Markdown."""
     parts = [f"### {HEADINGS[report.verdict]}"]
     if report.submission:
-        parts.append(f"{'Record' if report.kind == 'record' else 'Submission'} `{report.submission}`.")
+        parts.append(f"Submission `{report.submission}`.")
     if report.verdict == "not-judged":
         parts.append(CODE)
     if report.problems:
@@ -169,7 +166,7 @@ def comment(report: GateReport) -> str:
     if report.verdict in ("passed", "review"):
         limits = list(_limits(report))
         submission = SUBMISSION.format("" if limits else " and has a rank")
-        follows = {"record": RECORD, "donation": DONATION}.get(report.kind, submission)
+        follows = DONATION if report.kind == "donation" else submission
         if report.without_policies:
             runs = count(report.without_policies, "run")
             parts.append(

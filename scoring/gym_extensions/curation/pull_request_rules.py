@@ -17,15 +17,13 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
 from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
-from gym_extensions.references.experts import MAX_CARD, MAX_POLICY
-from gym_extensions.scoring import records
-from gym_extensions.scoring.records import RECORDS, recordable
 from gym_extensions.submissions import layout
 from gym_extensions.submissions.manifest import RECORDED, Protocol, manifest_of, parse
 from gym_extensions.submissions.problem import Finding, Rule, rule as registered
 
 SUBMISSIONS = "submissions"
-FOLDERS = (SUBMISSIONS, RECORDS)
+OLD_RECORDS = "records"
+"""The folder of policies that beat an expert, until these became submissions."""
 RENAMES = ("R", "C")
 REGULAR = "100644"
 LINK = "120000"
@@ -33,9 +31,7 @@ RUN_FILE = re.compile(
     rf"submissions/[^/]+/([^/]+/(?:{'|'.join(PROTOCOLS)})/run\d+)\.(?:csv|json|npz|stage[^/]+\.onnx)"
 )
 """The path of a file of a run; its group is the run's name in review.toml."""
-SEQUENTIAL = re.compile(
-    r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)|records/[^/]+/[^/]+\.npz"
-)
+SEQUENTIAL = re.compile(r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)")
 COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_PATH = 200
 """Characters of a path."""
@@ -80,25 +76,18 @@ class PullRequest:
 
     @cached_property
     def base_files(self) -> tuple[TreeEntry, ...]:
-        """The files of submissions and records on the branch that it is for."""
-        return self.repository.tree(self.base, *FOLDERS)
+        """The files of submissions on the branch that it is for."""
+        return self.repository.tree(self.base, SUBMISSIONS)
 
     @cached_property
     def head_files(self) -> tuple[TreeEntry, ...]:
-        """The files of submissions and records in its last commit."""
-        return self.repository.tree(self.head, *FOLDERS)
+        """The files of submissions in its last commit."""
+        return self.repository.tree(self.head, SUBMISSIONS)
 
     @cached_property
     def submissions(self) -> tuple[str, ...]:
         """The names of the submissions whose files it changes, sorted."""
         return tuple(sorted(_submissions(self.paths)))
-
-    @cached_property
-    def records(self) -> tuple[str, ...]:
-        """The records whose files it changes, ``TASK/NAME``, sorted."""
-        parts = (path.split("/") for path in self.paths)
-        of_records = (part for part in parts if len(part) == 3 and part[0] == RECORDS)
-        return tuple(sorted({f"{part[1]}/{part[2].partition('.')[0]}" for part in of_records}))
 
     @cached_property
     def donated_runs(self) -> tuple[str, ...]:
@@ -123,7 +112,7 @@ class PullRequest:
     def kind(self) -> Kind:
         """What it changes; it changes data."""
         if not self.submissions:
-            return "record" if self.records else "none"
+            return "none"
         if self.donated_runs:
             return "donation"
         known = _submissions(file.path for file in self.base_files)
@@ -143,11 +132,6 @@ class PullRequest:
         donated = [file for file in files if file.path in self.paths]
         return (*self.repository.tree(self.base, folder, sizes=True), *donated)
 
-    def files_of_record(self, record: str) -> tuple[TreeEntry, ...]:
-        """The two files of a record in its last commit, with their sizes, as far as they exist."""
-        files = self.repository.tree(self.head, f"{RECORDS}/{record.partition('/')[0]}", sizes=True)
-        return tuple(file for file in files if file.path in record_files(record))
-
 
 def _submissions(paths: Iterable[str]) -> set[str]:
     parts = (path.split("/") for path in paths)
@@ -155,13 +139,8 @@ def _submissions(paths: Iterable[str]) -> set[str]:
 
 
 def is_data(path: str) -> bool:
-    """Whether a path is in the folder of submissions or records, in any letter case."""
-    return path.split("/", maxsplit=1)[0].casefold() in FOLDERS and path != f"{RECORDS}/README.md"
-
-
-def record_files(record: str) -> tuple[str, str]:
-    """The files of a record that a submitter writes: the policy and the card."""
-    return f"{RECORDS}/{record}{records.POLICY}", f"{RECORDS}/{record}{records.CARD}"
+    """Whether a path is in the folder of submissions or in that of records, in any letter case."""
+    return path.split("/", maxsplit=1)[0].casefold() in (SUBMISSIONS, OLD_RECORDS)
 
 
 RULES: dict[str, Rule] = {}
@@ -171,18 +150,18 @@ rule = registered("pull request", RULES)
 
 @rule
 def code_and_data(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request changes either submissions and records or the project's code, never both."""
+    """A pull request changes either submissions or the project's code, never both."""
     code = [path for path in pull_request.paths if not is_data(path)]
     if code:
         files = f"{len(code)} file{'s' * (len(code) > 1)}"
-        message = f"It changes data and also {files} outside of submissions and records."
+        message = f"It changes data and also {files} outside of submissions."
         yield Finding(code[0], message, "Make two pull requests.")
 
 
 @rule
 def several_submissions(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request changes the folder of one submission, or adds one record."""
-    submissions = (*pull_request.submissions, *pull_request.records)
+    """A pull request changes the folder of one submission."""
+    submissions = pull_request.submissions
     if len(submissions) > 1:
         message = f"It changes {', '.join(submissions[:5])}{', …' if len(submissions) > 5 else ''}."
         yield Finding("submissions", message, "Make one pull request for each of them.")
@@ -192,38 +171,22 @@ def several_submissions(pull_request: PullRequest) -> Iterator[Finding]:
 def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
     """A pull request brings no review, poses or landscapes: verification and maintainers write them."""
     for path in pull_request.paths:
-        is_of_record = path.startswith(f"{RECORDS}/") and path.endswith(records.REVIEW)
-        if is_of_record or {layout.REVIEW, *layout.WRITTEN}.intersection(path.split("/")[2:3]):
+        if {layout.REVIEW, *layout.WRITTEN}.intersection(path.split("/")[2:3]):
             hint = "Leave it as it is on the base. It is written after the merge, decisions by an owner."
             yield Finding(path, "It is written on the base branch only.", hint)
 
 
 @rule
 def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """Every file belongs to a submission or a record."""
-    allowed = {file for record in pull_request.records for file in record_files(record)}
+    """Every file belongs to a submission, also a policy that beats an expert (docs/experts.md)."""
     for path in pull_request.paths:
         names = path.split("/")
-        if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2) and path not in allowed:
+        if names[0].casefold() == OLD_RECORDS:
+            hint = "Submit the policy in a submission: docs/experts.md#beat-an-expert."
+            yield Finding(path, "There are no records any more.", hint)
+        elif is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2):
             hint = "Move it into the folder of the submission, or leave it out."
-            yield Finding(path, "The file belongs to no submission or record.", hint)
-
-
-@rule
-def new_record(pull_request: PullRequest) -> Iterator[Finding]:
-    """A record is two new files, records/TASK/NAME.npz and records/TASK/NAME.json. TASK is a published MuJoCo
-    task; NAME has 1 to 64 letters, digits, dashes and underscores."""
-    base = {file.path for file in pull_request.base_files}
-    for record in pull_request.records:
-        task, name = record.split("/")
-        where = f"{RECORDS}/{record}"[:MAX_PATH]
-        if recordable(task) is None or not records.NAME.fullmatch(name):
-            hint = "Take the bare name of a MuJoCo task, such as Hopper, and a short name."
-            yield Finding(where, "The task does not exist, or the name is not allowed for a record.", hint)
-        elif base & {*record_files(record), f"{RECORDS}/{record}{records.REVIEW}"}:
-            yield Finding(where, "There is such a record.", "A record never changes: take another name.")
-        elif len(pull_request.files_of_record(record)) < 2:
-            yield Finding(where, "It lacks its policy or its card.", "docs/experts.md says how to make both.")
+            yield Finding(path, "The file belongs to no submission.", hint)
 
 
 @rule
@@ -317,9 +280,8 @@ def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
-    """No sequential log, no policies of its runs and no record equal those of another one, byte for byte.
-    (Training on one task alone, or on all together, gives the same bytes for methods that differ only
-    between tasks.)"""
+    """No sequential log and no policies of its runs equal those of another one, byte for byte. (Training on
+    one task alone, or on all together, gives the same bytes for methods that differ only between tasks.)"""
     files = (file for file in pull_request.base_files if SEQUENTIAL.fullmatch(file.path))
     theirs = {file.object_id: file.path for file in files}
     changed = {change.path for change in pull_request.changes}
@@ -333,21 +295,14 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def too_large(pull_request: PullRequest) -> Iterator[Finding]:
-    """A submission keeps to the limits of docs/rollout-log.md on sizes and on the number of files. The policy
-    of a record has at most 4 MiB, its card 64 KiB."""
-    sized = []
+    """A submission keeps to the limits of docs/rollout-log.md on sizes and on the number of files."""
     for name in pull_request.submissions:
         files = pull_request.files_of(name)
         total = sum(file.size or 0 for file in files)
         if len(files) > layout.MAX_FILES or total > layout.MAX_SUBMISSION_BYTES:
             message = f"It has {len(files)} files with {total} bytes."
             yield Finding(f"submissions/{name}", message, "Leave out what is not part of a submission.")
-        hint = "See the limits in docs/rollout-log.md."
-        sized += [(file, layout.max_bytes(file.path.split("/", 2)[2]), hint) for file in files]
-    for record in pull_request.records:
-        for file in pull_request.files_of_record(record):
-            is_card = file.path.endswith(records.CARD)
-            sized.append((file, MAX_CARD if is_card else MAX_POLICY, "Make it smaller."))
-    for file, limit, hint in sized:
-        if (file.size or 0) > limit:
-            yield Finding(file.path, f"It has {file.size} bytes; the limit is {limit}.", hint)
+        for file in files:
+            if (file.size or 0) > (limit := layout.max_bytes(file.path.split("/", 2)[2])):
+                hint = "See the limits in docs/rollout-log.md."
+                yield Finding(file.path, f"It has {file.size} bytes; the limit is {limit}.", hint)

@@ -15,7 +15,7 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple, TypeVar
+from typing import Literal, NamedTuple
 
 import msgspec
 
@@ -28,7 +28,7 @@ from gym_extensions.submissions.policies.files import content_sha256, npz_arrays
 from gym_extensions.submissions.policies.mlp import HINT, Policy
 from gym_extensions.submissions.policies.mlp_arrays import array_errors
 
-__all__ = ["Card", "card", "load", "names"]
+__all__ = ["ExpertCard", "card", "load", "names"]
 
 DATA = Path(__file__).parent / "expert_policies"
 """Holds ``<task>.npz``, the policy, and ``<task>.json``, its card."""
@@ -95,23 +95,14 @@ class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
         return self.deviation / math.sqrt(self.episodes)
 
 
-class PolicyCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """How a policy (:func:`digest`) for one task (its id and fingerprint) came about, and what it is worth.
-
-    ``history`` are the training runs, the first one first; ``measurement`` is on the measurement seeds.
-    """
-
-    task: str
-    fingerprint: str
-    policy: str
-    history: tuple[Step, ...]
-    measurement: Measurement
-
-
-class Card(PolicyCard, frozen=True):
+class ExpertCard(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """How an expert came about, and what it is worth.
 
     Attributes:
+        task, fingerprint: the id of its task, and of the task's definition.
+        policy: its :func:`digest`.
+        history: the training runs, the first one first.
+        measurement: of its returns on the measurement seeds.
         from_submission: whether the policy or an ancestor of it is a policy of a submission.
         candidates: policies that were compared on the selection seeds, this one included.
         steps_tried: environment steps of all training runs with candidates for this task.
@@ -120,15 +111,17 @@ class Card(PolicyCard, frozen=True):
         provisional: why the expert does not do what the task is for; empty if it does.
     """
 
+    task: str
+    fingerprint: str
+    policy: str
+    history: tuple[Step, ...]
+    measurement: Measurement
     from_submission: bool
     candidates: int
     steps_tried: int
     selection: Measurement
     first_hundred: float
     provisional: str = ""
-
-
-Author = Annotated[str, msgspec.Meta(min_length=1, max_length=100)]
 
 
 STORED = re.compile(r"stored:([^/]+)/([^/]+)/([a-z]+)-run(\d+)-stage(\d+)(?:-(.+))?")
@@ -159,15 +152,6 @@ def origins() -> Mapping[tuple[str, str, str], tuple[Origin, ...]]:
     return found
 
 
-class RecordCard(PolicyCard, frozen=True):
-    """How a record came about. ``measurement`` is what its authors claim."""
-
-    authors: Annotated[tuple[Author, ...], msgspec.Meta(min_length=1, max_length=20)]
-
-
-AnyCard = TypeVar("AnyCard", Card, RecordCard)
-
-
 def floor_margin(standard_error: float, floor_deviation: float) -> float:
     """How far above the floor the mean return of an anchor with this standard error must lie."""
     return max(STANDARD_ERRORS * standard_error, FLOOR_DEVIATIONS * floor_deviation)
@@ -185,28 +169,22 @@ def load(task: str | Task, folder: Path = DATA) -> Policy:
         BenchError: there is no such task, the task has no expert, the file is not the one that the card
             describes, or it is not a policy.
     """
-    return described_policy(folder / f"{_row(task).bare_name}.npz", card(task, folder))
+    path = folder / f"{_row(task).bare_name}.npz"
+    described, policy = card(task, folder), read_policy(path)
+    if digest(policy) != described.policy:
+        raise BenchError("other-policy", "The file is not the policy of its card.", str(path))
+    return policy
 
 
-def card(task: str | Task, folder: Path = DATA) -> Card:
+def card(task: str | Task, folder: Path = DATA) -> ExpertCard:
     """The card of a task's expert. Raises ``BenchError`` as :func:`load` does."""
-    path = folder / f"{_row(task).bare_name}.json"
+    row = _row(task)
+    path = folder / f"{row.bare_name}.json"
     if not path.exists():
         hint = did_you_mean(path.stem, names(folder))
         raise BenchError("no-expert", f"{path.stem} has no expert.", str(folder), hint)
-    return read_card(path, path.stem, Card)
-
-
-def read_card(path: Path, task: str, kind: type[AnyCard]) -> AnyCard:
-    """The card, of this kind, of a policy for a task.
-
-    Raises:
-        BenchError: there is no such task, the card cannot be read, or it is of another task or another
-            definition of it.
-    """
-    row = published_task(task)
     try:
-        found = msgspec.json.decode(read_regular(path, MAX_CARD), type=kind)
+        found = msgspec.json.decode(read_regular(path, MAX_CARD), type=ExpertCard)
     except (OSError, ValueError, RecursionError) as error:
         raise BenchError("bad-card", f"The card cannot be read: {error}.", str(path)) from error
     if row.id != found.task:
@@ -217,24 +195,15 @@ def read_card(path: Path, task: str, kind: type[AnyCard]) -> AnyCard:
     return found
 
 
-def described_policy(path: Path, card: PolicyCard) -> Policy:
-    """The policy of a file. Raises ``BenchError`` if it is not a policy, or not that of the card."""
-    policy = read_policy(path)
-    if digest(policy) != card.policy:
-        raise BenchError("other-policy", "The file is not the policy of its card.", str(path))
-    return policy
-
-
-def write_described(policy: Policy, card: PolicyCard, path: Path) -> None:
-    """Writes a policy and its card, the card last, so that a half-written pair cannot be loaded.
+def write_expert(policy: Policy, card: ExpertCard, path: Path) -> None:
+    """Writes an expert and its card, the card last, so that a half-written pair cannot be loaded.
 
     Raises:
         BenchError: the card describes another policy, or a measurement is not finite.
     """
     if digest(policy) != card.policy:
         raise BenchError("other-policy", "The card describes another policy.", str(path))
-    selection = card.selection if isinstance(card, Card) else card.measurement
-    if not math.isfinite(card.measurement.mean + selection.mean):
+    if not math.isfinite(card.measurement.mean + card.selection.mean):
         raise BenchError("bad-card", "A measurement is not finite.", str(path))
     write_policy(path.with_suffix(".npz"), policy)
     write_bytes(path, msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")

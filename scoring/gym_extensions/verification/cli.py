@@ -1,4 +1,4 @@
-"""``gym-extensions verify``: repeats a submission's episodes, and runs policies and records on new seeds."""
+"""``gym-extensions verify``: repeats a submission's episodes, and runs its policies on new seeds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from rich.console import Console
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.scoring.output.screen import count
-from gym_extensions.scoring.records import split_paths
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.layout import submission_folders
 from gym_extensions.submissions.poses import write
@@ -24,10 +23,9 @@ from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.new_seeds import ALPHA, require_value
 from gym_extensions.verification.pose_recorder import poses_of
 from gym_extensions.verification.verify import Report, add_verifications, runs_of, verify
-from gym_extensions.verification.verify_record import line_of, verify_record
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
-SUBMISSION_HELP = "a submission's folder, a folder of submissions, records/TASK/NAME, or the folder records"
+SUBMISSION_HELP = "a submission's folder, or a folder of submissions"
 EPILOG = """Exit status: 0 all submissions are verified, 1 one is not or has problems, 2 wrong usage."""
 
 
@@ -37,7 +35,7 @@ def parser() -> argparse.ArgumentParser:
         prog="gym-extensions verify",
         description="Check the rules, repeat all logged episodes with the stored policies where these are "
         "deterministic, and compare the logged returns with those on new seeds. It can be interrupted and "
-        "called again with the same --seeds. Records are run on new seeds alone.",
+        "called again with the same --seeds.",
         epilog=EPILOG,
     )
     add = command.add_argument
@@ -47,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
     add("--seeds", metavar="HEX", help=f"{digits} (default: random)")
     add("--retrain", action="store_true", help="also train one random run again (reference agents only)")
     add_options(command)
-    stored = "store the result in the submission's review.toml, or beside a record's card; needs --seeds"
+    stored = "store the result in the submission's review.toml; needs --seeds"
     add("--write", action="store_true", help=stored)
     return command
 
@@ -173,19 +171,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         hint = "Pass --seeds with the id of the merge commit or a beacon's randomness."
         raise BenchError("no-seeds", "A stored verification needs seeds that nobody chose.", "--write", hint)
     value = require_value(options.seeds) if options.seeds else secrets.token_hex(32)
-    records, submissions = split_paths(options.submissions)
     status = 0
-    for each in records:
-        if options.write and each.review is not None:
-            print(f"{each.name}: it has a review, which stands.")
-            continue
-        review = verify_record(each, value)
-        print(line_of(each, review))
-        status |= bool(review.problem)
-        if options.write:
-            each.write(review)
     files = [str(Path(file).resolve()) for file in options.groups]
-    for path in submission_folders(submissions):
+    for path in submission_folders(options.submissions):
         try:
             report = _verified_and_trained(path, value, options, files)
         except BenchError as error:

@@ -15,7 +15,6 @@ from gym_extensions.references import load_references
 from gym_extensions.scoring.ranking import boards as model
 from gym_extensions.scoring.ranking.boards import BoardMetric, BoardRow, BoardsDocument
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
-from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.submission_results import (
     COLUMNS,
@@ -257,7 +256,6 @@ class Leaderboard:
     references: ReferencesInfo  # that normalize all scores
     submissions: tuple[Scorecard, ...]  # of every submission, shortened, sorted by name
     inputs: Mapping[str, bytes] = field(default_factory=dict)  # the digest of each whole scorecard, by name
-    records: Mapping[str, tuple[Record, ...]] = field(default_factory=dict)  # the verified ones by task id
 
     @cached_property
     def boards(self) -> tuple[BoardView, ...]:

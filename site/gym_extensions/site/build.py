@@ -19,7 +19,6 @@ from gym_extensions.site.board_views import Leaderboard, shortened
 from gym_extensions.site.output import Output, digest, encoded, kept_path
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import Draft, File, Render
-from gym_extensions.site.pages.tasks import Records
 from gym_extensions.site.play.mujoco_wasm import Simulator
 from gym_extensions.site.templating import source_digest
 
@@ -32,7 +31,6 @@ class Site:
     """The files of a site, as its scorecards come."""
 
     render: Render
-    records: Records = field(default_factory=dict)
     keys: Mapping[str, str] = field(default_factory=dict)
     cards: dict[str, Scorecard] = field(default_factory=dict)
 
@@ -40,7 +38,7 @@ class Site:
     def leaderboard(self) -> Leaderboard:
         """All submissions and their boards. No submission may follow."""
         cards = tuple(self.cards[name] for name in sorted(self.cards))
-        return Leaderboard(self.render.references, cards, self.render.inputs, self.records)
+        return Leaderboard(self.render.references, cards, self.render.inputs)
 
     def files(self, cards: Iterable[Scorecard]) -> Iterator[File]:
         """Every file: those of each submission as it comes, then those that are made from all submissions.
@@ -84,7 +82,6 @@ def build_site(
     keys: Mapping[str, str] | None = None,
     folders: Mapping[str, Path] | None = None,
     simulator: Simulator | None = None,
-    records: Records | None = None,
     docs: bool = False,
 ) -> Built:
     """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
@@ -99,7 +96,6 @@ def build_site(
         folders: by submission, its folder, whose poses Watch panels show; poses of other results are not
             shown.
         simulator: MuJoCo for the browser; without it the page Play says that it is missing.
-        records: the verified records by task id, the best one first.
         docs: whether pages link to the documentation in ``out/docs``, which is built afterwards.
 
     Raises:
@@ -107,7 +103,7 @@ def build_site(
             have the same name.
     """
     render = Render(references, PAGES, folders or {}, simulator, docs)
-    site = Site(render, records or {}, keys or {})
+    site = Site(render, keys or {})
     gc.disable()  # it would search all submissions again and again
     try:
         with Output(out, f"{base_digest(references)} {docs}") as output:

@@ -20,11 +20,9 @@ def parser() -> argparse.ArgumentParser:
     )
     add = options.add_argument
     submissions = "submission folders, or folders that contain them (default: submissions/)"
-    records = "folder of records (default: records/)"
     mujoco = f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {FOLDER}, if it exists)"
     docs = "link to the documentation, which `make docsite` builds into OUT/docs"
     add("submissions", nargs="*", type=Path, default=[Path("submissions")], help=submissions)
-    add("--records", type=Path, default=Path("records"), metavar="DIR", help=records)
     add("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
     add("--mujoco", type=Path, default=FOLDER, metavar="FOLDER", help=mujoco)
     add("--docs", action="store_true", help=docs)
@@ -50,7 +48,6 @@ def main(argv: list[str] | None = None) -> int:
     # They load pandas and scipy, for which --help and mistakes do not wait.
     from gym_extensions.scoring.output.screen import console, count, show_line
     from gym_extensions.scoring.pipeline import find_submissions, make_scorer
-    from gym_extensions.scoring.records import verified_records
     from gym_extensions.scoring.scorecard import ReferencesInfo
     from gym_extensions.site.build import base_digest, build_site
     from gym_extensions.site.output import digest, folder_key, scorecards_since
@@ -68,7 +65,6 @@ def main(argv: list[str] | None = None) -> int:
             options.out,
             keys=keys,
             folders={folder.name: folder for folder in folders},
-            records=verified_records(options.records),
             simulator=load(options.mujoco),
             docs=options.docs,
         )

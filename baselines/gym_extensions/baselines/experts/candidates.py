@@ -24,7 +24,7 @@ from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.references import MeasuredReference, experts, measured
-from gym_extensions.references.experts import Card, Measurement, Step, seed
+from gym_extensions.references.experts import ExpertCard, Measurement, Step, seed
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import has_policies, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
@@ -296,7 +296,7 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
     measurement = work.evaluate(candidate, task, "measure", count)
     row, policy = work.returns(candidate, task, "measure"), work.policy(candidate, task)
     steps = history(work, candidate)
-    card = Card(
+    card = ExpertCard(
         task=task.id,
         fingerprint=fingerprints.published(task.id),
         policy=experts.digest(policy),
@@ -309,7 +309,7 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
         first_hundred=summary(row, QUICK).mean,
         provisional=meant(task, np.array(row["returns"])),
     )
-    experts.write_described(policy, card, folder / f"{task.bare_name}.json")
+    experts.write_expert(policy, card, folder / f"{task.bare_name}.json")
     return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
 
 
@@ -403,7 +403,7 @@ def tables() -> Iterator[str]:
     )
 
 
-def _row(task: Task, card: Card, floor: float, state: str) -> str:
+def _row(task: Task, card: ExpertCard, floor: float, state: str) -> str:
     measured = card.measurement
     digits = 1 if abs(measured.mean) < 1000 else 0
     floor = 0.0 if round(floor, digits) == 0 else floor  # no minus before a zero

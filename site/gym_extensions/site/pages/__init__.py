@@ -47,7 +47,6 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
         "core_groups": len(CORES[CORE]),
         "landscapes": {group.id: boards[group.id] for group in GROUPS.values() if group.id in boards},
         "tasks_published": len(TASKS),
-        "records": sum(map(len, site.records.values())),
         "board": board,
         "costs": {row.name: core.cost(cards[row.name], row) for row in (board.rows if board else ())},
         "core": core,

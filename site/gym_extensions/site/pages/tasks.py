@@ -1,4 +1,4 @@
-"""The pages of tasks, with what 1 is, the best results, the expert and the records; the page References."""
+"""The pages of tasks, with what 1 is, the best results and the expert; the page References."""
 
 from __future__ import annotations
 
@@ -16,9 +16,7 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS, Task, tasks_by_base, versions
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.references import MeasuredReference, experts, load_references, trained_alone
-from gym_extensions.references.experts import Step
 from gym_extensions.scoring.ranking.boards import is_verified
-from gym_extensions.scoring.records import Record
 from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
@@ -27,7 +25,7 @@ from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
 from gym_extensions.site.play.assets import play_link
 from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
 from gym_extensions.site.submission_results import SEQUENTIAL
-from gym_extensions.site.text import grouped, inline, short
+from gym_extensions.site.text import grouped, inline
 from gym_extensions.submissions.layout import POSES
 from gym_extensions.submissions.poses import PolicyPoses, TaskPoses
 
@@ -38,14 +36,13 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     references, best = measured(site.references), best_submissions(site.boards)
     for task in TASKS.values():
         path = paths.task_path(task.id)
-        records = site.records.get(task.id, ())
-        view = TaskView(task, references.get(task.id), best.get(task.id, ()), records)
+        view = TaskView(task, references.get(task.id), best.get(task.id, ()))
         facts = {
             "description": description(task.id),
             "fingerprint": published(task.id),
             "versions": versions(task),
         }
-        values = {"task": view, "runs": alone(task.id), "play": play_link(task), "origin": origin, **facts}
+        values = {"task": view, "runs": alone(task.id), "play": play_link(task), **facts}
         yield path, Draft(view.inputs, partial(render, "task.html", path, **values))
         if view.watch is not None:
             yield view.watch.path, view.watch.script
@@ -90,8 +87,6 @@ def alone(task_id: str) -> tuple[float, ...]:
 
 BEST = 5
 """Submissions that the page of a task lists."""
-Records = Mapping[str, tuple[Record, ...]]
-"""The verified records by task id, the best one first."""
 
 
 @dataclass(frozen=True)
@@ -110,19 +105,17 @@ class BestRow:
 
 @dataclass(frozen=True)
 class TaskView:
-    """A task as its page shows it, with its best submissions and its verified records, the best one first."""
+    """A task as its page shows it, with its best submissions, the best one first."""
 
     task: Task
     measured: MeasuredReference | None
     best: tuple[BestRow, ...]
-    records: tuple[Record, ...]
 
     @property
     def inputs(self) -> bytes:
         """What its page depends on besides the code and the references."""
         best = [(row.board.id, row.row.card.name, row.row.card.title, row.returns) for row in self.best]
-        records = [(record.card, record.review) for record in self.records]
-        return repr((self.task, self.measured, alone(self.task.id), best, self.shown, records)).encode()
+        return repr((self.task, self.measured, alone(self.task.id), best, self.shown)).encode()
 
     @property
     def base(self) -> Task | None:
@@ -163,28 +156,22 @@ class TaskView:
         return tuple((name, inline(text)) for name, text in facts)
 
     @cached_property
-    def shown(self) -> tuple[tuple[str, TaskPoses], ...]:
-        """The poses of the expert, if they are of its policy, and of the best record, with their titles."""
-        found = []
+    def shown(self) -> TaskPoses | None:
+        """The poses of the expert; None if there are none of its policy."""
         path = experts.DATA / POSES / f"{self.task.bare_name}.json"
         poses = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
         if poses is not None and poses.policy == experts.card(self.task).policy:
-            found.append(("The expert", poses.poses))
-        for record in self.records[:1]:
-            if record.review is not None and record.review.poses is not None:
-                authors = short(", ".join(record.card.authors))
-                found.append((f"The record by {authors}", record.review.poses))
-        return tuple(found)
+            return poses.poses
+        return None
 
     @cached_property
     def watch(self) -> Watch | None:
         """The panel; None without poses."""
-        found = [watched_task(poses, title) for title, poses in self.shown]
-        episodes = tuple(episode for task in found if task for episode in task.episodes)
-        if not episodes:
+        found = watched_task(self.shown, "The expert") if self.shown else None
+        if found is None or not found.episodes:
             return None
         path = paths.task_path(self.task.id).removesuffix(".html") + "-poses.js"
-        return Watch("watch-policies", path, 0, (WatchedTask(self.task.id, episodes),))
+        return Watch("watch-policies", path, 0, (WatchedTask(self.task.id, found.episodes),))
 
     @property
     def groups(self) -> tuple[tuple[str, int, int], ...]:
@@ -212,10 +199,3 @@ def best_submissions(boards: Sequence[BoardView]) -> dict[str, tuple[BestRow, ..
         name: tuple(sorted(rows, key=lambda best: (-best.end, best.row.card.name))[:BEST])
         for name, rows in by_task.items()
     }
-
-
-def origin(history: tuple[Step, ...]) -> str:
-    """The agents of the training runs and their environment steps in words."""
-    agents = ", ".join(dict.fromkeys(step.agent for step in history))
-    steps = sum(step.steps or 0 for step in history)
-    return f"{short(agents)}, {steps / 1e6:.1f} million steps" if steps else short(agents)
