@@ -17,16 +17,7 @@ import msgspec
 
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import Task, task as published_task, versions
-from gym_extensions.catalog.variations import (
-    LimbScale,
-    MovingGoal,
-    MovingStart,
-    RangeSensor,
-    SensorNoise,
-    TrackingGoal,
-    Wall,
-)
+from gym_extensions.catalog.tasks import TASKS, Task, versions
 from gym_extensions.errors import BenchError
 
 PATH = Path(__file__).with_name("descriptions.json")
@@ -194,12 +185,10 @@ def _text_table(title: str, rows: tuple[Row, ...]) -> list[str]:
     return [f"{title} ({count} numbers)", *("  " + "  ".join(line).rstrip() for line in cells)]
 
 
-VISIBLE = (LimbScale, MovingGoal, MovingStart, RangeSensor, TrackingGoal, Wall)
-"""Variations that change the picture."""
-
-
 def picture_file(task: Task) -> str:
     """Returns the file name of the picture of a task; empty in 2-D navigation, whose maps are drawn.
+
+    It is the picture of the published task with those of its variations that are seen, if there is one.
 
     Example:
         >>> from gym_extensions.catalog.tasks import task
@@ -208,9 +197,6 @@ def picture_file(task: Task) -> str:
     """
     if task.body.camera is None:
         return ""
-    visible = [variation for variation in task.variations if isinstance(variation, VISIBLE)]
-    if not visible:
-        return f"{task.base.lower()}.webp"
-    if any(isinstance(variation, SensorNoise) for variation in task.variations):
-        return picture_file(published_task(task.name.replace("Noisy", "")))
-    return f"{task.name.lower()}.webp"
+    seen = task.base, tuple(each for each in task.variations if each.shows)
+    same = (each for each in TASKS.values() if (each.base, each.variations) == seen)
+    return f"{next(same, task).bare_name.lower()}.webp"

@@ -6,7 +6,7 @@ import importlib
 import operator
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import MISSING, asdict, astuple, dataclass, fields, is_dataclass, replace
+from dataclasses import MISSING, asdict, astuple, dataclass, fields, replace
 from typing import Any
 
 from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, GYMNASIUM_ID, Body, body as body_named
@@ -198,7 +198,7 @@ def definition(task: Task) -> dict[str, Any]:
         "version": task.version,
         "base": task.base,
         "max_steps": task.max_steps,
-        "variations": [{"kind": type(each).__name__} | asdict(each) for each in task.variations],  # type: ignore[call-overload]
+        "variations": [{"kind": type(each).__name__} | asdict(each) for each in task.variations],
     }
 
 
@@ -312,7 +312,7 @@ def customize(
 
 def label(variation: Variation) -> str:
     """The variation as a part of a task's name: its kind and values (``Gravity-0.8``), with m for a minus."""
-    values: tuple[object, ...] = astuple(variation) if is_dataclass(variation) else ()
+    values = astuple(variation)
     words = (str(value).replace("-", "m") if isinstance(value, float) else str(value) for value in values)
     return re.sub(r"[^\w.]+", "-", "-".join([type(variation).__name__, *words])).strip("-")
 
@@ -334,6 +334,6 @@ def _checked(variations: Any) -> tuple[Variation, ...]:
         raise BenchError("no-list", f"variations is {variations!r}.", hint=hint)
     added, hint = tuple(variations), "Give values such as Gravity(0.8)."
     for variation in added:
-        if not callable(getattr(variation, "apply", None)) or isinstance(variation, type):
+        if not isinstance(variation, Variation):
             raise BenchError("no-variation", f"{variation!r} is not a variation.", hint=hint)
     return added

@@ -1,12 +1,17 @@
-"""What can differ between a task and its base body."""
+"""What can differ between a task and its base body: one class per variation, with all that it means.
+
+A class says which bodies it fits, how it edits the model, and what it is to the reader, to pictures, to
+landscapes and to the page Play. What it does while the simulation runs is an effect in ``envs.effects``.
+"""
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, SupportsFloat
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, SupportsFloat
 
 from gym_extensions.catalog.bodies import body_of_model
 from gym_extensions.errors import BenchError, require_known
@@ -16,38 +21,65 @@ if TYPE_CHECKING:
 
     from gym_extensions.catalog.bodies import Body, Feet
 
+__all__ = [
+    "Gravity",
+    "LimbScale",
+    "MotorNoise",
+    "MovingGoal",
+    "MovingStart",
+    "RangeSensor",
+    "SensorNoise",
+    "TrackingGoal",
+    "Wall",
+]
+"""The variations that users give to tasks; ``gym_extensions.envs`` exports them."""
 
-class Variation(Protocol):
-    """A difference between a task and its base body, as a frozen value.
+Shown = Literal["", "parts", "wall", "beams", "goal", "start"]
+"""What a picture shows: parts of a body, a wall, range beams, the area of a goal, the start of an object."""
 
-    Variations of different parts give the same model in any order.
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that a variation sets, along which landscapes measure returns."""
+
+    name: str  # short, in lower case
+    title: str  # what varies, in words
+    unit: str
+    points: tuple[float, ...]  # the values at which returns are measured, ascending
+    at: Callable[[float], Variation]  # the variation with another value
+    trained: tuple[float, float] | None  # lowest and highest value in its task; None if it has none there
+    unchanged: float | None = None  # the value of the base body; None if it has none
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A difference between a task and its base body.
+
+    A variation is a frozen dataclass. This base class changes nothing, fits every body, and describes itself
+    by its values. Variations of different parts give the same model in any order.
     """
-
-    def apply(self, spec: mujoco.MjSpec) -> None:
-        """Edits the model's specification in place, before it is compiled."""
-
-
-class BaseVariation:
-    """A variation that changes nothing, fits every body, and describes itself by its values."""
 
     fits: ClassVar[Any] = staticmethod(lambda body: True)
     """Whether the variation can be applied to a base body: a function of the body, true or false."""
+    needs: ClassVar[type[Variation] | None] = None
+    """The variation on which it acts. A task must have that, too, and its own effect replaces that one's."""
+    is_last: ClassVar[bool] = False
+    """Whether it edits the model after all others."""
     sentence: ClassVar[str] = ""
     """The documentation's sentence, with the variation's values in braces."""
+    shows: ClassVar[Shown] = ""
+    """What of it a picture shows; empty if it is not seen."""
     signed: ClassVar[tuple[str, ...]] = ()
     """The numbers that may be 0 or negative."""
     largest: ClassVar[Mapping[str, float]] = {}
     """The largest value of the numbers that have one."""
-
-    def apply(self, spec: mujoco.MjSpec) -> None:
-        """Leaves the model as it is."""
 
     def __post_init__(self) -> None:
         """Stores all numbers as floats, so that equal numbers of any type give one task.
 
         Raises ``BenchError`` if a value is not a finite number, not above 0 where it must be, or too large.
         """
-        names = [each.name for each in fields(self) if each.type == "float"]  # type: ignore[arg-type]
+        names = [each.name for each in fields(self) if each.type == "float"]
         for name in names:
             value = getattr(self, name)
             number = finite(value)
@@ -60,9 +92,26 @@ class BaseVariation:
                 raise BenchError("bad-factor", message, hint=hint)
             object.__setattr__(self, name, number)
 
+    def apply(self, spec: mujoco.MjSpec) -> None:
+        """Edits the model's specification in place, before it is compiled."""
+
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         """Returns the documentation's sentence. ``spec`` is without variations; the method may edit it."""
         return self.sentence.format(**vars(self)) or f"{self!r}."
+
+    def geoms(self, body: Body) -> tuple[str, ...]:
+        """The names of the body's geoms that it changes, which pictures color."""
+        return ()
+
+    @property
+    def quantity(self) -> Quantity | None:
+        """The number along which landscapes of returns are measured; None if it has none."""
+        return None
+
+    @property
+    def played(self) -> dict[str, Any] | None:
+        """What it sets in the world of the page Play (``static/play/world.js``); None if Play lacks it."""
+        return None
 
 
 def finite(value: object) -> float | None:
@@ -72,11 +121,22 @@ def finite(value: object) -> float | None:
 
 
 @dataclass(frozen=True)
-class Gravity(BaseVariation):
+class Gravity(Variation):
     """Multiplies gravity, 9.81 m/s² straight down, by a factor (the paper's gravity tasks)."""
 
     factor: float
     fits = staticmethod(lambda body: body.has_gravity)
+
+    @property
+    def quantity(self) -> Quantity:
+        """Gravity: the five factors of the tasks, the middles between them, and three at each end."""
+        points = (*(0.3, 0.35, 0.4, 0.5, 0.625, 0.75, 0.875, 1.0), *(1.125, 1.25, 1.375, 1.5, 1.6, 1.65, 1.7))
+        trained = self.factor, self.factor
+        return Quantity("gravity", "gravity", "g", points, Gravity, trained, unchanged=1.0)
+
+    @property
+    def played(self) -> dict[str, Any]:
+        return {"gravity": self.factor}
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Multiplies z-gravity in decimal arithmetic: 9.81 × 1.25 is the float nearest 12.2625."""
@@ -90,7 +150,7 @@ class Gravity(BaseVariation):
 
 
 @dataclass(frozen=True)
-class LimbScale(BaseVariation):
+class LimbScale(Variation):
     """Multiplies the width and the mass of a body part by a factor (the paper: Big 1.25, Small 0.75).
 
     Width is the radius of a capsule or sphere. A capsule's length and end points stay. Inertia follows from
@@ -101,6 +161,22 @@ class LimbScale(BaseVariation):
     factor: float
 
     fits = staticmethod(lambda body: body.parts)
+    shows: ClassVar[Shown] = "parts"
+
+    def geoms(self, body: Body) -> tuple[str, ...]:
+        return body.parts[self.part]
+
+    @property
+    def quantity(self) -> Quantity:
+        """The width and mass of the part."""
+        points = (0.6, 0.675, 0.75, 0.875, 1.0, 1.125, 1.25, 1.325, 1.4)
+        part, trained = self.part.lower(), (self.factor, self.factor)
+        at = functools.partial(LimbScale, self.part)
+        return Quantity(part, f"width and mass of the {part}", "×", points, at, trained, unchanged=1.0)
+
+    @property
+    def played(self) -> dict[str, Any]:
+        return {"limbs": {self.part: self.factor}}
 
     def apply(self, spec: mujoco.MjSpec) -> None:
         """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
@@ -165,7 +241,7 @@ BOX = 6
 
 
 @dataclass(frozen=True)
-class Wall(BaseVariation):
+class Wall(Variation):
     """A box across the way, its center at y = 0 and at x drawn from U(nearest, farthest) at every reset.
 
     The box is a mocap body, added last to the world, without mass and friction. Lengths are in m. A parked
@@ -180,6 +256,8 @@ class Wall(BaseVariation):
     farthest: float = 3.8
     parked: bool = False
     fits = staticmethod(lambda body: body.beams)
+    is_last: ClassVar[bool] = True  # it keeps the extent of the model to which it is added
+    shows: ClassVar[Shown] = "wall"
     signed: ClassVar[tuple[str, ...]] = ("centre_height",)
 
     def __post_init__(self) -> None:
@@ -189,6 +267,21 @@ class Wall(BaseVariation):
         if not self.farthest >= self.nearest:
             message = f"Wall's farthest is {self.farthest!r} and its nearest {self.nearest!r}."
             raise BenchError("bad-range", message, hint="Give farthest at least as large as nearest.")
+
+    @property
+    def quantity(self) -> Quantity:
+        """The distance of its center from the start."""
+        points = (1.2, 1.4, 1.6, 1.8, 2.3, 2.8, 3.3, 3.8, 4.2, 4.6, 5.0)
+        trained = None if self.parked else (self.nearest, self.farthest)
+
+        def at(distance: float) -> Wall:
+            return replace(self, nearest=distance, farthest=distance, parked=False)
+
+        return Quantity("wall", "distance of the wall", "m", points, at, trained)
+
+    @property
+    def played(self) -> dict[str, Any]:
+        return {"wall": not self.parked}
 
     @property
     def half_sizes(self) -> tuple[float, float, float]:
@@ -227,10 +320,15 @@ class Wall(BaseVariation):
 
 
 @dataclass(frozen=True)
-class RangeSensor(BaseVariation):
+class RangeSensor(Variation):
     """Appends ten range beams from the torso to the observation: distance to the wall / 10 m, or 0."""
 
     fits = staticmethod(lambda body: body.beams)
+    shows: ClassVar[Shown] = "beams"
+
+    @property
+    def played(self) -> dict[str, Any]:
+        return {}
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         plane = "the world's x–z plane" if body.beams == "world" else "the torso's x–z plane"
@@ -238,7 +336,7 @@ class RangeSensor(BaseVariation):
 
 
 @dataclass(frozen=True)
-class SensorNoise(BaseVariation):
+class SensorNoise(Variation):
     """Delays the range sensor by one step, drops beams and adds normal noise.
 
     ``dropout`` is the probability that a beam reads 0, per beam and step. ``noise`` is the standard deviation
@@ -249,8 +347,8 @@ class SensorNoise(BaseVariation):
         "The sensor is one step late. Each beam drops to 0 with probability {dropout:g}, "
         "and N(0, {noise:g}²) is added to beams that hit."
     )
-
     fits = staticmethod(lambda body: body.beams)
+    needs: ClassVar[type[Variation] | None] = RangeSensor
     largest: ClassVar[Mapping[str, float]] = {"dropout": 1.0}
 
     dropout: float = 0.05
@@ -258,7 +356,7 @@ class SensorNoise(BaseVariation):
 
 
 @dataclass(frozen=True)
-class MotorNoise(BaseVariation):
+class MotorNoise(Variation):
     """Adds normal noise to the command of every motor and clips the sum to the motor's range.
 
     ``scale`` is the standard deviation of the noise as a fraction of the motor's range. Reward terms that
@@ -269,7 +367,6 @@ class MotorNoise(BaseVariation):
         "Noise from N(0, ({scale:g} × range)²) is added to every motor's command, and the sum is "
         "clipped to the motor's range. All noise of an episode is drawn at reset."
     )
-
     fits = staticmethod(lambda body: body.family != "navigation")
 
     scale: float = 0.1
@@ -280,7 +377,7 @@ MAX_SPEED = 4.0
 
 
 @dataclass(frozen=True)
-class MovingGoal(BaseVariation):
+class MovingGoal(Variation):
     """Draws Pusher's goal at every reset, then the object away from it (the paper's PusherMovingGoal)."""
 
     sentence: ClassVar[str] = (
@@ -288,10 +385,11 @@ class MovingGoal(BaseVariation):
         "The object is then drawn until its distance from the goal exceeds 0.17 m."
     )
     fits = staticmethod(lambda body: body.name == "Pusher")
+    shows: ClassVar[Shown] = "goal"
 
 
 @dataclass(frozen=True)
-class MovingStart(BaseVariation):
+class MovingStart(Variation):
     """Draws Striker's ball at every reset, then the goal away from it (the paper's StrikerMovingStart)."""
 
     sentence: ClassVar[str] = (
@@ -299,10 +397,11 @@ class MovingStart(BaseVariation):
         "while it is within 0.17 m of the ball."
     )
     fits = staticmethod(lambda body: body.name == "Striker")
+    shows: ClassVar[Shown] = "start"
 
 
 @dataclass(frozen=True)
-class TrackingGoal(BaseVariation):
+class TrackingGoal(Variation):
     """Moves the goal during the episode, at a velocity drawn at reset, inside a rectangle.
 
     The goal is reflected at the edges of the rectangle from which its start is drawn. ``speed`` bounds each
@@ -314,15 +413,15 @@ class TrackingGoal(BaseVariation):
         "U(−{speed:g}, {speed:g}) m/s, and it is reflected at the edges of the rectangle from "
         "which its start is drawn."
     )
-
     fits = staticmethod(lambda body: body.goal_area)
+    shows: ClassVar[Shown] = "goal"
     largest: ClassVar[Mapping[str, float]] = {"speed": MAX_SPEED}
 
     speed: float = 0.2
 
 
 @dataclass(frozen=True)
-class Course(BaseVariation):
+class Course(Variation):
     """One navigation task, with the observation family and the numbers of the map and the goal."""
 
     family: str
@@ -331,7 +430,5 @@ class Course(BaseVariation):
     fits = staticmethod(lambda body: body.family == "navigation")
 
 
-KINDS: dict[str, type] = {
-    name: kind for name, kind in list(globals().items()) if isinstance(kind, type) and is_dataclass(kind)
-}
+KINDS: dict[str, type[Variation]] = {kind.__name__: kind for kind in Variation.__subclasses__()}
 """The variation classes by name, for example ``Gravity``."""

@@ -11,16 +11,10 @@ from typing import Literal
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task, label
-from gym_extensions.catalog.variations import Gravity, LimbScale, Wall
+from gym_extensions.catalog.variations import Quantity, Variation
 
 Place = Literal["trained", "between", "beyond"]
 """Where a value lies: trained on, between trained values, or outside of them."""
-GRAVITIES = (0.3, 0.35, 0.4, 0.5, 0.625, 0.75, 0.875, 1.0, 1.125, 1.25, 1.375, 1.5, 1.6, 1.65, 1.7)
-"""Factors of gravity: the five of the tasks, the middles between them, and three at each end."""
-SCALES = (0.6, 0.675, 0.75, 0.875, 1.0, 1.125, 1.25, 1.325, 1.4)
-"""Factors of the width and mass of a part of the body."""
-DISTANCES = (1.2, 1.4, 1.6, 1.8, 2.3, 2.8, 3.3, 3.8, 4.2, 4.6, 5.0)
-"""Distances of the wall's center from the start, in m."""
 
 
 @dataclass(frozen=True)
@@ -65,63 +59,47 @@ class Axis:
 def axes(group: TaskGroup) -> tuple[Axis, ...]:
     """The axes of a group: gravity, the scale of each part of the body, or the distance of the wall.
 
-    A group has axes if each of its tasks differs from their common base in that quantity alone. Others have
-    none: navigation, arms, motor noise, custom groups of several kinds.
+    A group has axes if each of its tasks differs from their common base in the quantity of one kind of
+    variation alone. Others have none: navigation, arms, motor noise, custom groups of several kinds. A task
+    without that variation trains on the base body's value; a parked wall trains on none.
     """
-    found: dict[str, list[Trained]] = {}
-    bases: dict[str, set[Task]] = {}
+    bases: set[Task] = set()
+    kinds: set[type[Variation]] = set()
+    varied: dict[str, dict[int, Quantity]] = {}
     for index, task in enumerate(group.tasks):
-        if (part := _part(task)) is None:
+        quantities = [(each, each.quantity) for each in task.variations]
+        others = tuple(each for each, quantity in quantities if quantity is None)
+        bases.add(replace(task, name=task.base, variations=others, version=0))
+        measured = [(each, quantity) for each, quantity in quantities if quantity is not None]
+        if len(measured) > 1:
             return ()
-        name, base, low, high = part
-        bases.setdefault(name, set()).add(base)
-        if high:
-            found.setdefault(name, []).append(Trained(index, low, high))
-    if len(set().union(*bases.values())) != 1 or ("gravity" in found and len(found) > 1):
+        for variation, quantity in measured:
+            kinds.add(type(variation))
+            varied.setdefault(quantity.name, {})[index] = quantity
+    if len(bases) != 1 or len(kinds) != 1:
         return ()
-    return tuple(_axis(name, tuple(trained), *bases[name]) for name, trained in found.items())
+    (base,) = bases
+    plain = set(range(len(group.tasks))).difference(*varied.values())
+    found = []
+    for name, by_task in varied.items():
+        first = next(iter(by_task.values()))
+        if len({each.at(first.points[0]) for each in by_task.values()}) > 1 or (
+            plain and first.unchanged is None
+        ):
+            return ()
+        values = {index: each.trained for index, each in by_task.items()}
+        if first.unchanged is not None:
+            values |= dict.fromkeys(plain, (first.unchanged, first.unchanged))
+        trained = tuple(Trained(index, *ends) for index, ends in sorted(values.items()) if ends)
+        if trained:
+            found.append(Axis(name, first.title, first.unit, first.points, trained, _worlds(base, first)))
+    return tuple(found)
 
 
-def _part(task: Task) -> tuple[str, Task, float, float] | None:
-    """The axis of a task, the task without what varies, and the values on which it trains; else None.
+def _worlds(base: Task, quantity: Quantity) -> Callable[[float], Task]:
+    def world(value: float) -> Task:
+        variation = quantity.at(value)
+        name = f"{base.name}.{label(variation)}"
+        return replace(base, name=name, variations=(*base.variations, variation))
 
-    A parked wall trains on no distance: its values are 0.
-    """
-    if task.is_foreign or task.body.family == "navigation":
-        return None
-    varied = [each for each in task.variations if isinstance(each, Gravity | LimbScale | Wall)]
-    others = tuple(each for each in task.variations if each not in varied)
-    base = replace(task, name=task.base, variations=others, version=0)
-    match varied:
-        case []:
-            return ("gravity", base, 1.0, 1.0) if not others else None
-        case [Gravity(factor)]:
-            return "gravity", base, factor, factor
-        case [LimbScale(part, factor)]:
-            return part.lower(), base, factor, factor
-        case [Wall() as wall]:
-            base = replace(base, variations=(*others, replace(wall, parked=False)))
-            return "wall", base, *((0.0, 0.0) if wall.parked else (wall.nearest, wall.farthest))
-    return None
-
-
-def _axis(name: str, trained: tuple[Trained, ...], base: Task) -> Axis:
-    if name == "gravity":
-        return Axis(name, "gravity", "g", GRAVITIES, trained, lambda value: _with(base, Gravity(value)))
-    if name == "wall":
-        return Axis(name, "distance of the wall", "m", DISTANCES, trained, lambda at: _at(base, at))
-    title, part = f"width and mass of the {name}", name.capitalize()
-    return Axis(name, title, "×", SCALES, trained, lambda value: _with(base, LimbScale(part, value)))
-
-
-def _with(base: Task, variation: Gravity | LimbScale) -> Task:
-    return replace(base, name=f"{base.name}.{label(variation)}", variations=(*base.variations, variation))
-
-
-def _at(base: Task, distance: float) -> Task:
-    """The task with its wall at one distance."""
-    variations = tuple(
-        replace(each, nearest=distance, farthest=distance) if isinstance(each, Wall) else each
-        for each in base.variations
-    )
-    return replace(base, name=f"{base.name}.Wall-{distance:g}", variations=variations)
+    return world

@@ -10,9 +10,9 @@ import pytest
 
 from gym_extensions.catalog.descriptions import description
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs.effects.wall_and_sensor import FANS
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.model import compile_model
+from gym_extensions.envs.range_beams import FANS
 from gym_extensions.site.play.kinematics import placed
 
 SIDE = (90.0, 0.0)

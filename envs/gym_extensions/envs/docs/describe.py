@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.descriptions import HINGE, SLIDE, Field, Joint, Link, Role, Row, Shape, Skeleton
 from gym_extensions.catalog.tasks import MAPS, TASKS, Task
-from gym_extensions.catalog.variations import WALL, BaseVariation, LimbScale, RangeSensor, Wall
-from gym_extensions.envs.effects.wall_and_sensor import ANGLES, FANS, REACH
+from gym_extensions.catalog.variations import WALL, LimbScale, RangeSensor, Wall
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.model import base_spec, compile_model
 from gym_extensions.envs.navigation.env import course
 from gym_extensions.envs.navigation.geometry import CELL, HEIGHT, goals, load
 from gym_extensions.envs.navigation.sensors import FIELDS
+from gym_extensions.envs.range_beams import ANGLES, FANS, REACH
 
 BEAM = "distance to the wall / 10 m, 0 without a hit"
 CENTER = "about the center of mass"
@@ -116,12 +116,7 @@ def differences(task: Task) -> list[str]:
         found = course(task)
         x, y = goals()[found.map, found.goal]
         return [f"Map {found.map}, goal {found.goal} at ({x:g}, {y:g})."]
-    return [
-        variation.describe(task.body, base_spec(task.body))
-        if isinstance(variation, BaseVariation)
-        else f"{variation!r}."
-        for variation in task.variations
-    ]
+    return [variation.describe(task.body, base_spec(task.body)) for variation in task.variations]
 
 
 SIDE_VIEW = (90.0, 0.0)

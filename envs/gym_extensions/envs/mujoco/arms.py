@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import PUSHER_GOAL, STRIKER_GOAL, Rectangle
 from gym_extensions.catalog.variations import MovingGoal, MovingStart
-from gym_extensions.envs.effects.base import variation_of
+from gym_extensions.envs.effects import variation_of
 from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules
 

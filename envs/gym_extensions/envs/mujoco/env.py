@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import interfaces
-from gym_extensions.envs.effects.registry import check_variations, effects_of
+from gym_extensions.envs.effects import check_variations, effects_of
 from gym_extensions.envs.interfaces import Array, IndependentCopies, Template, check_actions, require_reset
 from gym_extensions.envs.mujoco import arms, humanoid, planar
 from gym_extensions.envs.mujoco.base import Rules, kept, restore

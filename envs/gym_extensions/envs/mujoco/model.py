@@ -13,7 +13,6 @@ import mujoco
 
 from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.catalog.variations import Wall
 from gym_extensions.errors import BenchError
 
 ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
@@ -43,8 +42,7 @@ def compile_model(task: Task) -> mujoco.MjModel:
     """
     spec = base_spec(task.body)
     with _quiet():
-        # The wall is last, because it keeps the extent of the model to which it is added.
-        for variation in sorted(task.variations, key=lambda each: (isinstance(each, Wall), repr(each))):
+        for variation in sorted(task.variations, key=lambda each: (each.is_last, repr(each))):
             variation.apply(spec)
         try:
             return spec.compile()

@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
-from gym_extensions.envs.effects.registry import effects_of, shard_keys
+from gym_extensions.envs.effects import effects_of, shard_keys
 from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template, success_test
 from gym_extensions.envs.mujoco.base import kept, restore
 from gym_extensions.envs.mujoco.env import IMPLEMENTATIONS

@@ -21,7 +21,7 @@ import numpy as np
 from gym_extensions.catalog.bodies import BODIES, Body
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, Wall
+from gym_extensions.catalog.variations import Wall
 from gym_extensions.errors import BenchError
 from gym_extensions.references import experts
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
@@ -38,8 +38,6 @@ MAX_BYTES, MAX_FILE_BYTES = 40_000_000, 1_000_000
 NAMES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid", "HumanoidStandup", "HumanoidStandupAndRun")
 PLAYED = tuple(BODIES[name] for name in NAMES)
 """Bodies whose rules the script ``static/play/rules.js`` has."""
-VARIATIONS = (Gravity, LimbScale, RangeSensor, Wall)
-"""Variations that the script applies."""
 TYPES = {"float32": "f4", "float64": "f8", "bool": "u1"}
 UNUSED = ("log_sigma", "log_sigma_weight", "log_sigma_clip")
 """Arrays that a deterministic policy does not use."""
@@ -51,7 +49,7 @@ NO_ROOM = f"This site offers {MAX_BYTES // 10**6} MB of policies, the best submi
 
 def is_playable(task: Task) -> bool:
     """Whether the script has the rules of the task's body and of its variations."""
-    return task.body in PLAYED and all(isinstance(each, VARIATIONS) for each in task.variations)
+    return task.body in PLAYED and all(each.played is not None for each in task.variations)
 
 
 @cache
@@ -235,11 +233,6 @@ def _body(body: Body) -> dict[str, Any]:
 def _task(task: Task) -> dict[str, Any]:
     """The world of a task: factors of gravity and parts, and whether a wall is in the way."""
     facts: dict[str, Any] = {"body": task.base, "gravity": 1.0, "limbs": {}, "wall": False}
-    for variation in task.variations:
-        if isinstance(variation, Gravity):
-            facts["gravity"] = variation.factor
-        elif isinstance(variation, LimbScale):
-            facts["limbs"][variation.part] = variation.factor
-        elif isinstance(variation, Wall):
-            facts["wall"] = not variation.parked
+    for played in (each.played or {} for each in task.variations):
+        facts |= played | {"limbs": facts["limbs"] | played.get("limbs", {})}
     return facts

@@ -1,34 +1,14 @@
-"""The wall, the range sensor that sees it, and noise on that sensor."""
+"""The beams of the range sensor on arrays: where they lie, what they read of the wall, and their noise."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from gym_extensions.catalog.bodies import Frame
-from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Wall
-from gym_extensions.envs.effects.base import Effect, EffectKind, SeededNoise, variation_of
-from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Steps, Template
-
-
-class WallEffect(Effect):
-    """Places the walls."""
-
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
-        self._walls = [variation_of(template.task, Wall) for template in templates]
-
-    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
-        """Adds ``mocap_pos``, the walls' centers."""
-        centers = np.zeros((len(indices), 1, 3))
-        for row, (index, generator) in enumerate(zip(indices, generators, strict=True)):
-            wall = self._walls[index]
-            centers[row, 0] = wall.rest
-            if not wall.parked:
-                centers[row, 0, 0] = generator.uniform(wall.nearest, wall.farthest)
-        starts["mocap_pos"] = centers
-
+from gym_extensions.envs.interfaces import Array, Flags
 
 BEAMS = 10
 REACH = 10.0
@@ -117,26 +97,6 @@ def readings(origins: Array, directions: Array, center: Array, half_sizes: Array
     return np.where(hits, enters, 0.0) / REACH
 
 
-class RangeSensorEffect(Effect):
-    """Appends the 10 beams, in [0, 1]. Their walls have one size."""
-
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
-        self._num_envs = len(templates)
-        self._fan = FANS[templates[0].task.body.beams]
-        self._lift = templates[0].root_lift
-        self._qpos = fields.field("qpos")
-        wall = variation_of(templates[0].task, Wall)
-        self._center = fields.field("mocap_pos")[:, 0] if wall is not None else None
-        self._half_sizes = np.array(wall.half_sizes) if wall is not None else np.zeros(3)
-
-    def observation(self) -> Array:
-        """The present readings, (num_envs, 10)."""
-        if self._center is None:
-            return np.zeros((self._num_envs, BEAMS))
-        origins, directions = self._fan(self._qpos, self._lift)
-        return readings(origins, directions, self._center, self._half_sizes)
-
-
 def beam_noise(seed: int, steps: int, dropout: float, noise: float) -> tuple[Flags, Array]:
     """The noise of an episode, with one row per step from 0 for the working beams and the noise on hits.
 
@@ -150,42 +110,3 @@ def beam_noise(seed: int, steps: int, dropout: float, noise: float) -> tuple[Fla
 def disturb(readings: Array, working: Flags, shift: Array) -> Array:
     """Adds noise to beams that hit, clipped to [0, 1]. Beams that miss or drop out read 0."""
     return np.where((readings > 0) & working, np.clip(readings + shift, 0.0, 1.0), 0.0)
-
-
-class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
-    """Appends the noisy readings of the step before."""
-
-    kept = ("_working", "_shift", "_latched")
-
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
-        super().__init__(fields, templates)
-        self._noise = variation_of(templates[0].task, SensorNoise)
-        self._max_steps = templates[0].task.max_steps
-        shape = (len(templates), self._max_steps + 1, BEAMS)
-        self._working, self._shift = np.zeros(shape, np.bool_), np.zeros(shape)
-        self._latched = np.zeros((len(templates), BEAMS))
-
-    def fill_noise(self, index: int, seed: int) -> None:
-        noise = beam_noise(seed, self._max_steps, self._noise.dropout, self._noise.noise)
-        self._working[index], self._shift[index] = noise
-
-    def on_reset(self, indices: Indices) -> None:
-        """The first observation has the present reading."""
-        present = super().observation()[indices]
-        self._latched[indices] = disturb(present, self._working[indices, 0], self._shift[indices, 0])
-
-    def pre_step(self, steps: Steps) -> None:
-        """Latches the readings before the step, which the next observations show."""
-        row = np.arange(len(steps)), (steps + 1) % (self._max_steps + 1)
-        self._latched = disturb(super().observation(), self._working[row], self._shift[row])
-
-    def observation(self) -> Array:
-        return self._latched
-
-
-KINDS = (
-    EffectKind(Wall, WallEffect, shard_key=lambda wall: wall.half_sizes),
-    EffectKind(RangeSensor, RangeSensorEffect),
-    EffectKind(SensorNoise, SensorNoiseEffect, replaces=RangeSensor),
-)
-"""The effects of this module."""

@@ -1,23 +1,24 @@
-"""The wall, the range sensor that sees it, and noise on that sensor."""
+"""The wall, noise on the motors and the sensor, and goals that move during the episode."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy import stats
 
-from gym_extensions.catalog.variations import RangeSensor, Variation, Wall
-from gym_extensions.envs import SensorNoise, customize, make, make_vec
-from gym_extensions.envs.effects import wall_and_sensor as sensor
-from gym_extensions.envs.effects.wall_and_sensor import beam_noise, disturb
+from gym_extensions.catalog.bodies import Rectangle
+from gym_extensions.catalog.variations import RangeSensor, SensorNoise, Variation, Wall
+from gym_extensions.envs import customize, make, make_vec
+from gym_extensions.envs.effects import move
 from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.range_beams import beam_noise, disturb
 from gym_extensions.errors import BenchError
 
-from ..resets import assert_uniform, states_after_reset
+from .resets import assert_uniform, states_after_reset
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
 SIZES = {"Hopper": 21, "Walker2d": 27, "HalfCheetah": 27, "Humanoid": 358}
@@ -122,77 +123,6 @@ def test_a_variation_that_does_not_fit_raises_an_error(
         assert caught.value.code == code
 
 
-@pytest.mark.parametrize("body", ["Hopper", "Walker2d", "HalfCheetah", "Humanoid"])
-def test_readings_agree_with_mujocos_ray_and_frames_at_100_random_poses(body: str) -> None:
-    env = construct_mujoco(f"{body}Wall")
-    generator = np.random.default_rng(8)
-    box = env.model.geom("wall")
-    hits = 0
-    for _ in range(100):
-        env.reset(seed=int(generator.integers(2**31)))
-        qpos = env.data.qpos.copy()
-        qpos[0] += generator.uniform(-1, 2)
-        if body == "Humanoid":
-            qpos[2] = generator.uniform(0.2, 1.6)
-            qpos[3:7] += generator.normal(0, 0.3, 4)
-        else:
-            qpos[1] += generator.uniform(-0.6, 0.1)
-            qpos[2] = generator.uniform(-1, 1)
-        env.set_state(qpos, env.data.qvel.copy())
-        torso = env.data.body("torso")
-        frame = torso.xmat.reshape(3, 3)
-        seen = env._get_obs()[-10:]
-        for beam, reading in enumerate(seen):
-            angle = math.radians(-45 + 10 * beam)
-            direction = math.cos(angle) * frame[:, 0] + math.sin(angle) * frame[:, 2]
-            distance = mujoco.mju_rayGeom(
-                env.data.mocap_pos[0], np.eye(3).ravel(), box.size, torso.xpos, direction, box.type[0], None
-            )
-            inside = (np.abs(torso.xpos - env.data.mocap_pos[0]) <= box.size).all()
-            expected = 0.0 if distance < 0 or distance > 10 or inside else distance / 10
-            assert reading == pytest.approx(expected, abs=1e-9)
-            hits += expected > 0
-    assert hits > 50
-
-
-@pytest.mark.parametrize(
-    ("origin", "direction", "reading"),
-    [
-        ((0.0, 0.0, 0.1), (1.0, 0.0, 0.0), 0.18),  # the face of a wall at x 2 lies at 1.8
-        ((0.0, 0.0, -0.1), (1.0, 0.0, 0.0), 0.18),  # the part of the box below the floor counts
-        ((0.0, 0.0, 0.4), (1.0, 0.0, 0.0), 0.0),  # over the top, which is at .375
-        ((0.0, 0.5, 0.1), (1.0, 0.0, 0.0), 0.0),  # past the side, which is at .4
-        ((3.0, 0.0, 0.1), (1.0, 0.0, 0.0), 0.0),  # behind
-        ((2.0, 0.0, 0.1), (1.0, 0.0, 0.0), 0.0),  # inside
-        ((2.0, 0.0, 1.375), (0.0, 0.0, -1.0), 0.1),  # from above on the top
-        ((-8.2, 0.0, 0.1), (1.0, 0.0, 0.0), 1.0),  # exactly at the reach of 10 m
-        ((-8.3, 0.0, 0.1), (1.0, 0.0, 0.0), 0.0),  # beyond it
-    ],
-)
-def test_a_reading_is_the_distance_over_ten_metres(
-    origin: tuple[float, ...], direction: tuple[float, ...], reading: float
-) -> None:
-    beams = np.tile(direction, (10, 1))
-    half_sizes = np.array(Wall().half_sizes)
-    readings = sensor.readings(np.array(origin), beams, np.array([2.0, 0.0, 0.125]), half_sizes)
-    assert readings == pytest.approx(np.full(10, reading), abs=1e-12)
-
-
-@pytest.mark.parametrize("name", ["HumanoidStandupAndRunWall"])
-def test_lying_bodies_look_along_the_worlds_x_whatever_their_attitude(name: str) -> None:
-    env = construct_mujoco(name)
-    env.reset(seed=0)
-    wall = env.data.mocap_pos[0, 0]
-    for quaternion in ([1, 0, 0, 0], [0.5, 0.5, -0.5, 0.5], [0, 0, 0, 2]):
-        qpos = env.init_qpos.copy()
-        qpos[:3], qpos[3:7] = (0.0, 0.0, 0.105), quaternion
-        env.set_state(qpos, np.zeros(env.model.nv))
-        seen = env._get_obs()[-10:]
-        # Beams 4 and 5 look 5° down and up: both meet the face.
-        face = (wall - 0.2) / math.cos(math.radians(5)) / 10
-        assert seen[5] == pytest.approx(face if (wall - 0.2) * math.tan(math.radians(5)) <= 0.27 else 0.0)
-
-
 @pytest.mark.parametrize("body", BODIES)
 def test_readings_are_those_of_the_previous_step_plus_noise(body: str) -> None:
     clear, noisy = construct_mujoco(f"{body}Wall"), construct_mujoco(f"{body}NoisyWall")
@@ -209,23 +139,88 @@ def test_readings_are_those_of_the_previous_step_plus_noise(body: str) -> None:
     np.testing.assert_array_equal(noisy.data.qpos, clear.data.qpos)
 
 
-def test_dropout_and_noise_have_the_published_size() -> None:
-    working, shift = beam_noise(3, 1000, 0.05, 0.02)
-    assert working.shape == shift.shape == (1001, 10)
-    assert 1 - working.mean() == pytest.approx(0.05, abs=0.01)
-    assert stats.kstest(shift.ravel() / 0.02, "norm").pvalue > 1e-3
+@pytest.mark.parametrize("body", BODIES)
+def test_commands_get_noise_of_a_tenth_of_the_range_and_are_clipped(body: str) -> None:
+    env = construct_mujoco(f"{body}MotorNoise")
+    ranges = env.model.actuator_ctrlrange
+    sigma = 0.1 * (ranges[:, 1] - ranges[:, 0])
+    scaled: list[NDArray[np.float64]] = []
+    for seed in range(100):
+        env.reset(seed=seed)
+        env.step(np.zeros(env.model.nu, np.float32))
+        scaled.append(env.data.ctrl / sigma)
+    drawn = np.ravel(scaled)
+    assert stats.kstest(drawn, "norm").pvalue > 1e-3
+    env.reset(seed=0)
+    for _ in range(5):
+        env.step(ranges[:, 1].astype(np.float32))
+        assert (env.data.ctrl <= ranges[:, 1]).all()
+        assert (env.data.ctrl > ranges[:, 0]).all()
+
+
+def test_hoppers_cost_uses_the_command_and_humanoids_the_noisy_command() -> None:
+    hopper, humanoid = construct_mujoco("HopperMotorNoise"), construct_mujoco("HumanoidMotorNoise")
+    for env in (hopper, humanoid):
+        env.reset(seed=0)
+    assert hopper.step(np.full(3, 0.5, np.float32))[4]["reward_ctrl"] == pytest.approx(-1e-3 * 3 * 0.25)
+    info = humanoid.step(np.full(17, 0.2, np.float32))[4]
+    assert info["reward_ctrl"] == pytest.approx(-0.1 * np.square(humanoid.data.ctrl).sum())
+    assert info["reward_ctrl"] != pytest.approx(-0.1 * 17 * 0.04)
+
+
+def test_motor_noise_follows_from_the_reset_seed_and_the_step() -> None:
+    first, second = construct_mujoco("HopperMotorNoise"), construct_mujoco("HopperMotorNoise")
+    first.reset(seed=5)
+    second.reset(seed=5)
+    for action in np.random.default_rng(0).uniform(-0.2, 0.2, (30, 3)).astype(np.float32):
+        first.step(action)
+        second.step(-action)
+        np.testing.assert_allclose(first.data.ctrl - action, second.data.ctrl + action, atol=1e-6)
+
+
+BASES = {"PusherTrackingGoal": "PusherMovingGoal", "StrikerTrackingGoal": "Striker"}
 
 
 @pytest.mark.parametrize(
-    ("clean", "working", "shift", "shown"),
+    ("position", "velocity", "expected"),
     [
-        (0.3, True, 0.02, 0.32),
-        (0.3, False, 0.02, 0.0),
-        (0.0, True, 0.02, 0.0),  # a beam that misses gets no noise
-        (0.01, True, -0.05, 0.0),
-        (0.99, True, 0.05, 1.0),
+        ([0.5, 0.5], [0.1, -0.1], ([0.6, 0.4], [0.1, -0.1])),
+        ([0.95, 0.5], [0.1, 0.0], ([0.95, 0.5], [-0.1, 0.0])),  # 5 cm to the edge, 5 cm back
+        ([0.02, 0.97], [-0.1, 0.1], ([0.08, 0.93], [0.1, -0.1])),
     ],
 )
-def test_only_beams_that_hit_get_noise(clean: float, working: bool, shift: float, shown: float) -> None:
-    noisy = disturb(np.array([clean]), np.array([working]), np.array([shift]))
-    assert noisy[0] == pytest.approx(shown)
+def test_a_moving_goal_is_reflected_at_its_box(
+    position: list[float], velocity: list[float], expected: tuple[list[float], list[float]]
+) -> None:
+    moved = move(np.array(position), np.array(velocity), Rectangle((0.0, 0.0), (1.0, 1.0)), 1.0)
+    np.testing.assert_allclose(moved[0], expected[0], atol=1e-12)
+    np.testing.assert_allclose(moved[1], expected[1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("PusherTrackingGoal", (0.35, -0.25), (0.75, -0.05)),
+        ("StrikerTrackingGoal", (0.15, 0.1), (0.7, 1.0)),
+    ],
+)
+def test_a_tracking_goal_moves_at_its_velocity_within_its_box(
+    name: str, low: tuple[float, float], high: tuple[float, float]
+) -> None:
+    env, base = construct_mujoco(name), construct_mujoco(BASES[name])
+    generator = np.random.default_rng(0)
+    for seed in range(10):
+        before = env.reset(seed=seed)[0][-3:-1]
+        base.reset(seed=seed)
+        speed = np.abs(base.np_random.uniform(-0.2, 0.2, 2))  # drawn after the body
+        assert (speed <= 0.2).all()
+        order = speed[::-1] if name.startswith("Pusher") else speed
+        straight = 0
+        for _ in range(100):
+            after = env.step(generator.uniform(-2, 2, 7).astype(np.float32))[0][-3:-1]
+            assert (after >= np.array(low) - 1e-9).all()
+            assert (after <= np.array(high) + 1e-9).all()
+            straight += np.allclose(np.abs(after - before), order * 0.05, atol=1e-12)
+            before = after
+        assert straight >= 90
+    np.testing.assert_array_equal(env.data.qvel[9:], np.zeros(len(env.data.qvel) - 9))

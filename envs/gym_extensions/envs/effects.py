@@ -1,0 +1,266 @@
+"""What variations do while the simulation runs, on one environment and on many.
+
+Environments call the effects of their variations at the moments that :class:`Effect` names.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import BODIES, Rectangle
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.variations import (
+    MotorNoise,
+    RangeSensor,
+    SensorNoise,
+    TrackingGoal,
+    Variation,
+    Wall,
+)
+from gym_extensions.envs import range_beams
+from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
+from gym_extensions.errors import BenchError
+
+NOISE_SEEDS = 2**32
+"""Seeds of the noise of an episode are below this."""
+
+
+class Effect:
+    """The effect of a variation on environments with one model layout; a single environment is one of them.
+
+    The methods do nothing; an effect overrides those it needs. ``steps`` counts environment steps since each
+    reset.
+    """
+
+    of: ClassVar[type[Variation]]
+    """The class of the variation."""
+    kept: ClassVar[tuple[str, ...]] = ()
+    """Attributes beside the physics on which later steps depend; copies have them too."""
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        """Reads the parameters of the variation, from the template of each environment."""
+
+    @staticmethod
+    def shard_key(variation: Any) -> object:
+        """What is equal in the variations of environments that are stepped in one shard."""
+        return repr(variation)
+
+    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
+        """Draws after the body, and adds to the rows of the states in which environments start."""
+
+    def on_reset(self, indices: Indices) -> None:
+        """Acts after some environments have started an episode."""
+
+    def pre_step(self, steps: Steps) -> None:
+        """Acts before the physics of a step. Rows of environments that are not stepped are ignored."""
+
+    def control(self, ctrl: NDArray[Any], steps: Steps) -> NDArray[Any]:
+        """Returns what the motors receive for commands ``(num_envs, nu)``."""
+        return ctrl
+
+    def observation(self) -> Array | None:
+        """Returns what the effect appends to the observations, ``(num_envs, …)``."""
+        return None
+
+
+class SeededNoise(Effect):
+    """An effect whose noise in an episode follows from one number, the seed that is drawn at reset."""
+
+    def fill_noise(self, index: int, seed: int) -> None:
+        """Computes the noise of an environment's episode."""
+        raise NotImplementedError
+
+    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
+        for index, generator in zip(indices.tolist(), generators, strict=True):
+            self.fill_noise(index, int(generator.integers(NOISE_SEEDS)))
+
+
+def variation_of(task: Task, kind: type) -> Any:
+    """Returns the task's variation of a class, or None."""
+    return next((variation for variation in task.variations if isinstance(variation, kind)), None)
+
+
+class WallEffect(Effect):
+    """Places the walls."""
+
+    of = Wall
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        self._walls = [variation_of(template.task, Wall) for template in templates]
+
+    @staticmethod
+    def shard_key(variation: Wall) -> object:
+        return variation.half_sizes
+
+    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
+        """Adds ``mocap_pos``, the walls' centers."""
+        centers = np.zeros((len(indices), 1, 3))
+        for row, (index, generator) in enumerate(zip(indices, generators, strict=True)):
+            wall = self._walls[index]
+            centers[row, 0] = wall.rest
+            if not wall.parked:
+                centers[row, 0, 0] = generator.uniform(wall.nearest, wall.farthest)
+        starts["mocap_pos"] = centers
+
+
+class RangeSensorEffect(Effect):
+    """Appends the 10 beams, in [0, 1]. Their walls have one size."""
+
+    of: ClassVar[type[Variation]] = RangeSensor
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        self._num_envs = len(templates)
+        self._fan = range_beams.FANS[templates[0].task.body.beams]
+        self._lift = templates[0].root_lift
+        self._qpos = fields.field("qpos")
+        wall = variation_of(templates[0].task, Wall)
+        self._center = fields.field("mocap_pos")[:, 0] if wall is not None else None
+        self._half_sizes = np.array(wall.half_sizes) if wall is not None else np.zeros(3)
+
+    def observation(self) -> Array:
+        """The present readings, (num_envs, 10)."""
+        if self._center is None:
+            return np.zeros((self._num_envs, range_beams.BEAMS))
+        origins, directions = self._fan(self._qpos, self._lift)
+        return range_beams.readings(origins, directions, self._center, self._half_sizes)
+
+
+class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
+    """Appends the noisy readings of the step before."""
+
+    of = SensorNoise
+    kept = ("_working", "_shift", "_latched")
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        super().__init__(fields, templates)
+        self._noise = variation_of(templates[0].task, SensorNoise)
+        self._max_steps = templates[0].task.max_steps
+        shape = (len(templates), self._max_steps + 1, range_beams.BEAMS)
+        self._working, self._shift = np.zeros(shape, np.bool_), np.zeros(shape)
+        self._latched = np.zeros((len(templates), range_beams.BEAMS))
+
+    def fill_noise(self, index: int, seed: int) -> None:
+        noise = range_beams.beam_noise(seed, self._max_steps, self._noise.dropout, self._noise.noise)
+        self._working[index], self._shift[index] = noise
+
+    def on_reset(self, indices: Indices) -> None:
+        """The first observation has the present reading."""
+        present = super().observation()[indices]
+        self._latched[indices] = range_beams.disturb(
+            present, self._working[indices, 0], self._shift[indices, 0]
+        )
+
+    def pre_step(self, steps: Steps) -> None:
+        """Latches the readings before the step, which the next observations show."""
+        row = np.arange(len(steps)), (steps + 1) % (self._max_steps + 1)
+        self._latched = range_beams.disturb(super().observation(), self._working[row], self._shift[row])
+
+    def observation(self) -> Array:
+        return self._latched
+
+
+def motor_noise(seed: int, steps: int, motors: int) -> Array:
+    """The standard normal noise of an episode, (steps, motors). It follows from the seed."""
+    return np.random.Generator(np.random.PCG64(seed)).standard_normal((steps, motors))
+
+
+class MotorNoiseEffect(SeededNoise):
+    """Adds the episodes' noise to every command."""
+
+    of = MotorNoise
+    kept = ("_noise",)
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        self._max_steps = templates[0].task.max_steps
+        self._scale = variation_of(templates[0].task, MotorNoise).scale
+        self._ranges = templates[0].model.actuator_ctrlrange
+        self._noise = np.zeros((len(templates), self._max_steps, len(self._ranges)))
+
+    def fill_noise(self, index: int, seed: int) -> None:
+        self._noise[index] = motor_noise(seed, self._max_steps, len(self._ranges))
+
+    def control(self, ctrl: NDArray[Any], steps: Steps) -> NDArray[Any]:
+        """Commands plus noise of ``scale`` × the motors' range, clipped to that range."""
+        noise = self._noise[np.arange(len(ctrl)), steps % self._max_steps]
+        low, high = self._ranges[:, 0], self._ranges[:, 1]
+        return np.clip(ctrl + self._scale * (high - low) * noise, low, high)
+
+
+def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> tuple[Array, Array]:
+    """Returns position and velocity (…, 2) of a goal that moves straight and is reflected at the edges."""
+    low, high = np.array(area.low), np.array(area.high)
+    ahead = position + velocity * seconds
+    below, above = ahead < low, ahead > high
+    reflected = np.where(below, 2 * low - ahead, np.where(above, 2 * high - ahead, ahead))
+    return reflected, np.where(below | above, -velocity, velocity)
+
+
+class TrackingGoalEffect(Effect):
+    """Moves the goals before the physics of every step."""
+
+    of = TrackingGoal
+    kept = ("_velocity",)
+
+    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+        task = templates[0].task
+        assert task.body.goal_area is not None, "the variation fits only bodies with one"
+        self._area, self._dt = task.body.goal_area, templates[0].dt
+        self._speed = variation_of(task, TrackingGoal).speed
+        self._velocity = np.zeros((len(templates), 2))
+        mocap = templates[0].model.nmocap > 0  # Striker's goal is a mocap body, Pusher's is on slides
+        self._position = fields.field("mocap_pos")[:, 0, :2] if mocap else fields.field("qpos")[:, -2:]
+
+    def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
+        speed = self._speed
+        self._velocity[indices] = [generator.uniform(-speed, speed, 2) for generator in generators]
+
+    def pre_step(self, steps: Steps) -> None:
+        """Moves the goals to their positions at the end of the step."""
+        self._position[...], self._velocity = move(self._position, self._velocity, self._area, self._dt)
+
+
+EFFECTS: tuple[type[Effect], ...] = (
+    *(WallEffect, RangeSensorEffect, SensorNoiseEffect),
+    *(MotorNoiseEffect, TrackingGoalEffect),
+)
+"""Every effect, in the order in which effects draw at reset; a new one is the last."""
+
+
+def effects_of(fields: Fields, templates: Sequence[Template]) -> list[Effect]:
+    """Returns the effects on environments with one layout, in the order in which they draw."""
+    present = [each for each in EFFECTS if variation_of(templates[0].task, each.of) is not None]
+    replaced = {each.of.needs for each in present}
+    return [each(fields, templates) for each in present if each.of not in replaced]
+
+
+def shard_keys(task: Task) -> tuple[object, ...]:
+    """Returns what environments of one shard have in common in their effects."""
+    pairs = [(each, variation_of(task, each.of)) for each in EFFECTS]
+    return tuple(None if variation is None else each.shard_key(variation) for each, variation in pairs)
+
+
+def check_variations(task: Task) -> None:
+    """Checks that the variations fit the base body and each other.
+
+    Raises:
+        BenchError: a variation does not fit the base body, has an effect and appears twice, or lacks the
+            variation that it needs.
+    """
+    for variation in task.variations:
+        if not variation.fits(task.body):
+            message = f"{type(variation).__name__} does not fit {task.base}."
+            fitting = ", ".join(body.name for body in BODIES.values() if variation.fits(body))
+            raise BenchError("misplaced-variation", message, task.id, f"It fits {fitting}.")
+    counts = Counter(type(variation) for variation in task.variations)
+    for kind in (each.of for each in EFFECTS):
+        if counts[kind] > 1:
+            message = f"The variation {kind.__name__} is given {counts[kind]} times."
+            raise BenchError("repeated-variation", message, task.id, "Give it once.")
+        if kind.needs is not None and counts[kind] > counts[kind.needs]:
+            message, hint = f"{kind.__name__} needs a {kind.needs.__name__}.", f"Add {kind.needs.__name__}()."
+            raise BenchError("missing-variation", message, task.id, hint)

@@ -1,1 +1,0 @@
-"""What variations do while the simulation runs, on one environment and on many."""
