@@ -52,13 +52,15 @@ np.testing.assert_array_equal(make_vec(busy, 1).reset(seed=[3])[0][0], make(busy
 VARIATION = '''
 
 @dataclass(frozen=True)
-class WeakMotors(BaseVariation):
+class WeakMotors(Variation):
     """Multiplies every command by a factor."""
 
     factor: float = 0.5
 '''
 EFFECT = """
 class WeakMotorsEffect(Effect):
+    of = WeakMotors
+
     def __init__(self, fields, templates):
         self._factor = variation_of(templates[0].task, WeakMotors).factor
 
@@ -66,8 +68,7 @@ class WeakMotorsEffect(Effect):
         return self._factor * ctrl
 
 
-KINDS = (
-"""
+EFFECTS: """
 USE_VARIATION = """
 import numpy as np
 from gym_extensions.catalog.variations import WeakMotors
@@ -227,10 +228,10 @@ def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
         "\n\n@dataclass(frozen=True)\nclass MovingGoal",
         f"{VARIATION}\n\n@dataclass(frozen=True)\nclass MovingGoal",
     )
-    effects = envs / "effects" / "motors_and_goals.py"
-    edit(effects, "KINDS = (\n", EFFECT)
-    edit(effects, "\n)\n", "\n    EffectKind(WeakMotors, WeakMotorsEffect),\n)\n")
-    edit(effects, "import MotorNoise,", "import MotorNoise, WeakMotors,")
+    effects = envs / "effects.py"
+    edit(effects, "EFFECTS: ", EFFECT)
+    edit(effects, "TrackingGoalEffect),", "TrackingGoalEffect, WeakMotorsEffect),")
+    edit(effects, "TrackingGoal, Variation, Wall", "TrackingGoal, Variation, Wall, WeakMotors")
     run(copy, USE_VARIATION)
     assert changed(copy) == listed("Run-time variation")
 
