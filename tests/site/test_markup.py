@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from gym_extensions.catalog.tasks import TASKS
+from gym_extensions.site import FOLDER
 from gym_extensions.site.charts.task_pictures import pictures
 from gym_extensions.site.pages.page import TASK_LIST
 from gym_extensions.site.paths import task_path
@@ -125,3 +126,8 @@ def test_headings_skip_no_level(pages: Pages) -> None:
         levels = [int(tag[1]) for tag, _ in page.elements if re.fullmatch("h[1-6]", tag)]
         assert levels[:1] == [1], f"{path} begins with an h1"
         assert all(after <= before + 1 for before, after in pairwise(levels)), path
+
+
+def test_no_line_of_a_template_is_longer_than_160_characters() -> None:
+    for path in (FOLDER / "templates").iterdir():
+        assert max(map(len, path.read_text(encoding="utf-8").splitlines())) <= 160, path.name
