@@ -59,10 +59,10 @@ class WeakMotors(Variation):
 '''
 EFFECT = """
 class WeakMotorsEffect(Effect):
-    of = WeakMotors
+    of = variations.WeakMotors
 
     def __init__(self, fields, templates):
-        self._factor = variation_of(templates[0].task, WeakMotors).factor
+        self._factor = variation_of(templates[0].task, variations.WeakMotors).factor
 
     def control(self, ctrl, steps):
         return self._factor * ctrl
@@ -231,7 +231,6 @@ def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
     effects = envs / "effects.py"
     edit(effects, "EFFECTS: ", EFFECT)
     edit(effects, "TrackingGoalEffect),", "TrackingGoalEffect, WeakMotorsEffect),")
-    edit(effects, "TrackingGoal, Variation, Wall", "TrackingGoal, Variation, Wall, WeakMotors")
     run(copy, USE_VARIATION)
     assert changed(copy) == listed("Run-time variation")
 

@@ -12,16 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.catalog import variations
 from gym_extensions.catalog.bodies import BODIES, Rectangle
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.catalog.variations import (
-    MotorNoise,
-    RangeSensor,
-    SensorNoise,
-    TrackingGoal,
-    Variation,
-    Wall,
-)
 from gym_extensions.envs import range_beams
 from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
 from gym_extensions.errors import BenchError
@@ -37,7 +30,7 @@ class Effect:
     reset.
     """
 
-    of: ClassVar[type[Variation]]
+    of: ClassVar[type[variations.Variation]]
     """The class of the variation."""
     kept: ClassVar[tuple[str, ...]] = ()
     """Attributes beside the physics on which later steps depend; copies have them too."""
@@ -88,13 +81,13 @@ def variation_of(task: Task, kind: type) -> Any:
 class WallEffect(Effect):
     """Places the walls."""
 
-    of = Wall
+    of = variations.Wall
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
-        self._walls = [variation_of(template.task, Wall) for template in templates]
+        self._walls = [variation_of(template.task, variations.Wall) for template in templates]
 
     @staticmethod
-    def shard_key(variation: Wall) -> object:
+    def shard_key(variation: variations.Wall) -> object:
         return variation.half_sizes
 
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
@@ -111,14 +104,14 @@ class WallEffect(Effect):
 class RangeSensorEffect(Effect):
     """Appends the 10 beams, in [0, 1]. Their walls have one size."""
 
-    of: ClassVar[type[Variation]] = RangeSensor
+    of: ClassVar[type[variations.Variation]] = variations.RangeSensor
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         self._num_envs = len(templates)
         self._fan = range_beams.FANS[templates[0].task.body.beams]
         self._lift = templates[0].root_lift
         self._qpos = fields.field("qpos")
-        wall = variation_of(templates[0].task, Wall)
+        wall = variation_of(templates[0].task, variations.Wall)
         self._center = fields.field("mocap_pos")[:, 0] if wall is not None else None
         self._half_sizes = np.array(wall.half_sizes) if wall is not None else np.zeros(3)
 
@@ -133,12 +126,12 @@ class RangeSensorEffect(Effect):
 class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
     """Appends the noisy readings of the step before."""
 
-    of = SensorNoise
+    of = variations.SensorNoise
     kept = ("_working", "_shift", "_latched")
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         super().__init__(fields, templates)
-        self._noise = variation_of(templates[0].task, SensorNoise)
+        self._noise = variation_of(templates[0].task, variations.SensorNoise)
         self._max_steps = templates[0].task.max_steps
         shape = (len(templates), self._max_steps + 1, range_beams.BEAMS)
         self._working, self._shift = np.zeros(shape, np.bool_), np.zeros(shape)
@@ -172,12 +165,12 @@ def motor_noise(seed: int, steps: int, motors: int) -> Array:
 class MotorNoiseEffect(SeededNoise):
     """Adds the episodes' noise to every command."""
 
-    of = MotorNoise
+    of = variations.MotorNoise
     kept = ("_noise",)
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         self._max_steps = templates[0].task.max_steps
-        self._scale = variation_of(templates[0].task, MotorNoise).scale
+        self._scale = variation_of(templates[0].task, variations.MotorNoise).scale
         self._ranges = templates[0].model.actuator_ctrlrange
         self._noise = np.zeros((len(templates), self._max_steps, len(self._ranges)))
 
@@ -203,14 +196,14 @@ def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> t
 class TrackingGoalEffect(Effect):
     """Moves the goals before the physics of every step."""
 
-    of = TrackingGoal
+    of = variations.TrackingGoal
     kept = ("_velocity",)
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         task = templates[0].task
         assert task.body.goal_area is not None, "the variation fits only bodies with one"
         self._area, self._dt = task.body.goal_area, templates[0].dt
-        self._speed = variation_of(task, TrackingGoal).speed
+        self._speed = variation_of(task, variations.TrackingGoal).speed
         self._velocity = np.zeros((len(templates), 2))
         mocap = templates[0].model.nmocap > 0  # Striker's goal is a mocap body, Pusher's is on slides
         self._position = fields.field("mocap_pos")[:, 0, :2] if mocap else fields.field("qpos")[:, -2:]
