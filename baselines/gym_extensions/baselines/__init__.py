@@ -20,10 +20,11 @@ from gym_extensions.baselines.training.events import (
     TaskEvaluated,
     TrainingStarted,
 )
+from gym_extensions.submissions.manifest import Observes
 
 if TYPE_CHECKING:
     from gym_extensions.baselines.adapters.sb3 import sb3
-    from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Observes, Resumable
+    from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Resumable
     from gym_extensions.baselines.record_policies import record
     from gym_extensions.baselines.train_agent import train
 

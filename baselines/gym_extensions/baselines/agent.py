@@ -14,34 +14,12 @@ from numpy.typing import NDArray
 from gym_extensions.errors import BenchError
 
 
-@dataclass(frozen=True)
-class Observes:
-    """What an agent asks for besides observations and rewards, in its attribute ``observes``.
-
-    The section ``[observes]`` of a submission's manifest is written from it.
-
-    Args:
-        task_in_training: the tasks that are trained, in ``learn``.
-        task_in_evaluation: the task that is evaluated, in ``act``. Such submissions have separate boards.
-        boundaries: the number of the stage and the number of tasks, in ``learn``. An agent whose
-            ``learn`` works differently from its second call on, as with a penalty on forgetting, needs it.
-
-    Example:
-        >>> Observes(task_in_training=True, boundaries=True)
-        Observes(task_in_training=True, task_in_evaluation=False, boundaries=True)
-    """
-
-    task_in_training: bool = False
-    task_in_evaluation: bool = False
-    boundaries: bool = False
-
-
 class NotRequestedError(BenchError, AttributeError):
     """An agent reads what it did not ask for: ``hasattr`` is False and ``getattr`` returns its default."""
 
 
 def not_requested(name: str, field_name: str) -> NotRequestedError:
-    """The error of an attribute that needs a field of :class:`Observes` that is not set."""
+    """The error of an attribute that needs a field of ``Observes`` that is not set."""
     message = f"The agent did not ask for it in its attribute observes.{field_name}."
     hint = f"Give the agent's class the attribute observes = Observes({field_name}=True)."
     return NotRequestedError("not-requested", message, name, hint)
@@ -103,7 +81,7 @@ class Agent(Protocol):
     stored after every stage and published in the submission.
 
     An agent that observes more than observations and rewards has an attribute ``observes``, an
-    :class:`Observes`. What it does not ask for there is refused.
+    ``Observes``. What it does not ask for there is refused.
 
     An agent that samples should use separate random generators for acting and learning, so that evaluation
     does not change what is learned.

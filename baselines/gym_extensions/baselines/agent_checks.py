@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, astuple
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import msgspec
+from msgspec.structs import asdict, astuple
 
-from gym_extensions.baselines.agent import Agent, Array, Card, Context, Described, Factory, Observes
+from gym_extensions.baselines.agent import Agent, Array, Card, Context, Described, Factory
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.layout import MANIFEST, Folder
-from gym_extensions.submissions.manifest import FORMAT
+from gym_extensions.submissions.manifest import FORMAT, Observes
 from gym_extensions.submissions.rules import problems
 from gym_extensions.submissions.run import Count, Versions
 from gym_extensions.versions import version_or_none

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
 from types import MappingProxyType
 from typing import Any, NoReturn
 
+import msgspec
 import numpy as np
 
 from gym_extensions.baselines import submission
-from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
 from gym_extensions.baselines.agent_checks import action_function, card_of, observes_of
 from gym_extensions.baselines.training import usage
 from gym_extensions.baselines.training.arguments import parse_request
@@ -30,7 +30,7 @@ from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.submissions.layout import LOG, MANIFEST, run_file
 from gym_extensions.submissions.log import Episode, read_log
-from gym_extensions.submissions.manifest import CLAIMED
+from gym_extensions.submissions.manifest import CLAIMED, Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.policies.mlp import Policy as PlainPolicy
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
@@ -253,7 +253,9 @@ def record(
     submission.prepare(path)
     with submission.lock_runs(path, [f"{job.title} stage {number}"]):
         started, folder = time.process_time(), JobFolder(path, job)
-        folder.begin(asdict(settings) | {key: tables[key] for key in ("protocol", "hyperparameters")})
+        folder.begin(
+            msgspec.to_builtins(settings) | {key: tables[key] for key in ("protocol", "hyperparameters")}
+        )
         episodes = _evaluate(agent, job, recorded, settings, folder)
         used = usage.since(started, recorded.steps)
         folder.finish(FinishedStage(number, episodes, trained, card, card.parameters, used), agent, last=True)

@@ -64,11 +64,24 @@ class Protocol(msgspec.Struct, frozen=True):
 
 
 class Observes(msgspec.Struct, frozen=True):
-    """What the agent observes besides the task's observations: the task's identity, and task boundaries."""
+    """What the agent observes besides the task's observations: the task's identity, and task boundaries.
 
-    task_in_training: Flag
-    task_in_evaluation: Flag
-    boundaries: Flag
+    It is the attribute ``observes`` of an agent. A manifest states every key.
+
+    Args:
+        task_in_training: the tasks that are trained, in ``learn``.
+        task_in_evaluation: the task that is evaluated, in ``act``. Such submissions have separate boards.
+        boundaries: the number of the stage and the number of tasks, in ``learn``. An agent whose
+            ``learn`` works differently from its second call on, as with a penalty on forgetting, needs it.
+
+    Example:
+        >>> Observes(task_in_training=True, boundaries=True)
+        Observes(task_in_training=True, task_in_evaluation=False, boundaries=True)
+    """
+
+    task_in_training: Flag = False
+    task_in_evaluation: Flag = False
+    boundaries: Flag = False
 
 
 class Tuning(msgspec.Struct, frozen=True):

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
-from gym_extensions.baselines.agent import Observes
 from gym_extensions.baselines.training.environment import Batch, TrainingEnv
 from gym_extensions.catalog.protocol import CURVE_POINTS, budget
 from gym_extensions.envs import VectorTaskId, group, make_vec
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.manifest import Observes
 
 
 class Counting(gym.vector.VectorEnv[Any, Any, Any]):

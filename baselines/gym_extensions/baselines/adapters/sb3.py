@@ -23,14 +23,14 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from gym_extensions.baselines.adapters.sb3_policy import exported
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
-from gym_extensions.baselines.agent import Array, Card, Context, Factory, Observes, Setting, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Context, Factory, Setting, VectorEnv
 from gym_extensions.baselines.generators import (
     global_generators,
     preserved_global_generators,
     set_global_generators,
 )
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.manifest import LONG
+from gym_extensions.submissions.manifest import LONG, Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.rules.manifest import hyperparameter_error
 

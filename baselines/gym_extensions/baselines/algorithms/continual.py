@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from gym_extensions.baselines.agent import Array, Card, Observes, Setting, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Setting, VectorEnv
 from gym_extensions.baselines.algorithms.trpo import TUNING_STEPS, TUNING_TASKS, Trpo
 from gym_extensions.baselines.trust_region.update import Curvature, dot
 from gym_extensions.baselines.trust_region.values import Transitions
+from gym_extensions.submissions.manifest import Observes
 
 STATES_PER_TASK = 1_000  # this project; the code of Wolczyk et al. 2021 uses 2,560 for EWC
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
 from gym_extensions.baselines.algorithms.trpo import Trpo
 from gym_extensions.baselines.trust_region import policy as policies
 from gym_extensions.baselines.trust_region.policy import Moments
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.mlp import Policy
 
 

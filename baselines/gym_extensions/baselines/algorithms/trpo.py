@@ -10,7 +10,7 @@ from pathlib import Path
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines.agent import Array, Card, Observes, Setting, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Setting, VectorEnv
 from gym_extensions.baselines.generators import acting_and_learning, restore_generator, saved_generator
 from gym_extensions.baselines.trust_region import policy as policies
 from gym_extensions.baselines.trust_region.policy import Architecture, Batch, Moments
@@ -22,6 +22,7 @@ from gym_extensions.baselines.trust_region.values import (
     ValueFunction,
     advantages,
 )
+from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.mlp import Policy
 
 

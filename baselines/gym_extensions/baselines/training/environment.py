@@ -11,11 +11,12 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.baselines.agent import Array, Observes, VectorEnv, not_requested
+from gym_extensions.baselines.agent import Array, VectorEnv, not_requested
 from gym_extensions.baselines.training.jobs import seeded_copy, spawn_seeds
 from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.envs.vector_env import reset_mask
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.manifest import Observes
 
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
 EXCESS = 0.02

@@ -12,16 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gym_extensions.baselines.agent import (
-    Agent,
-    Array,
-    Card,
-    Context,
-    Observes,
-    Resumable,
-    TaskLabel,
-    VectorEnv,
-)
+from gym_extensions.baselines.agent import Agent, Array, Card, Context, Resumable, TaskLabel, VectorEnv
 from gym_extensions.baselines.agent_checks import VARIADIC, action_function
 from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.catalog.groups import TaskGroup
@@ -31,6 +22,7 @@ from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import Outcome, Watch, clip_actions, run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.log import Episode
+from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.files import AnyPolicy, policy_keys, run_arrays, size_error
 from gym_extensions.submissions.policies.mlp import mean_and_log_sigma, to_action
 from gym_extensions.submissions.policies.onnx import OnnxPolicy

@@ -14,12 +14,11 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines.agent import Observes
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, budget
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.submissions.manifest import Steps
+from gym_extensions.submissions.manifest import Observes, Steps
 from gym_extensions.versions import version
 
 PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")

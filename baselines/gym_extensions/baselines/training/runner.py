@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+
+import msgspec
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
@@ -46,7 +48,7 @@ class PendingJob:
         stages = job.stages(budget(settings.budget))
         folder = JobFolder(self.out, job)
         fingerprints = [fingerprint_of(task) for task in job.group.tasks]
-        folder.begin(asdict(settings) | {"fingerprints": fingerprints})
+        folder.begin(msgspec.to_builtins(settings) | {"fingerprints": fingerprints})
         done = folder.finished()
         if len(done) < len(stages):
             evaluator = Evaluator(job.group, settings.observes.task_in_evaluation)

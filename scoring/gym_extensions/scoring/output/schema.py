@@ -34,6 +34,7 @@ def submission_schema() -> Schema:
     parts = schema["$defs"]
     for part in parts.values():
         part["additionalProperties"] = False
+    parts["Observes"]["required"] = sorted(parts["Observes"]["properties"])
     manifest = parts["Manifest"]
     manifest["properties"]["reported"]["enum"] = list(REPORTS)
     manifest["required"] = sorted({*manifest["required"], "format"})

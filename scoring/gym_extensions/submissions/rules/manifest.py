@@ -13,7 +13,7 @@ import msgspec
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions.layout import MANIFEST, README, WRITTEN, Folder
-from gym_extensions.submissions.manifest import HYPERPARAMETERS, LONG, SECTIONS, SHORT, Manifest
+from gym_extensions.submissions.manifest import HYPERPARAMETERS, LONG, SECTIONS, SHORT, Manifest, Observes
 from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, quote, rule
 
 INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
@@ -63,7 +63,7 @@ def _section(
     for name, key in keys.items():
         where, value = where_of(section, name), table.get(name)
         if name not in table:
-            if key.required or (not section and name == "format"):
+            if key.required or kind is Observes or (not section and name == "format"):
                 yield "missing-key", Finding(where, "The key is missing.", f"Add {name}.")
         elif not section and name in (*SECTIONS, HYPERPARAMETERS):
             if not isinstance(value, dict):
