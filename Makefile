@@ -43,6 +43,7 @@ check: .venv/everything.installed  ## check style, types, import layers and work
 
 docs: .venv/everything.installed  ## write the generated tables and outputs of docs/*.md
 	.venv/bin/python -m gym_extensions.scoring.output.schema docs
+	.venv/bin/python tests/results/page.py
 
 findings: .venv/everything.installed  ## write docs/findings.md, docs/reproduction.md and figures from the committed submissions
 	.venv/bin/python docs/findings/build.py

@@ -83,15 +83,16 @@ assert not np.array_equal(full.step(action)[0], weak)
 """
 
 
-METRIC = """
+METRIC = """\
     Metric(
         "best_task",
         "Best task",
         "max over j of p[T][j]",
         lambda run: sorted(((j, run.p(run.T, j)) for j in run.scored), key=lambda term: term[1])[-1:],
         HIGHER,
+        columns=("sequential",),
+        shown=("boards", "screen"),
     ),
-    JOINT_GAP,
 """
 USE_METRIC = """
 import json, sys
@@ -235,11 +236,15 @@ def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
     assert changed(copy) == listed("Run-time variation")
 
 
-def test_a_metric_is_a_formula_with_its_name(copy: Path, make_submission: Callable[..., Path]) -> None:
-    edit(copy / "scoring/gym_extensions/metrics/formulas.py", "\n    JOINT_GAP,\n", METRIC)
+def test_a_metric_is_a_row_and_its_worked_example(copy: Path, make_submission: Callable[..., Path]) -> None:
+    metrics = copy / "scoring" / "gym_extensions" / "metrics"
+    edit(metrics / "formulas.py", ')\n"""Every metric.', METRIC + ')\n"""Every metric.')
+    kit = metrics / "conformance" / "sequential.json"
+    edit(kit, '"forgetting": [0.5],', '"forgetting": [0.5], "best_task": [1],')
     groups = json.loads(run(copy, USE_METRIC, make_submission()))["submissions"][0]["groups"]
     score = groups["hopper-gravity-v0"]["sequential"]
     assert score["metrics"]["best_task"]["mean"] >= score["metrics"]["final_performance"]["mean"]
+    run(copy, "import pytest, sys; sys.exit(pytest.main(['-q', sys.argv[1]]))", ROOT / "tests" / "metrics")
     assert changed(copy) == listed("Metric")
 
 

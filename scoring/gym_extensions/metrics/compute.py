@@ -17,9 +17,6 @@ Array = NDArray[np.float64]
 FORMULAS = {metric.name: metric.formula for metric in formulas.TABLE}
 """The formula of every metric, by name."""
 
-NEEDS_STAGE_0 = ("zero_shot_transfer", "generalization_to_unseen_tasks")
-NEEDS_EPISODES = ("return_std", "cvar_10")
-
 
 def compute(
     matrix: ArrayLike,
@@ -102,10 +99,11 @@ def compute(
     ]
 
     def value(metric: Metric) -> MetricValue:
-        lacking = [name for name in _needs(metric) if name not in found]
-        if metric.name in NEEDS_STAGE_0 and first:
-            lacking.append("a first row of the untrained agent")
-        if lacking:
+        needs = metric.needs if "sequential" in metric.protocols else metric.protocols
+        if "curves" in needs:  # the areas alone are enough for forward transfer
+            needs = ("auc", "single_auc")
+        present = {*found, "untrained"} if first == 0 else found.keys()
+        if lacking := [UNTRAINED if name == "untrained" else name for name in needs if name not in present]:
             return MetricValue(why=f"It needs {' and '.join(lacking)}.")
         if metric is formulas.JOINT_GAP:
             joint_runs = _last_stage(found["joint"], scored)
@@ -119,15 +117,7 @@ def compute(
 
 AXES = {"cumulative": 0, "episodes": 2}
 """Axes of the arguments without that of runs; 1 for the others."""
-
-
-def _needs(metric: Metric) -> tuple[str, ...]:
-    """The arguments that a metric needs beside the matrix. The area alone is enough for forward transfer."""
-    if "curves" in metric.needs:
-        return "auc", "single_auc"
-    if metric.name in NEEDS_EPISODES:
-        return ("episodes",)
-    return metric.needs if "sequential" in metric.protocols else metric.protocols
+UNTRAINED = "a first row of the untrained agent"
 
 
 def _last_stage(array: Array, scored: tuple[int, ...]) -> list[NormalizedRun]:

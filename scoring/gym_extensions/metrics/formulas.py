@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,9 +55,19 @@ class NormalizedRun:
         return self.normalized_returns[s, j]
 
 
+NEEDS = {
+    "single": "single-task runs",
+    "joint": "joint runs",
+    "cumulative": "cumulative runs",
+    "curves": "training curves",
+}
+"""What a metric may need that not every submission has, in words."""
+Place = Literal["boards", "ranks", "screen", "core", "alone"]
+
+
 @dataclass(frozen=True)
 class Metric:
-    """One metric.
+    """One metric: its formula, what it needs, and where it is shown.
 
     Attributes:
         name: its key in scorecards.
@@ -67,12 +77,14 @@ class Metric:
             where the value is not a function of one run (joint gap).
         better: ``higher``, ``lower`` or empty (not ranked).
         protocols: the protocols that it is a metric of.
-        needs: files without ``.csv`` that it needs besides the protocol's own log.
+        needs: what it needs besides mean returns after training: of ``NEEDS``; or ``untrained`` (returns
+            before training) and ``episodes`` (single returns), which every log has and not every matrix.
+        columns: the protocols whose boards have it as a column on pages.
+        shown: where else it is shown: in ``boards`` (boards.json and their data frames), with its ``ranks``
+            in the column, on the ``screen`` of ``score``, on the ``core`` board, and in the row ``alone`` of
+            boards. The page of a submission and its scorecard have every metric.
         known_as: other names of the same formula.
         limits: what its value does not say.
-        on_boards: whether boards.json has it; else it is on the page of a submission and in the scorecard
-            alone. Columns of pages are in ``site/submission_results.py``, what ``score`` prints in
-            ``output/screen.py``.
     """
 
     name: str
@@ -82,9 +94,10 @@ class Metric:
     better: str
     protocols: tuple[str, ...] = ("sequential",)
     needs: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    shown: tuple[Place, ...] = ("boards",)
     known_as: str = ""
     limits: str = ""
-    on_boards: bool = True
 
     def of_run(self, run: NormalizedRun) -> Number:
         """The value for one run; None without a term, or where it is not a function of one run."""
@@ -118,34 +131,27 @@ def _lowest_tenth(values: tuple[float, ...]) -> float:
     return mean(sorted(values)[: -(-len(values) // 10)]) or 0.0
 
 
-FINAL = Metric(
-    "final_performance",
-    "Final performance",
-    "mean over j of p[T][j]",
-    lambda run: ((j, run.p(run.T, j)) for j in run.scored),
-    HIGHER,
-    protocols=("sequential", "joint"),
-    known_as="ACC, average performance; the paper's Fully Trained",
-    limits="Whether low values come from forgetting or from never learning.",
-)
-JOINT_GAP = Metric(
-    "joint_gap",
-    "Joint gap",
-    "final performance of joint training − final performance",
-    None,
-    LOWER,
-    needs=("joint",),
-    known_as="distance to multitask training",
-    limits="Which part is due to the order: joint training also alternates between tasks.",
-)
 TABLE = (
-    FINAL,
+    Metric(
+        "final_performance",
+        "Final performance",
+        "mean over j of p[T][j]",
+        lambda run: ((j, run.p(run.T, j)) for j in run.scored),
+        HIGHER,
+        protocols=("sequential", "joint"),
+        columns=("sequential", "joint"),
+        shown=("boards", "ranks", "screen", "core", "alone"),
+        known_as="ACC, average performance; the paper's Fully Trained",
+        limits="Whether low values come from forgetting or from never learning.",
+    ),
     Metric(
         "learning_performance",
         "Learning performance",
         "mean over j of p[j][j]",
         lambda run: ((j, run.p(j, j)) for j in run.scored),
         HIGHER,
+        columns=("sequential",),
+        shown=("boards", "screen", "core"),
         known_as="the paper's After Env Training",
         limits="What is left at the end.",
     ),
@@ -155,6 +161,8 @@ TABLE = (
         "mean over j < T of ( p[j][j] − p[T][j] )",
         lambda run: ((j, run.p(j, j) - run.p(run.T, j)) for j in run.scored if j < run.T),
         LOWER,
+        columns=("sequential",),
+        shown=("boards", "ranks", "screen", "core"),
         known_as="minus backward transfer (Lopez-Paz & Ranzato 2017)",
         limits="Whether anything was learned; and gains on one task cancel losses on another.",
     ),
@@ -166,9 +174,9 @@ TABLE = (
             (j, max(run.p(s, j) for s in range(j, run.T)) - run.p(run.T, j)) for j in run.scored if j < run.T
         ),
         LOWER,
+        shown=(),
         known_as="forgetting (Chaudhry et al. 2018), with a maximum over 1 ≤ s < T",
         limits="A typical loss. It takes the best stage, so noise raises it.",
-        on_boards=False,
     ),
     Metric(
         "mean_later_forgetting",
@@ -176,9 +184,9 @@ TABLE = (
         "mean over j < T of the mean over s > j of ( p[j][j] − p[s][j] )",
         lambda run: ((j, value) for j in run.scored if (value := _later_forgetting(run, j)) is not None),
         LOWER,
+        shown=(),
         known_as="NBT (LIBERO; there over T)",
         limits="The state at the end: losses in between count as much.",
-        on_boards=False,
     ),
     Metric(
         "asymptotic_transfer",
@@ -187,6 +195,8 @@ TABLE = (
         lambda run: ((j, run.p(j, j) - run.single_task[j]) for j in run.scored if j >= 2),
         HIGHER,
         needs=("single",),
+        columns=("sequential",),
+        shown=("boards", "screen"),
         known_as="Taylor & Stone 2009",
         limits="How fast a task was learned.",
     ),
@@ -196,6 +206,9 @@ TABLE = (
         "mean over j ≥ 2 of ( p[j−1][j] − p[0][j] )",
         lambda run: ((j, run.p(j - 1, j) - run.p(0, j)) for j in run.scored if j >= 2),
         HIGHER,
+        needs=("untrained",),
+        columns=("sequential",),
+        shown=("boards", "core"),
         known_as="FWT (Lopez-Paz & Ranzato 2017); jumpstart",
         limits="Whether a gain is due to similar tasks or to any training at all.",
     ),
@@ -205,6 +218,7 @@ TABLE = (
         "mean over 0 < s < j of ( p[s][j] − p[0][j] )",
         lambda run: ((j, run.p(s, j) - run.p(0, j)) for j in run.scored for s in range(1, j)),
         HIGHER,
+        needs=("untrained",),
         known_as="the upper triangle of the matrix",
         limits="Anything about tasks outside of the group.",
     ),
@@ -224,11 +238,21 @@ TABLE = (
         "mean over all s ≥ j ≥ 1 of p[s][j]",
         lambda run: ((j, run.p(s, j)) for j in run.scored for s in range(j, run.T + 1)),
         HIGHER,
+        shown=(),
         known_as="A of Díaz-Rodríguez et al. 2018",
         limits="Learning and retention apart: it mixes both.",
-        on_boards=False,
     ),
-    JOINT_GAP,
+    Metric(
+        "joint_gap",
+        "Joint gap",
+        "final performance of joint training − final performance",
+        None,
+        LOWER,
+        needs=("joint",),
+        shown=("boards", "screen"),
+        known_as="distance to multitask training",
+        limits="Which part is due to the order: joint training also alternates between tasks.",
+    ),
     Metric(
         "return_std",
         "Return standard deviation",
@@ -236,9 +260,10 @@ TABLE = (
         lambda run: ((j, standard_deviation(run.final_episodes[j])) for j in run.scored),
         NOT_RANKED,
         protocols=("sequential", "joint"),
+        needs=("episodes",),
+        shown=(),
         known_as="the paper's constrained variance",
         limits="Whether returns are good: failing at once every time has a small deviation.",
-        on_boards=False,
     ),
     Metric(
         "cvar_10",
@@ -247,6 +272,8 @@ TABLE = (
         lambda run: ((j, _lowest_tenth(run.final_episodes[j])) for j in run.scored),
         HIGHER,
         protocols=("sequential", "joint"),
+        needs=("episodes",),
+        columns=("joint",),
         known_as="conditional value at risk, expected shortfall; worst tenth",
         limits="Rare failures: two of twenty episodes are averaged.",
     ),
@@ -257,8 +284,8 @@ TABLE = (
         lambda run: _last_task(run, lambda j: run.cumulative[j] - run.single_task[j]),
         NOT_RANKED,
         needs=("single", "cumulative"),
+        shown=(),
         limits="Whether the earlier tasks helped: both policies saw the last task alone.",
-        on_boards=False,
     ),
     Metric(
         "transfer_at_equal_practice",
@@ -267,8 +294,8 @@ TABLE = (
         lambda run: _last_task(run, lambda j: run.p(j, j) - run.cumulative[j]),
         NOT_RANKED,
         needs=("cumulative",),
+        shown=(),
         limits="Any task but the last.",
-        on_boards=False,
     ),
     Metric(
         "last_task_performance",
@@ -277,6 +304,8 @@ TABLE = (
         lambda run: _last_task(run, lambda j: run.p(j, j)),
         NOT_RANKED,
         protocols=("cumulative",),
+        columns=("cumulative",),
+        shown=("boards", "screen"),
         limits="Any task but the last, which alone was trained.",
     ),
     Metric(
@@ -286,11 +315,17 @@ TABLE = (
         lambda run: ((j, run.single_task[j]) for j in run.scored),
         HIGHER,
         protocols=("single",),
+        columns=("single",),
+        shown=("boards", "ranks", "screen", "alone"),
         known_as="the paper's Single Env",
         limits="Anything about several tasks.",
     ),
 )
 """Every metric. To add one, add a row here and a worked example in ``conformance/``."""
+
+BY_NAME = {metric.name: metric for metric in TABLE}
+FINAL, LEARNING = BY_NAME["final_performance"], BY_NAME["learning_performance"]
+FORGETTING, JOINT_GAP = BY_NAME["forgetting"], BY_NAME["joint_gap"]
 
 METRICS: dict[str, tuple[Metric, ...]] = {
     protocol: tuple(metric for metric in TABLE if protocol in metric.protocols) for protocol in PROTOCOLS
@@ -298,11 +333,19 @@ METRICS: dict[str, tuple[Metric, ...]] = {
 """The metrics of each protocol in the order of the table; the first one sorts the protocol's boards."""
 
 BOARD_METRICS = {
-    protocol: tuple(metric for metric in metrics if metric.on_boards) for protocol, metrics in METRICS.items()
+    protocol: tuple(metric for metric in metrics if "boards" in metric.shown)
+    for protocol, metrics in METRICS.items()
 }
 """The metrics of each protocol that boards have."""
 
-BY_NAME = {metric.name: metric for metric in TABLE}
+COLUMNS = {
+    protocol: tuple(metric.name for metric in metrics if protocol in metric.columns)
+    for protocol, metrics in METRICS.items()
+}
+"""The names of the metrics that are columns of a protocol's boards on pages."""
+
+CORE_METRICS = tuple(metric.name for metric in TABLE if "core" in metric.shown)
+"""The names of the metrics of the core board. A submission without a value of one of them has no score."""
 
 
 def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from gym_extensions.documents import about
-from gym_extensions.metrics.formulas import Metric, NormalizedRun
+from gym_extensions.metrics.formulas import LEARNING, Metric, NormalizedRun
 from gym_extensions.metrics.statistics import Interval, subtract, summary, to_interval
 
 ALL_OPEN = "Every task of this group is open: no expert is known that is clearly better than the floor."
@@ -58,7 +58,7 @@ def learned_nothing(metrics: Mapping[str, MetricValue]) -> bool:
     True where the interval of learning performance does not lie above 0; with one run, where the value is
     below .1.
     """
-    learning = metrics.get("learning_performance", MetricValue())
+    learning = metrics.get(LEARNING.name, MetricValue())
     if learning.mean is None:
         return False
     return learning.mean < LEAST_LEARNED if learning.low is None else learning.low <= 0

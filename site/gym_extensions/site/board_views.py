@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.metrics.formulas import COLUMNS, FORGETTING
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import load_references
 from gym_extensions.scoring.ranking import boards as model
@@ -17,7 +18,6 @@ from gym_extensions.scoring.ranking.boards import BoardMetric, BoardRow, BoardsD
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.submission_results import (
-    COLUMNS,
     SEQUENTIAL,
     SubmissionResult,
     group_order,
@@ -51,10 +51,6 @@ def shortened(card: Scorecard) -> Scorecard:
 def value_of(metric: BoardMetric) -> MetricValue:
     """A metric of a board's document as one with an interval and without runs."""
     return MetricValue(metric.mean, metric.low, metric.high, why=metric.why)
-
-
-RANKED_COLUMNS = ("final_performance", "single_task_performance", "forgetting")
-"""The metrics whose rank intervals the table shows; the data of a board has them all."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +194,7 @@ class BoardView:
     def least_forgetting(self) -> Row | None:
         """The ranked submission that forgets least of those that learned something."""
         lost = [
-            (row.submission.metrics["forgetting"], row) for row in self.rows if self.protocol == SEQUENTIAL
+            (row.submission.metrics[FORGETTING.name], row) for row in self.rows if self.protocol == SEQUENTIAL
         ]
         ranked = [(value.mean or 0.0, row.submission.name, row) for value, row in lost if value.rank]
         return min(ranked)[2] if ranked else None

@@ -10,6 +10,7 @@ from statistics import fmean
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.statistics import interval
 from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.references import experts
@@ -24,19 +25,6 @@ from gym_extensions.scoring.scorecard import (
 from gym_extensions.site.text import count, digits_for
 
 SEQUENTIAL = "sequential"
-COLUMNS: dict[str, tuple[str, ...]] = {
-    "sequential": (
-        "final_performance",
-        "learning_performance",
-        "forgetting",
-        "asymptotic_transfer",
-        "zero_shot_transfer",
-    ),
-    "single": ("single_task_performance",),
-    "joint": ("final_performance", "cvar_10"),
-    "cumulative": ("last_task_performance",),
-}
-"""The metrics on a protocol's board. The first sorts it; forgetting follows learning performance."""
 NO_LOG = GroupScore(level="claimed", budget="", runs=(), tasks=(), metrics={}, reference={}, return_matrix=())
 NO_METRIC = MetricValue(why="not part of this protocol")
 Points = tuple[tuple[float, float], ...]
@@ -244,7 +232,7 @@ def origins(submission: str, result: SubmissionResult) -> tuple[Origin, ...]:
 
 def nothing_to_forget(result: SubmissionResult) -> str:
     """The note beside the forgetting of an agent that learned nothing that it could forget."""
-    uncertain = (result.metric("learning_performance").mean or 0.0) >= LEAST_LEARNED
+    uncertain = (result.metric(LEARNING.name).mean or 0.0) >= LEAST_LEARNED
     return NOTHING_LEARNED + (f", as far as {count(len(result.runs), 'run')} can show" if uncertain else "")
 
 

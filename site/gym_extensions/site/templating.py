@@ -9,11 +9,11 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from gym_extensions import catalog, references, scoring, submissions
-from gym_extensions.metrics.formulas import BY_NAME
+from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
 from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
-from gym_extensions.site.board_views import RANKED_COLUMNS, missing_reasons
+from gym_extensions.site.board_views import missing_reasons
 from gym_extensions.site.charts import landscapes, profiles, strips, task_curves, task_pictures
 from gym_extensions.site.charts.task_pictures import PICTURES
 from gym_extensions.site.output import digest
@@ -55,12 +55,14 @@ def environment() -> Environment:
         strips=strips,
         task_pictures=task_pictures,
         stroboscopes=stroboscopes,
-        board_columns=submission_results.COLUMNS,
+        board_columns=COLUMNS,
+        core_metrics=CORE_METRICS,
         forgetting=highlights.FORGETTING,
         largest_change=highlights.largest_change,
         metrics=BY_NAME,
+        FORGETTING=FORGETTING.name,
+        LEARNING=LEARNING.name,
         missing_reasons=missing_reasons,
-        ranked_columns=RANKED_COLUMNS,
         paper_columns=PAPER_COLUMNS,
         reported=REPORTED,
         play_group_link=play_group_link,

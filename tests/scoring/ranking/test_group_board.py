@@ -49,7 +49,7 @@ def test_scores_are_those_of_the_scorecards_and_do_not_move_when_a_submission_jo
     assert scores(before)["a"] == {
         name: (value.mean, value.low, value.high)
         for name, value in first.groups[GROUP]["sequential"].metrics.items()
-        if BY_NAME[name].on_boards
+        if "boards" in BY_NAME[name].shown
     }
     assert (final_ranks(before), final_ranks(after)) == ([(1, 1), (2, 2)], [(1, 2), (1, 2), (3, 3)])
     assert after.published

@@ -8,9 +8,9 @@ from typing import Any
 import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.metrics.formulas import BOARD_METRICS, FINAL, METRICS
+from gym_extensions.metrics.formulas import BOARD_METRICS, CORE_METRICS, FINAL, METRICS
 from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard, CoreReference, CoreRow
-from gym_extensions.scoring.ranking.core_board import REFERENCE, SHOWN
+from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, ScorecardDocument, SuiteScore
 
 ENDS = ("", "_low", "_high")
@@ -25,7 +25,7 @@ SUBMISSION_DTYPES = NAMED_DTYPES | {"evaluation": "str", "runs": "int64", "ranke
 
 CORE_DTYPES = NAMED_DTYPES | {"observes_task": "bool", "look": "int64", "next_look": "Int64"}
 CORE_DTYPES |= {"ranked": "bool", "why": "str", "vs_first": "str", "vs_reference": "str"}
-CORE_DTYPES |= dict.fromkeys([f"{metric}{end}" for metric in SHOWN for end in ENDS], "float64")
+CORE_DTYPES |= dict.fromkeys([f"{metric}{end}" for metric in CORE_METRICS for end in ENDS], "float64")
 CORE_DTYPES |= dict.fromkeys((*CORES[CORE], "steps", "cpu_seconds", "peak_memory_mb"), "float64")
 CORE_DTYPES |= {"stored_steps": "Int64", "parameters": "Int64", "notes": "str"}
 """The columns of :func:`core_frame`."""
@@ -151,7 +151,7 @@ def _core_row(board: CoreBoard, submission: CoreRow) -> Row:
         bool(submission.observes and submission.observes.task_in_evaluation),
         *(submission.look, submission.next_look, submission.ranked, submission.why),
         *(pair.verdict if pair else None for pair in pairs),
-        *_ends(submission.metrics[name] for name in SHOWN),
+        *_ends(submission.metrics[name] for name in CORE_METRICS),
         *(value.mean if (value := submission.groups.get(name)) else None for name in CORES[CORE]),
         *(cost.steps, cost.cpu_seconds, cost.peak_memory_mb, cost.stored_steps, cost.parameters),
         " ".join(submission.notes),

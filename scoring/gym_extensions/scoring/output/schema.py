@@ -15,10 +15,9 @@ import msgspec
 
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.documents import DIALECT, json_schema
-from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.metrics.formulas import METRICS, NEEDS
 from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison
 from gym_extensions.scoring.scorecard import ScorecardDocument
-from gym_extensions.scoring.submission.values import NEEDS
 from gym_extensions.submissions.layout import MANIFEST
 from gym_extensions.submissions.manifest import Manifest
 from gym_extensions.submissions.poses import Poses
@@ -60,7 +59,10 @@ BLOCK = re.compile(r"<!-- table: (?P<name>[^>]+) -->\n.*?<!-- end -->", re.DOTAL
 def _metrics(protocol: str) -> str:
     rows = ["| metric | formula | better | also needs | also known as |\n|---|---|---|---|---|"]
     for each in METRICS[protocol]:
-        needs, better = ", ".join(NEEDS[name] for name in each.needs), each.better or "not ranked"
+        needs, better = (
+            ", ".join(NEEDS[name] for name in each.needs if name in NEEDS),
+            each.better or "not ranked",
+        )
         rows.append(f"| `{each.name}` {each.title} | {each.formula} | {better} | {needs} | {each.known_as} |")
     return "\n".join(rows)
 

@@ -74,13 +74,6 @@ def plain_table(*columns: str) -> Table:
     return table
 
 
-SHOWN = (
-    *("final_performance", "learning_performance", "forgetting"),
-    *("asymptotic_transfer", "single_task_performance", "joint_gap", "last_task_performance"),
-)
-"""The metrics of the screen; --json and --csv have all."""
-
-
 def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
     """One screen: level and review, then a line per suite and group, or groups in full.
 
@@ -152,10 +145,12 @@ def _metrics(out: Console, score: GroupScore, protocol: str) -> None:
     table = plain_table("metric", "mean", "95 % interval")
     reasons: dict[str, list[str]] = {}
     for metric in METRICS[protocol]:
+        if "screen" not in metric.shown:  # --json and --csv have all
+            continue
         value = score.metrics[metric.name]
-        if metric.name in SHOWN and value.mean is not None:
+        if value.mean is not None:
             table.add_row(metric.title, number(value.mean), span(value))
-        elif metric.name in SHOWN:
+        else:
             reasons.setdefault(value.why, []).append(metric.title)
     if table.row_count:
         out.print(table)

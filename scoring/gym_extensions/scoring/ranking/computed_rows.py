@@ -17,8 +17,6 @@ FLOORS = {"random": "Random actions", "zero": "Zero actions"}
 """The agents of the floor, by name, with their titles."""
 ALONE_TITLE = "Each task alone"
 """The title of the reference agent that was trained on each task alone."""
-ALONE_METRICS = ("final_performance", "single_task_performance")
-"""The metrics of that agent."""
 ONLY_FINAL = "It was trained on every task alone: only its returns at the end are known."
 
 
@@ -92,8 +90,8 @@ def alone_values(
         scored = {task: references.tasks[task] for task in tasks if not references.tasks[task].open}
         runs = {task: [each.normalize(run.mean) for run in known[task].runs] for task, each in scored.items()}
         scores.append({task: summary(means) for task, means in runs.items()})
-    names = [metric.name for metric in BOARD_METRICS[protocol]]
-    values = {name: MetricValue(why=ALL_OPEN if name in ALONE_METRICS else ONLY_FINAL) for name in names}
+    has_value = {metric.name: "alone" in metric.shown for metric in BOARD_METRICS[protocol]}
+    values = {name: MetricValue(why=ALL_OPEN if has else ONLY_FINAL) for name, has in has_value.items()}
     if all(scores):
         score = mean_of_groups([mean_of_groups(list(part.values())) for part in scores])
         errors: dict[str, float] = defaultdict(float)
@@ -101,6 +99,6 @@ def alone_values(
             for task, each in part.items():
                 errors[task] += each.mean / len(part) / len(scores) * references.tasks[task].expert_error[0]
         terms = error_terms(errors.values(), [references.tasks[task].expert_error for task in errors])
-        for name in values.keys() & ALONE_METRICS:
-            values[name] = MetricValue.of(to_interval(score, terms))
+        value = MetricValue.of(to_interval(score, terms))
+        values |= {name: value for name, has in has_value.items() if has}
     return values

@@ -18,7 +18,15 @@ import numpy as np
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.metrics import statistics, values
-from gym_extensions.metrics.formulas import BY_NAME, FINAL, Metric
+from gym_extensions.metrics.formulas import (
+    BY_NAME,
+    CORE_METRICS,
+    FINAL,
+    FORGETTING,
+    LEARNING,
+    METRICS,
+    Metric,
+)
 from gym_extensions.metrics.statistics import ALPHA, Summary, summary
 from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.boards import BoardMetric, CorePair, CoreRow
@@ -44,17 +52,11 @@ MARGIN = 0.05
 """Two methods are equivalent if the interval of their difference lies between ± this."""
 IN_OTHER_WAYS = {
     "joint": ("joint", FINAL.name, "TRPO, all tasks at once"),
-    "alone": ("single", "single_task_performance", "TRPO, each task alone"),
+    "alone": ("single", METRICS["single"][0].name, "TRPO, each task alone"),
 }
 """The rows of the reference agent without a rank: protocol, metric of the score, title."""
 REFERENCE = "trpo"
 """The submission of the reference agent, with which readers compare the others."""
-FORGETTING, LEARNING = "forgetting", "learning_performance"
-SHOWN = (FINAL.name, LEARNING, FORGETTING, "zero_shot_transfer")
-"""The metrics of a row. A submission without a value of one of them has no score.
-
-Final performance and forgetting have a family of all pairs, each at 5 %.
-"""
 KEY = boards.BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
 GroupRuns = tuple[tuple[float, ...], ...]
 """One value per run, by group."""
@@ -208,11 +210,13 @@ def _counted(log: GroupScore) -> int:
 def method_of(card: Scorecard) -> Method | None:
     """What a submission has on the core; None if it lacks a group or a value."""
     logs = _scores(card)
-    has_values = all(log.metrics[metric].runs for log in logs.values() for metric in SHOWN)
+    has_values = all(log.metrics[metric].runs for log in logs.values() for metric in CORE_METRICS)
     if len(logs) < len(CORES[CORE]) or not has_values:
         return None
     counted = [(log, _counted(log)) for log in logs.values()]
-    values = {metric: tuple(log.metrics[metric].runs[:count] for log, count in counted) for metric in SHOWN}
+    values = {
+        metric: tuple(log.metrics[metric].runs[:count] for log, count in counted) for metric in CORE_METRICS
+    }
     starts = tuple(tuple(run[:2] for run in log.return_matrix[:count]) for log, count in counted)
     return Method(card.name, _parent(card), values, starts)
 
@@ -295,7 +299,7 @@ def _why(logs: Mapping[str, GroupScore], method: Method | None, original: str | 
         return next(
             f"No score in {name}: {value.why}"
             for name, log in logs.items()
-            for value in (log.metrics[metric] for metric in SHOWN)
+            for value in (log.metrics[metric] for metric in CORE_METRICS)
             if not value.runs
         )
     few = [name for name, log in logs.items() if _counted(log) < LOOKS[0]]
@@ -307,9 +311,9 @@ def _submission(card: Scorecard, method: Method | None, original: str | None) ->
     look = method.look if method else 0
     why = _why(logs, method, original)
     level = boards.board_level(card, KEY)
-    metrics = dict.fromkeys(SHOWN, BoardMetric(None, None, None, why))
+    metrics = dict.fromkeys(CORE_METRICS, BoardMetric(None, None, None, why))
     if method and look:
-        metrics = {name: _over_groups(logs.values(), BY_NAME[name], look) for name in SHOWN}
+        metrics = {name: _over_groups(logs.values(), BY_NAME[name], look) for name in CORE_METRICS}
     return CoreRow(
         name=card.name,
         title=card.title,
@@ -351,7 +355,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         if submission.ranked and (method := methods[submission.name])
     ]
     learners = [method for submission, method in ranked if not _learned_nothing(submission)]
-    families = {FINAL.name: [method for _, method in ranked], FORGETTING: learners}
+    families = {FINAL.name: [method for _, method in ranked], FORGETTING.name: learners}  # each at 5 %
     pairs = {metric: compared_pairs(members, metric) for metric, members in families.items()}
     found = {
         metric: ranks([method.name for method in members], pairs[metric], BY_NAME[metric].better)
@@ -373,8 +377,8 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
 
 
 def _learned_nothing(submission: CoreRow) -> bool:
-    value = submission.metrics[LEARNING]
-    return values.learned_nothing({LEARNING: values.MetricValue(value.mean, value.low, value.high)})
+    value = submission.metrics[LEARNING.name]
+    return values.learned_nothing({LEARNING.name: values.MetricValue(value.mean, value.low, value.high)})
 
 
 def _with_ranks(submission: CoreRow, found: Mapping[str, Mapping[str, tuple[int, int]]]) -> CoreRow:

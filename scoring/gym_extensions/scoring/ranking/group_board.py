@@ -13,7 +13,7 @@ from itertools import combinations
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, PROTOCOLS
 from gym_extensions.metrics import values
-from gym_extensions.metrics.formulas import BOARD_METRICS, Metric
+from gym_extensions.metrics.formulas import BOARD_METRICS, FORGETTING, NEEDS, Metric
 from gym_extensions.metrics.statistics import Summary, rank_intervals, significant_pairs
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import References, load_references
@@ -23,7 +23,7 @@ from gym_extensions.scoring.ranking.computed_rows import computed_rows
 from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_submissions
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
-from gym_extensions.scoring.submission.values import NEEDS, estimate
+from gym_extensions.scoring.submission.values import estimate
 from gym_extensions.submissions.review import REPORTED, Level
 
 MAX_PAIRED = 60
@@ -142,7 +142,7 @@ def _rank_note(
     card: Scorecard, key: BoardKey, metric: Metric, summary: Summary | None, is_unlearned: bool
 ) -> str:
     """Why a submission with a rank and a value has no rank on this metric; empty if it has one."""
-    if is_unlearned and metric.name == "forgetting":
+    if is_unlearned and metric is FORGETTING:
         return values.NOTHING_LEARNED
     for protocol in metric.needs:
         if protocol in PROTOCOLS and not documents.is_verified(documents.board_level(card, key, protocol)):

@@ -6,21 +6,13 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from gym_extensions.catalog.groups import SUITES
-from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, Metric, NormalizedRun
+from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, Metric, NormalizedRun
 from gym_extensions.metrics.statistics import Summary, mean_of_groups, subtract, summary, to_interval
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 from gym_extensions.references import References
 from gym_extensions.scoring.scorecard import GroupScore, SuiteScore
 from gym_extensions.scoring.submission.normalization import GroupReturns, normalized_runs
 
-NEEDS = {
-    "sequential": "sequential runs",
-    "single": "single-task runs",
-    "joint": "joint runs",
-    "cumulative": "cumulative runs",
-    "curves": "training curves",
-}
-"""What metrics need besides their own log, in words."""
 Groups = Mapping[str, Mapping[str, GroupScore]]
 """Scores by group id and protocol, as in a scorecard."""
 
@@ -42,7 +34,7 @@ def metric_values(
     present = {*results.runs, *(["curves"] if results.curves else [])}
     values: dict[str, MetricValue] = {}
     for metric in METRICS[protocol]:
-        if lacking := [NEEDS[name] for name in metric.needs if name not in present]:
+        if lacking := [NEEDS[name] for name in metric.needs if name in NEEDS and name not in present]:
             value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this submission lacks.")
         elif metric is JOINT_GAP:
             joint = over_runs(FINAL, normalized_runs(results, references, "joint"), experts)

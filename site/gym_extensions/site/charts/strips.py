@@ -6,9 +6,10 @@ from collections.abc import Iterable, Sequence
 
 from markupsafe import Markup
 
+from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, tick_label
-from gym_extensions.site.submission_results import COLUMNS, SubmissionResult
+from gym_extensions.site.submission_results import SubmissionResult
 from gym_extensions.site.text import fixed, interval
 
 WIDTH, MARGIN = 280, 12
@@ -31,7 +32,7 @@ def metric_scale(values: Iterable[MetricValue]) -> Scale:
 
 def board_scale(results: Sequence[SubmissionResult]) -> Scale:
     """One scale for the drawn metrics of one protocol: the sorting one and learning performance."""
-    drawn = [COLUMNS[result.protocol][0] for result in results[:1]] + ["learning_performance"]
+    drawn = [COLUMNS[result.protocol][0] for result in results[:1]] + [LEARNING.name]
     return metric_scale(result.metric(name) for result in results for name in drawn)
 
 

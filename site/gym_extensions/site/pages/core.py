@@ -9,6 +9,7 @@ from statistics import fmean
 from markupsafe import Markup, escape
 
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.metrics import formulas
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreReference, CoreRow
 from gym_extensions.scoring.ranking.core_board import core_board
@@ -18,8 +19,14 @@ from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import count, ends, fixed, mean, short, split_version
 
-FINAL, LEARNED, LOST = "final_performance", "learning_performance", "forgetting"
-TRANSFER = "zero_shot_transfer"
+FINAL, LEARNED, LOST = (each.name for each in (formulas.FINAL, formulas.LEARNING, formulas.FORGETTING))
+HEADINGS = {
+    FINAL: ("Kept", "final performance, the core score"),
+    LEARNED: ("Learned", "learning performance"),
+    LOST: ("Forgotten", "forgetting; lower is better"),
+    "zero_shot_transfer": ("Zero-shot transfer", "before the training on a task"),
+}
+"""What the table calls a metric, and the words below it; of others, its title and which way is better."""
 FIRST = 20
 """Methods on the overview."""
 MOST_ROWS, MOST_PAIRS = 200, 400
