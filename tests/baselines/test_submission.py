@@ -259,6 +259,7 @@ def test_a_donated_run_adds_its_three_files_and_names_the_donor(three_runs: Path
     assert names == {"run0.json": "", "run1.json": "", "run2.json": "", "run17.json": "A. Donor"}
 
 
+@pytest.mark.committed
 @pytest.mark.parametrize("name", sorted(COMMITTED & set(names())))
 def test_a_committed_submission_can_be_continued(name: str) -> None:
     if name.startswith("sac"):

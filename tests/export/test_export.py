@@ -33,6 +33,7 @@ def repositories(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.committed
 def test_a_record_of_every_eval_ever_has_every_ranked_metric_and_its_interval(
     tmp_path: Path,
 ) -> None:
@@ -61,6 +62,7 @@ def test_a_record_of_every_eval_ever_has_every_ranked_metric_and_its_interval(
         assert found[name]["metric_config"]["lower_is_better"] is (metric.better == "lower")
 
 
+@pytest.mark.committed
 def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(repositories: Path) -> None:
     card = (repositories / "models" / "trpo" / "README.md").read_text("utf-8")
     lines = card.split("---")[1].strip().splitlines()
@@ -90,12 +92,14 @@ def test_a_decision_is_stated(make_submission: Callable[..., Path], tmp_path: Pa
     assert record["source_metadata"]["additional_details"]["decisions"] == doubt
 
 
+@pytest.mark.committed
 def test_the_experts_are_copied_with_their_cards(repositories: Path) -> None:
     folder = repositories / "models" / "experts"
     assert {path.stem for path in folder.glob("*.npz")} == set(experts.names())
     assert experts.card("Hopper", folder) == experts.card("Hopper")
 
 
+@pytest.mark.committed
 def test_croissant_describes_every_file_and_column(repositories: Path) -> None:
     folder = repositories / "datasets" / "episodes"
     metadata = json.loads((folder / "croissant.json").read_text("utf-8"))
@@ -107,6 +111,7 @@ def test_croissant_describes_every_file_and_column(repositories: Path) -> None:
     assert content.splitlines()[0].decode().split(",") == list(EPISODE_DTYPES)
 
 
+@pytest.mark.committed
 def test_croissants_own_validator_accepts_the_metadata(repositories: Path) -> None:
     mlcroissant = pytest.importorskip("mlcroissant")
     dataset = mlcroissant.Dataset(repositories / "datasets" / "episodes" / "croissant.json")
@@ -118,6 +123,7 @@ def test_an_existing_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFix
     assert str(tmp_path) in capsys.readouterr().err
 
 
+@pytest.mark.committed
 def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(folder: Path, *_: Any) -> int:
         (folder / "half").write_text("written")
@@ -162,6 +168,7 @@ def test_without_minari_the_error_says_what_to_install(
         minari_dataset.write_dataset(tmp_path, SUBMISSION, GROUP)
 
 
+@pytest.mark.committed
 def test_minari_loads_the_dataset_and_its_environment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -22,6 +22,7 @@ from gym_extensions.scoring.ranking.core_board import Method, compared_pairs
 from gym_extensions.scoring.ranking.group_board import boards
 
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.committed
 REFERENCES = ROOT / "scoring" / "gym_extensions" / "references" / "2.json"
 GROUPS = (
     *("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity"),

@@ -39,6 +39,7 @@ def points(line: Any) -> list[tuple[float, float]]:
     return [(float(x), float(y)) for x, y in zip(*line.get_data(), strict=True)]
 
 
+@pytest.mark.committed
 def test_curves_are_a_line_per_run_in_the_color_of_the_task() -> None:
     frame = results.curves(SUBMISSION)
     axes = results.plot_curves(frame, "hopper-gravity", protocol="single")
@@ -51,6 +52,7 @@ def test_curves_are_a_line_per_run_in_the_color_of_the_task() -> None:
     assert [text.get_text() for text in legend.get_texts()][:4] == NAMES
 
 
+@pytest.mark.committed
 def test_the_matrix_is_the_mean_return_by_stage_and_task(submission: pd.DataFrame) -> None:
     axes = results.plot_matrix(submission, GROUP)
     (image,) = axes.images
@@ -64,6 +66,7 @@ def test_the_matrix_is_the_mean_return_by_stage_and_task(submission: pd.DataFram
     assert [label.get_text() for label in axes.get_xticklabels()][:4] == NAMES
 
 
+@pytest.mark.committed
 def test_retention_is_a_line_per_task_over_the_trained_tasks(submission: pd.DataFrame) -> None:
     axes = results.plot_retention(submission, GROUP)
     rows = submission[
@@ -88,6 +91,7 @@ def test_evaluations_during_training_are_points_within_the_stages(
     assert [x for x, _ in points(line)] == [0, 1, 1.25, 2, 3, 4, 5]
 
 
+@pytest.mark.committed
 def test_a_board_is_a_point_per_submission_with_its_interval() -> None:
     folder = SUBMISSION.parent
     frame = results.board("halfcheetah-gravity", [folder / "trpo", folder / "cloning"])
@@ -102,6 +106,7 @@ def test_a_board_is_a_point_per_submission_with_its_interval() -> None:
     assert ends == [*zip(frame["forgetting_low"], frame["forgetting_high"], strict=True)]
 
 
+@pytest.mark.committed
 @pytest.mark.parametrize(
     ("plot", "fact"),
     [
@@ -123,6 +128,7 @@ def test_a_plot_of_unsuitable_data_is_an_error(
         plot(submission)
 
 
+@pytest.mark.committed
 def test_a_missing_matplotlib_is_named_with_the_command_that_installs_it(
     submission: pd.DataFrame, monkeypatch: pytest.MonkeyPatch
 ) -> None:

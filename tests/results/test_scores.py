@@ -66,6 +66,7 @@ def test_a_suite_has_rows_without_a_number_of_runs(make_submission: Write) -> No
     assert means["gravity"] == pytest.approx(means.drop("gravity").mean())
 
 
+@pytest.mark.committed
 def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
     paths = [SUBMISSIONS / name for name in ("trpo", "cloning")]
     frame = results.board("halfcheetah-gravity", paths)
@@ -89,6 +90,7 @@ def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
             assert [*map(number, frame[f"{metric.name}{column}"])] == expected
 
 
+@pytest.mark.committed
 def test_a_suite_has_a_board(make_submission: Write) -> None:
     frame = results.board("gravity", SUBMISSIONS / "trpo-2017", protocol="single", budget="100k")
     assert names(frame) == ["trpo-2017"]
@@ -104,6 +106,7 @@ def test_an_empty_board_has_the_same_types(make_submission: Write) -> None:
     assert empty.dtypes.equals(filled.dtypes)
 
 
+@pytest.mark.committed
 @pytest.mark.parametrize(
     ("arguments", "facts"),
     [
@@ -154,6 +157,7 @@ def test_scores_are_the_mean_returns_by_run_stage_and_task(
     assert set(last["stage"]) == {5}
 
 
+@pytest.mark.committed
 def test_scores_of_a_suite_name_its_groups() -> None:
     with pytest.raises(BenchError, match="'gravity' is a suite") as error:
         results.scores(SUBMISSIONS, "gravity")
@@ -174,6 +178,7 @@ def test_a_matrix_of_several_groups_has_their_tasks_in_order_and_the_runs_of_all
     assert_frame_equal(matrix[hopper.columns], hopper)
 
 
+@pytest.mark.committed
 def test_a_matrix_of_the_core_or_a_suite_has_the_tasks_of_its_groups() -> None:
     for name, groups in {"core": CORES[CORE], "wall": SUITES["wall"]}.items():
         tasks = [task for each in groups for task in results.score_matrix(SUBMISSIONS / "trpo", each).columns]
@@ -188,6 +193,7 @@ def test_a_matrix_is_of_one_submission_that_has_every_group(make_submission: Wri
             results.score_matrix(path, ["walker2d-gravity", "hopper-gravity"])
 
 
+@pytest.mark.committed
 def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
     submissions = [ROOT / "submissions" / name for name in ("cloning", "trpo")]
     both = results.landscapes(submissions)
@@ -201,6 +207,7 @@ def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
     assert results.landscapes(ROOT / "submissions" / "trpo-2017").empty  # it has no policies
 
 
+@pytest.mark.committed
 def test_landscapes_leave_out_withdrawn_submissions(tmp_path: Path) -> None:
     for name in ("cloning", "trpo"):
         shutil.copytree(SUBMISSIONS / name / "landscapes", tmp_path / name / "landscapes")

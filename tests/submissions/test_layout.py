@@ -64,6 +64,18 @@ def test_a_folder_that_git_leaves_behind_is_no_submission_unless_it_is_named(
     assert found(read(named).problems) == [("left", "not-a-submission")]
 
 
+@pytest.mark.parametrize(
+    ("path", "fetched"), [("mine", False), ("submissions", True), ("submissions/trpo", True)]
+)
+def test_a_missing_folder_is_refused_with_the_command_that_fetches_committed_ones(
+    tmp_path: Path, path: str, fetched: bool
+) -> None:
+    with pytest.raises(BenchError) as error:
+        submission_folders([tmp_path / path])
+    assert (error.value.code, error.value.where) == ("no-such-folder", str(tmp_path / path))
+    assert error.value.hint.endswith(": git sparse-checkout disable") is fetched
+
+
 def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:
     paths = [tmp_path / "a" / "mine", tmp_path / "b" / "mine"]
     for path in paths:

@@ -131,6 +131,7 @@ def test_an_agent_that_observes_the_task_is_told_the_nearest_one() -> None:
     assert list(dict.fromkeys(policy.told)) == [0, 1, 2, 3, 4]
 
 
+@pytest.mark.committed
 @pytest.mark.parametrize("path", MEASURED, ids=lambda path: f"{path.parts[-3]}-{path.stem}")
 def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path) -> None:
     submission, group = path.parents[1], GROUPS[path.stem]
@@ -160,6 +161,7 @@ def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path
     assert np.mean(np.abs(differences) > 3) < 0.04
 
 
+@pytest.mark.committed
 def test_a_stage_of_a_committed_landscape_is_measured_again() -> None:
     """Golden numbers: equal on the kernels of the file, and close at most points on others."""
     submission, group, stage = SUBMISSIONS / "cloning", GROUPS["hopper-gravity"], 1

@@ -99,12 +99,7 @@ def find_submissions(paths: Paths) -> list[Path]:
     Raises:
         BenchError: a path does not exist, or two submissions have the same name.
     """
-    found = [Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)]
-    for path in found:
-        if not os.path.lexists(path):
-            hint = "Name a submission, or a folder of submissions."
-            raise BenchError("no-such-folder", "There is no such folder.", str(path), hint)
-    return submission_folders(found)
+    return submission_folders([Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)])
 
 
 def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:

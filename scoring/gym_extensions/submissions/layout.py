@@ -210,10 +210,15 @@ def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions at the given paths, sorted by name. A folder of submissions means all of them, without
     folders that contain only ``.progress``: git leaves such a folder when it switches to another branch.
 
-    Raises ``BenchError`` if two submissions have the same name.
+    Raises ``BenchError`` if a path does not exist, or if two submissions have the same name.
     """
     folders: list[Path] = []
     for path in paths:
+        if not os.path.lexists(path):
+            hint = "Name a submission, or a folder of submissions."
+            if "submissions" in path.parts[-2:]:
+                hint += " A clone without the committed ones gets them by: git sparse-checkout disable"
+            raise BenchError("no-such-folder", "There is no such folder.", escape(str(path)), hint)
         is_alias = exists_readable(path, Path.is_symlink) or path.name in ("", ".", "..")
         target = path.resolve() if is_alias else path
         is_submission = exists_readable(target / MANIFEST) or not exists_readable(target, Path.is_dir)

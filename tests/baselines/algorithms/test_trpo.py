@@ -128,6 +128,7 @@ def test_a_loaded_agent_learns_exactly_as_the_saved_agent(make: Any, tmp_path: P
     assert (tmp_path / "original.npz").read_bytes() == (tmp_path / "loaded.npz").read_bytes()
 
 
+@pytest.mark.committed
 def test_trpo_2017_learns_as_in_the_committed_submission() -> None:
     """The first batch of run 0 and, after an update, the second.
 

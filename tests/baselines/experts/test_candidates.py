@@ -78,6 +78,7 @@ def test_a_name_of_nothing_is_refused(
     assert fact in capsys.readouterr().err
 
 
+@pytest.mark.committed
 def test_the_best_stored_policies_of_the_logs_have_files(tmp_path: Path) -> None:
     shutil.copytree(SUBMISSIONS / "reset/hopper-gravity", tmp_path / "reset/hopper-gravity")
     ranked = candidates.stored_candidates(tmp_path)

@@ -58,6 +58,7 @@ def test_the_committed_manifests_follow_the_schema(folder: Path) -> None:
     check("submission.json", manifest(folder))
 
 
+@pytest.mark.committed
 def test_scorecards_and_boards_of_committed_submissions_follow_the_schemas(
     document: ScorecardDocument, scorecards: Json
 ) -> None:
@@ -80,6 +81,7 @@ BROKEN: dict[str, Callable[[Json], object]] = {
 }
 
 
+@pytest.mark.committed
 @pytest.mark.parametrize("change", BROKEN)
 def test_a_broken_manifest_is_refused(change: str) -> None:
     broken = manifest(ROOT / "submissions" / "trpo-2017")
@@ -88,6 +90,7 @@ def test_a_broken_manifest_is_refused(change: str) -> None:
         check("submission.json", broken)
 
 
+@pytest.mark.committed
 def test_a_reported_manifest_may_lack_what_only_logs_need() -> None:
     reported = manifest(ROOT / "submissions" / "henderson2017-trpo")
     assert "tuning" not in reported
@@ -95,6 +98,7 @@ def test_a_reported_manifest_may_lack_what_only_logs_need() -> None:
         check("submission.json", {key: value for key, value in reported.items() if key != "reported"})
 
 
+@pytest.mark.committed
 @pytest.mark.parametrize("key", ["name", "why", "extra"])
 def test_a_broken_scorecard_is_refused(scorecards: Json, key: str) -> None:
     broken = deepcopy(scorecards)

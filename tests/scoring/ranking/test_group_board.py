@@ -63,6 +63,7 @@ def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) ->
     ]
 
 
+@pytest.mark.committed
 def test_a_reported_submission_is_on_a_board_without_a_rank() -> None:
     card = score_folder(Path(__file__).parents[3] / "submissions" / "henderson2017-trpo")
     made = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))

@@ -173,6 +173,7 @@ def test_what_a_hyperparameter_may_be(setting: object, error: str) -> None:
     assert bool(hyperparameter_error(setting)) == bool(error)
 
 
+@pytest.mark.committed
 @pytest.mark.parametrize("path", sorted(SUBMISSIONS.glob("*/submission.toml")), ids=lambda p: p.parent.name)
 def test_a_committed_manifest_is_read_whole(path: Path) -> None:
     tables = parse(path.read_bytes())
