@@ -98,6 +98,7 @@ def test_the_numbers_and_words_of_the_readme_are_in_the_findings() -> None:
     assert "lies above 0 on: none" in text
 
 
+@pytest.mark.committed
 def test_the_landscape_of_the_readme_is_that_of_the_committed_submission(tmp_path: Path) -> None:
     (axis,) = build.landscape(ROOT / "submissions").axes
     build.write_picture(axis.large, "landscape", tmp_path / "landscape.svg")
