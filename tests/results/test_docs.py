@@ -16,6 +16,7 @@ from .page import CELL, PAGE, column_rows, executed, with_tables
 HINT = "Run: python tests/results/page.py"
 
 
+@pytest.mark.committed
 def test_the_page_shows_what_its_code_prints() -> None:
     text = PAGE.read_text(encoding="utf-8")
     assert len(CELL.findall(text)) == text.count("```python") > 5

@@ -53,6 +53,7 @@ def test_a_schema_is_a_valid_schema(schema: Json) -> None:
     Draft202012Validator.check_schema(schema)
 
 
+@pytest.mark.committed
 @pytest.mark.parametrize("folder", SUBMISSIONS, ids=lambda folder: folder.name)
 def test_the_committed_manifests_follow_the_schema(folder: Path) -> None:
     check("submission.json", manifest(folder))
