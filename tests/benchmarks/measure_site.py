@@ -1,9 +1,9 @@
 """Measures the build of the site at scale: processor time, memory and sizes.
 
-    python tests/benchmarks/measure_site.py [--submissions 1000] [--out FOLDER] [--one-more] [--browser]
+    python tests/benchmarks/measure_site.py [--submissions 1000] [--out FOLDER] [--browser]
 
 Synthetic submissions with training curves on the four gravity groups are written as scorecards first; making
-them is not measured. Then the site is built in this process, and with ``--one-more`` again with one more.
+them is not measured. Then the site is built in this process.
 ``--browser`` sorts and filters its longest table in Chromium (Linux only).
 """
 
@@ -17,7 +17,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -128,10 +127,10 @@ def read(files: Sequence[Path]) -> Iterator[Scorecard]:
 def measured(files: Sequence[Path], out: Path) -> None:
     """Builds the site and prints what it took."""
     before = time.process_time()
-    built = build_site(read(files), ReferencesInfo(REFERENCES.version, REFERENCES.digest), out)
+    build_site(read(files), ReferencesInfo(REFERENCES.version, REFERENCES.digest), out)
     seconds = time.process_time() - before
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    write(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB, {built.written} files written")
+    write(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB")
 
 
 def sizes(out: Path) -> int:
@@ -201,7 +200,6 @@ def main() -> int:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--submissions", type=int, default=1000)
     options.add_argument("--out", type=Path, default=None, help="where to leave the site")
-    options.add_argument("--one-more", action="store_true", help="build again with one submission more")
     options.add_argument("--browser", action="store_true", help="also measure the longest table in Chromium")
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -211,11 +209,6 @@ def main() -> int:
             files[-1].write_bytes(msgspec.json.encode(card))
         out = chosen.out or Path(folder) / "site"
         measured(files, out)
-        if chosen.one_more:
-            (last,) = read(files[-1:])
-            more = Path(folder) / "one-more.json"
-            more.write_bytes(msgspec.json.encode(replace(last, name="one-more", title="One more")))
-            measured([*files, more], out)
         if chosen.browser:
             interactions(out)
         return sizes(out)

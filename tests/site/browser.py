@@ -13,7 +13,7 @@ import msgspec
 from gym_extensions.scoring.scorecard import ScorecardDocument
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
-from gym_extensions.site.pages.page import TASK_LIST, Draft, Page, Render
+from gym_extensions.site.pages.page import TASK_LIST, Page, Render
 
 VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
 SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect", "path"}
@@ -97,9 +97,7 @@ def site_files(
     whole = typed(document)
     site = Site(Render(whole.references, kinds, folders or {}, docs=docs))
     for path, content in site.files(whole.submissions):
-        if isinstance(content, Draft):
-            yield path, content.write()
-        elif isinstance(content, str):
+        if isinstance(content, str):
             yield path, content
         elif path.startswith("static/"):
             yield path, content.decode()

@@ -12,7 +12,7 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.metrics.formulas import METRICS
-from gym_extensions.site.build import Built, build_site
+from gym_extensions.site.build import build_site
 
 from .browser import typed
 from .made_boards import around
@@ -224,10 +224,10 @@ def everything() -> Document:
     }
 
 
-def build(document: Document, out: Path) -> Built:
+def build(document: Document, out: Path) -> None:
     """Builds the site that shows these JSON values."""
     whole = typed(document)
-    return build_site(whole.submissions, whole.references, out)
+    build_site(whole.submissions, whole.references, out)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

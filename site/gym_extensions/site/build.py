@@ -7,6 +7,8 @@ pages that show many submissions are written at the end, from what ``shortened``
 from __future__ import annotations
 
 import gc
+import shutil
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,13 +16,11 @@ from pathlib import Path
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site import FOLDER
+from gym_extensions.site import FOLDER, paths
 from gym_extensions.site.board_views import Leaderboard, shortened
-from gym_extensions.site.output import Output, digest, encoded, kept_path
 from gym_extensions.site.pages import PAGES
-from gym_extensions.site.pages.page import Draft, File, Render
+from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.mujoco_wasm import Simulator
-from gym_extensions.site.templating import source_digest
 
 COLLECTED_FILES = 500
 """Number of files after which unused objects of their pages are removed from memory."""
@@ -31,14 +31,13 @@ class Site:
     """The files of a site, as its scorecards come."""
 
     render: Render
-    keys: Mapping[str, str] = field(default_factory=dict)
     cards: dict[str, Scorecard] = field(default_factory=dict)
 
     @cached_property
     def leaderboard(self) -> Leaderboard:
         """All submissions and their boards. No submission may follow."""
         cards = tuple(self.cards[name] for name in sorted(self.cards))
-        return Leaderboard(self.render.references, cards, self.render.inputs)
+        return Leaderboard(self.render.references, cards)
 
     def files(self, cards: Iterable[Scorecard]) -> Iterator[File]:
         """Every file: those of each submission as it comes, then those that are made from all submissions.
@@ -49,10 +48,8 @@ class Site:
             if card.name in self.cards:
                 hint = "Rename one of the folders."
                 raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
-            self.render.inputs[card.name] = digest(encoded(card)).encode()
             for page in self.render.pages:
                 yield from page.publish_submission(card, self.render) if page.publish_submission else ()
-            yield kept_path(card.name), encoded((self.keys.get(card.name, ""), card))
             self.cards[card.name] = shortened(card)
         for page in self.render.pages:
             yield from page.publish(self.leaderboard, self.render) if page.publish else ()
@@ -60,60 +57,68 @@ class Site:
             yield file.relative_to(FOLDER).as_posix(), file.read_bytes()
 
 
-@dataclass(frozen=True)
-class Built:
-    """A site that was written: the path of its index, its leaderboard, and how many files are new."""
-
-    index: Path
-    leaderboard: Leaderboard
-    written: int
-
-
-def base_digest(references: ReferencesInfo) -> str:
-    """A digest of what all pages depend on: the code, the libraries and the references."""
-    return digest(source_digest().encode(), repr(references).encode())
-
-
 def build_site(
     cards: Iterable[Scorecard],
     references: ReferencesInfo,
     out: Path,
     *,
-    keys: Mapping[str, str] | None = None,
     folders: Mapping[str, Path] | None = None,
     simulator: Simulator | None = None,
     docs: bool = False,
-) -> Built:
-    """Writes the site to ``out``; a failed build leaves ``out`` unchanged.
+) -> Leaderboard:
+    """Writes the site and returns what it shows.
 
-    Files whose inputs did not change since the last build are kept.
+    All files are written into a folder beside ``out``, which then takes its place: a build that fails or is
+    interrupted leaves the site that was there.
 
     Args:
         cards: scorecards, which may come from a generator: only one is in memory at a time.
         references: the references that normalize all of them.
         out: the folder.
-        keys: by submission, the key under which its scorecard is kept for the next build.
         folders: by submission, its folder, whose poses Watch panels show; poses of other results are not
             shown.
         simulator: MuJoCo for the browser; without it the page Play says that it is missing.
         docs: whether pages link to the documentation in ``out/docs``, which is built afterwards.
 
     Raises:
-        BenchError: ``out`` exists, is not empty, and was not written by an earlier build, or two submissions
-            have the same name.
+        BenchError: ``out`` exists and is neither empty nor a site, no folder can be written there, or two
+            submissions have the same name.
     """
-    render = Render(references, PAGES, folders or {}, simulator, docs)
-    site = Site(render, keys or {})
+    site = Site(Render(references, PAGES, folders or {}, simulator, docs))
+    out, hint = out.resolve(), "Name a new or empty folder with --out."
+    scratch = f".{out.name}-new-"
+    try:
+        if out.exists() and not is_replaceable(out):
+            raise BenchError("not-a-site", "It exists and does not contain a built site.", str(out), hint)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        for left in out.parent.glob(f"{scratch}*"):  # of a build that was killed
+            shutil.rmtree(left)
+        beside = tempfile.TemporaryDirectory(prefix=scratch, dir=out.parent)
+    except OSError as error:
+        raise BenchError("no-folder", f"{error.strerror or error}.", str(out), hint) from error
     gc.disable()  # it would search all submissions again and again
     try:
-        with Output(out, f"{base_digest(references)} {docs}") as output:
+        with beside as folder:
+            new, old = Path(folder) / "new", Path(folder) / "old"
             for number, (path, content) in enumerate(site.files(cards)):
                 if number % COLLECTED_FILES == 0:
                     gc.collect(1)
-                if isinstance(content, Draft):
-                    output.add_draft(path, content.inputs, content.write)
-                else:
-                    output.add(path, content.encode() if isinstance(content, str) else content)
+                file = new / path
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(content.encode() if isinstance(content, str) else content)
+            if out.exists():
+                out.rename(old)
+            try:
+                new.rename(out)
+            except BaseException:
+                if old.exists():
+                    old.rename(out)
+                raise
     finally:
         gc.enable()
-    return Built(out / "index.html", site.leaderboard, output.written)
+    return site.leaderboard
+
+
+def is_replaceable(folder: Path) -> bool:
+    """Whether a build may replace a folder: it is empty, or has the index of a site."""
+    return folder.is_dir() and ((folder / paths.INDEX_DATA).is_file() or not any(folder.iterdir()))

@@ -47,23 +47,19 @@ def main(argv: list[str] | None = None) -> int:
     options = parser().parse_args(argv)
     # They load pandas and scipy, for which --help and mistakes do not wait.
     from gym_extensions.scoring.output.screen import console, count, show_line
-    from gym_extensions.scoring.pipeline import find_submissions, make_scorer
+    from gym_extensions.scoring.pipeline import find_submissions, make_scorer, scorecards
     from gym_extensions.scoring.scorecard import ReferencesInfo
-    from gym_extensions.site.build import base_digest, build_site
-    from gym_extensions.site.output import digest, folder_key, scorecards_since
+    from gym_extensions.site.build import build_site
 
     empty = [folder for folder in options.submissions if is_empty(folder)]
     folders = find_submissions([folder for folder in options.submissions if folder not in empty])
     scorer = make_scorer(options.groups, options.references)
     info = ReferencesInfo(scorer.references.version, scorer.references.digest)
-    base = digest(base_digest(info).encode(), *(Path(file).read_bytes() for file in options.groups))
-    keys = {folder.name: folder_key(folder, base) for folder in folders}
     with working(f"building the pages of {count(len(folders), 'submission')}"):
-        built = build_site(
-            scorecards_since(options.out, folders, keys, scorer),
+        leaderboard = build_site(
+            scorecards(folders, scorer),
             info,
             options.out,
-            keys=keys,
             folders={folder.name: folder for folder in folders},
             simulator=load(options.mujoco),
             docs=options.docs,
@@ -72,10 +68,10 @@ def main(argv: list[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")
     for folder in empty:
         print(f"{folder} contains no submissions.")
-    refused = [card for card in built.leaderboard.submissions if card.problems]
+    refused = [card for card in leaderboard.submissions if card.problems]
     if refused:
         print("Refused (not on a board until all problems are fixed):")
     for card in refused:
         show_line(console(), card)
-    print(built.index)
+    print(options.out / "index.html")
     return 1 if refused else 0

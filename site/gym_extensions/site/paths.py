@@ -64,6 +64,8 @@ def board_data(board_id: str, suffix: str = "json") -> str:
     return f"api/boards/{slug(board_id.lower())}.{suffix}"
 
 
+INDEX_DATA = "api/index.json"
+"""All data by path. A folder with this file is a built site."""
 CORE_DATA = "api/core.json"
 """The core board."""
 COMPARED = "api/compare.js"

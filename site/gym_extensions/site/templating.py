@@ -1,27 +1,20 @@
-"""The templates with their filters and globals, and the digest of all code that pages depend on."""
+"""The templates with their filters and globals."""
 
 from __future__ import annotations
 
 from functools import cache
-from importlib import metadata
-from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from gym_extensions import catalog, references, scoring, submissions
 from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
 from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS
 from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
 from gym_extensions.site.board_views import missing_reasons
 from gym_extensions.site.charts import landscapes, profiles, strips, task_curves, task_pictures
-from gym_extensions.site.charts.task_pictures import PICTURES
-from gym_extensions.site.output import digest
 from gym_extensions.site.play import stroboscopes
 from gym_extensions.site.play.assets import play_group_link
 from gym_extensions.submissions.review import REPORTED
-
-LIBRARIES = ("jinja2", "markupsafe", "msgspec", "numpy", "scipy")
 
 
 @cache
@@ -68,21 +61,3 @@ def environment() -> Environment:
         play_group_link=play_group_link,
     )
     return templates
-
-
-@cache
-def source_digest() -> str:
-    """A digest of the code, the templates and the libraries that scorecards and pages are made with."""
-    folders = [
-        FOLDER,
-        PICTURES,
-        *(Path(path) for package in (catalog, references, scoring, submissions) for path in package.__path__),
-    ]
-    files = sorted(
-        file
-        for folder in folders
-        for file in folder.rglob("*")
-        if file.suffix in {".py", ".html", ".css", ".csv", ".js", ".json", ".png", ".svg", ".webp", ".xml"}
-    )
-    versions = [f"{name} {metadata.version(name)}".encode() for name in LIBRARIES]
-    return digest(*versions, *(part for file in files for part in (file.name.encode(), file.read_bytes())))

@@ -11,7 +11,7 @@ from gym_extensions.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES as PAGES_OF_SITE
-from gym_extensions.site.pages.page import Draft, Render
+from gym_extensions.site.pages.page import Render
 from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 from gym_extensions.submissions.poses import write
 
@@ -25,7 +25,7 @@ ASSETS = Path(__file__).parents[3] / FOLDER
 """The simulator of Play, where ``make site-assets`` has fetched it."""
 TASK = "tasks/hopperwall-v0.html"
 MANY = "many-"
-"""The prefix of the submissions that fill a long board; their own pages are not written."""
+"""The prefix of the submissions that fill a long board."""
 
 PAGES = {
     "overview": "index.html",
@@ -57,7 +57,7 @@ KINDS = [
 
 
 def write_site(folder: Path) -> Path:
-    """Writes the pages of ``PAGES``, the shared pages and all other files of the site."""
+    """Writes all files of the site."""
     document = everything()
     many = [_many(index) for index in range(52)]
     methods = [method("keeps", 0.8, 0.98), method("loses", 0.8, 0.5), method("lacks", 0.9, 0.9, GROUPS[:3])]
@@ -70,14 +70,9 @@ def write_site(folder: Path) -> Path:
     info = ReferencesInfo(references.version, references.digest)
     site = Site(Render(info, PAGES_OF_SITE, {"agile": folder.parent / "agile"}, load(ASSETS), docs=True))
     for path, content in site.files(typed(document).submissions):
-        if isinstance(content, Draft) and (
-            path.startswith(f"submissions/{MANY}") or (path.startswith("tasks/") and path != TASK)
-        ):
-            continue
         target = folder / path
         target.parent.mkdir(parents=True, exist_ok=True)
-        text = content.write() if isinstance(content, Draft) else content
-        target.write_bytes(text.encode() if isinstance(text, str) else text)
+        target.write_bytes(content.encode() if isinstance(content, str) else content)
     return folder
 
 

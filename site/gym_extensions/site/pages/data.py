@@ -14,7 +14,7 @@ from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Sco
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard
 from gym_extensions.site.pages.groups import Group, groups
-from gym_extensions.site.pages.page import Draft, File, Render
+from gym_extensions.site.pages.page import File, Render
 from gym_extensions.submissions.review import Level
 
 
@@ -71,7 +71,7 @@ class GroupDocument(JsonDocument):
 def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     """The scorecard of a submission, as ``score --json`` prints it."""
     document = ScorecardDocument(references=render.references, submissions=(submission,))
-    yield paths.submission_data(submission.name), Draft(render.inputs[submission.name], document.to_json)
+    yield paths.submission_data(submission.name), document.to_json()
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -95,7 +95,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         core=paths.CORE_DATA,
         groups={group.id: paths.group_data(group.id) for group in members},
     )
-    yield "api/index.json", index.to_json()
+    yield paths.INDEX_DATA, index.to_json()
     yield paths.CORE_DATA, BoardsDocument(core=site.scored.core, boards=()).to_json()
     for board in site.boards:
         yield paths.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import PROTOCOLS
@@ -14,9 +13,8 @@ from gym_extensions.scoring.scorecard import PaperRow, Scorecard
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.charts.task_pictures import group_picture, task_picture
-from gym_extensions.site.output import encoded
 from gym_extensions.site.pages.landscapes import TITLES
-from gym_extensions.site.pages.page import Draft, File, Render
+from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.pages.tasks import measured
 from gym_extensions.site.submission_results import SEQUENTIAL
 from gym_extensions.site.text import fixed
@@ -32,15 +30,9 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """A page for each group and suite with its boards, and the table of all rows of every board."""
     for group in groups(site):
         path = paths.group_path(group.id)
-        rows = [
-            (row.submission, site.inputs[row.submission.name]) for board in group.boards for row in board.rows
-        ]
-        shared = repr((group.tasks, group.paper, [board.id for board in group.boards])).encode()
         landscapes = {board.id: render.landscapes.rows(board) for board in group.boards}
-        shares = [view.inputs for pairs in landscapes.values() for _, view in pairs]
         values = {"landscapes": landscapes, "landscape_titles": TITLES, "shown_rows": SHOWN_ROWS}
-        write = partial(render, "group.html", path, group=group, **values)
-        yield path, Draft(shared + encoded((rows, shares)), write)
+        yield path, render("group.html", path, group=group, **values)
     for board in site.boards:
         path = paths.board_path(board.id)
         yield path, render("board.html", path, board=board)

@@ -17,7 +17,6 @@ from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.board_views import BoardView, Row
 from gym_extensions.site.charts import landscapes as charts
 from gym_extensions.site.charts.svg import tick_label
-from gym_extensions.site.output import encoded
 from gym_extensions.submissions.landscapes import (
     EXTRAPOLATION,
     INTERPOLATION,
@@ -59,12 +58,6 @@ class View:
     best: Best
     submissions: int = 0  # that have a landscape of the group
     why: str = ""
-
-    @property
-    def inputs(self) -> bytes:
-        """All that the section depends on."""
-        best = [value for (group, _), value in self.best.items() if group == self.group.id]
-        return encoded((self.why, self.landscape, self.submissions, best))
 
     @cached_property
     def summary(self) -> Summary:

@@ -48,7 +48,6 @@ class Render:
     )  # of the submissions by name, where they are known
     simulator: Simulator | None = None  # MuJoCo for the browser, if the site has it
     docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
-    inputs: dict[str, bytes] = field(default_factory=dict)  # the digest of each scorecard so far, by name
 
     @cached_property
     def landscapes(self) -> Landscapes:
@@ -76,15 +75,7 @@ class Render:
         )
 
 
-@dataclass(frozen=True)
-class Draft:
-    """A file that is written only if its inputs changed."""
-
-    inputs: bytes  # everything that the text depends on besides the code, the menu and the references
-    write: Callable[[], str]  # returns the text
-
-
-File = tuple[str, str | bytes | Draft]
+File = tuple[str, str | bytes]
 """A path and its content."""
 
 

@@ -6,16 +6,14 @@ import re
 import shlex
 import unicodedata
 from collections.abc import Iterator
-from functools import partial
 
 from gym_extensions.scoring.output.board_frames import csv_text
 from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.output import encoded
 from gym_extensions.site.pages import core
 from gym_extensions.site.pages.landscapes import TITLES
-from gym_extensions.site.pages.page import Draft, File, Render
+from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import watches
 from gym_extensions.site.submission_facts import LEVELS, has_policies
 from gym_extensions.site.submission_results import SEQUENTIAL, results_of, separate_groups
@@ -30,7 +28,6 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     poses = load_submission(folder) if folder else {}
     panels = watches(submission, poses)
     landscapes = render.landscapes.views(submission)
-    inputs = render.inputs[submission.name] + encoded(poses) + b"".join(v.inputs for v in landscapes.values())
     shown = {
         "submission": submission,
         "watches": panels,
@@ -38,10 +35,10 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
         "landscape_titles": TITLES,
     }
     values = {"core": core, "bibtex": bibtex, "commands": commands}
-    yield path, Draft(inputs, partial(render, "submission.html", path, **values, **shown))
+    yield path, render("submission.html", path, **values, **shown)
     for group in separate_groups(submission):
         page = paths.results_path(submission.name, group)
-        yield page, Draft(inputs, partial(render, "results.html", page, group=group, **shown))
+        yield page, render("results.html", page, group=group, **shown)
     for group, view in landscapes.items():
         if view.landscape is not None:
             yield paths.submission_file(submission.name, f"landscape-{group}.json"), view.landscape.to_json()
@@ -50,7 +47,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     if not submission.problems:
         document = ScorecardDocument(references=render.references, submissions=(submission,))
         path = paths.submission_file(submission.name, "metrics.csv")
-        yield path, Draft(render.inputs[submission.name], lambda: csv_text(document))
+        yield path, csv_text(document)
         yield paths.submission_file(submission.name, "citation.bib"), bibtex(submission)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 
 from markupsafe import Markup
 
@@ -21,7 +21,7 @@ from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures, task_picture
-from gym_extensions.site.pages.page import TASK_LIST, Draft, File, Render
+from gym_extensions.site.pages.page import TASK_LIST, File, Render
 from gym_extensions.site.play.assets import play_link
 from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
 from gym_extensions.site.submission_results import SEQUENTIAL
@@ -43,7 +43,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
             "versions": versions(task),
         }
         values = {"task": view, "runs": alone(task.id), "play": play_link(task), **facts}
-        yield path, Draft(view.inputs, partial(render, "task.html", path, **values))
+        yield path, render("task.html", path, **values)
         if view.watch is not None:
             yield view.watch.path, view.watch.script
 
@@ -110,12 +110,6 @@ class TaskView:
     task: Task
     measured: MeasuredReference | None
     best: tuple[BestRow, ...]
-
-    @property
-    def inputs(self) -> bytes:
-        """What its page depends on besides the code and the references."""
-        best = [(row.board.id, row.row.card.name, row.row.card.title, row.returns) for row in self.best]
-        return repr((self.task, self.measured, alone(self.task.id), best, self.shown)).encode()
 
     @property
     def base(self) -> Task | None:
