@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import MISSING, fields
 from pathlib import Path
 
 import pytest
 
-from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.groups import TaskGroup, group, load_group, resolve_group
 from gym_extensions.catalog.tasks import customize, task
-from gym_extensions.catalog.variations import KINDS, Gravity
+from gym_extensions.catalog.variations import Gravity
 from gym_extensions.errors import BenchError
 
 LIGHT = """
@@ -26,8 +23,6 @@ variations = [{kind = "Gravity", factor = 0.3}]
 max_steps = 500
 """
 
-
-PAGE = (Path(__file__).parents[2] / "docs" / "custom-groups.md").read_text("utf-8")
 
 EXTRA = 'variations = [{kind = "Gravity", factor = 1.0}]\nmax_steps = 500'
 
@@ -97,23 +92,6 @@ def test_a_file_that_does_not_exist_is_reported(tmp_path: Path) -> None:
     with pytest.raises(BenchError) as error:
         resolve_group(tmp_path / "none.toml")
     assert (error.value.code, error.value.where) == ("unreadable-group", str(tmp_path / "none.toml"))
-
-
-def test_the_table_of_variations_has_every_kind_with_its_arguments_and_bodies() -> None:
-    _, *rows = re.findall(r"^\| `(\w+)` \|(.*?)\|[^|]*\| ([\w, ]+) \|$", PAGE, flags=re.MULTILINE)
-    assert {name for name, _, _ in rows} == set(KINDS) - {"Course"}, "all but the maps of navigation"
-    running = re.findall(r"The running bodies are (.*)\.", PAGE)[0].replace(" and ", ", ").split(", ")
-    for name, arguments, bodies in rows:
-        kind = KINDS[name]
-        shown = [
-            f"`{each.name}`" + ("" if each.default is MISSING else f" = {each.default}")
-            for each in fields(kind)
-        ]
-        assert arguments.strip().replace("false", "False") == ", ".join(shown)
-        variation = kind(**{each.name: 1.0 for each in fields(kind) if each.default is MISSING})
-        every = {"running": running, "all but Navigation": [name for name in BODIES if name != "Navigation"]}
-        expected = every.get(bodies, bodies.split(", "))
-        assert [body for body in BODIES if variation.fits(BODIES[body])] == expected
 
 
 def test_any_id_of_gymnasium_is_a_task(tmp_path: Path) -> None:

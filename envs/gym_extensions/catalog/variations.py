@@ -242,7 +242,7 @@ BOX = 6
 
 @dataclass(frozen=True)
 class Wall(Variation):
-    """A box across the way, its center at y = 0 and at x drawn from U(nearest, farthest) at every reset.
+    """A box across the way, its center at y = 0 and at x drawn from U(nearest, farthest) m at every reset.
 
     The box is a mocap body, added last to the world, without mass and friction. Lengths are in m. A parked
     wall is out of reach under the floor, so that its task shares the model layout of the task with the wall.
@@ -357,7 +357,7 @@ class SensorNoise(Variation):
 
 @dataclass(frozen=True)
 class MotorNoise(Variation):
-    """Adds normal noise to the command of every motor and clips the sum to the motor's range.
+    """Adds normal noise of ``scale`` × the motor's range to every command, and clips the sum to the range.
 
     ``scale`` is the standard deviation of the noise as a fraction of the motor's range. Reward terms that
     use the action in Gymnasium use the command; terms that use ``ctrl`` use the noisy command.
@@ -402,10 +402,10 @@ class MovingStart(Variation):
 
 @dataclass(frozen=True)
 class TrackingGoal(Variation):
-    """Moves the goal during the episode, at a velocity drawn at reset, inside a rectangle.
+    """Moves the goal inside a rectangle during the episode, at a velocity of up to ``speed`` m/s.
 
-    The goal is reflected at the edges of the rectangle from which its start is drawn. ``speed`` bounds each
-    component of the velocity, in m/s.
+    The goal is reflected at the edges of the rectangle from which its start is drawn. Each component of the
+    velocity is drawn at reset.
     """
 
     sentence: ClassVar[str] = (

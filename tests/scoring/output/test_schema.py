@@ -116,7 +116,7 @@ def test_a_broken_scorecard_is_refused(scorecards: Json, key: str) -> None:
 
 
 DOCS = Path(__file__).parents[3] / "docs"
-PAGES = ("metrics.md", "scorecard.md", "rollout-log.md")
+PAGES = ("metrics.md", "scorecard.md", "rollout-log.md", "custom-groups.md")
 MANIFEST = {"keys Code", "keys Memory", "keys Observes", "keys Protocol", "keys Tuning"}
 """Sections of submission.toml, which docs/rollout-log.md documents."""
 HAND_WRITTEN = {"keys Problem", "keys PaperColumns", *MANIFEST}

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import inspect
 import json
 import re
 import sys
@@ -13,6 +15,8 @@ from typing import Any, get_args
 
 import msgspec
 
+from gym_extensions.catalog import variations
+from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.documents import DIALECT, json_schema
 from gym_extensions.metrics.formulas import METRICS, NEEDS
@@ -88,9 +92,26 @@ def _rules() -> str:
     )
 
 
+def _variations() -> str:
+    rows = ["| `kind` | arguments | what it does | bodies |\n|---|---|---|---|"]
+    for kind in (kind for name, kind in variations.KINDS.items() if name in variations.__all__):
+        arguments = ", ".join(
+            f"`{each.name}`" + ("" if each.default is dataclasses.MISSING else f" = {each.default}")
+            for each in dataclasses.fields(kind)
+        )
+        summary = " ".join((inspect.getdoc(kind) or "").partition("\n\n")[0].replace("``", "`").split())
+        bodies = [name for name, body in BODIES.items() if kind.fits(body)]
+        others = [name for name in BODIES if name not in bodies]
+        fitting = f"all but {' and '.join(others)}" if len(others) < 3 else ", ".join(bodies)
+        rows.append(f"| `{kind.__name__}` | {arguments.replace('False', 'false')} | {summary} | {fitting} |")
+    return "\n".join(rows)
+
+
 def tables() -> dict[str, str]:
     """Every generated table by its name."""
-    texts = {"rules": _rules()} | {f"metrics {protocol}": _metrics(protocol) for protocol in METRICS}
+    texts = {"rules": _rules(), "variations": _variations()} | {
+        f"metrics {protocol}": _metrics(protocol) for protocol in METRICS
+    }
     for document in DOCUMENTS:
         definitions = json_schema(document)["$defs"]
         texts |= {f"keys {name}": _keys(part, definitions) for name, part in definitions.items()}
