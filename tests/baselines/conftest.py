@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.baselines import train
+from gym_extensions.baselines import Monitor, train
 from gym_extensions.baselines.training.events import Event
 from gym_extensions.envs import MovingGoal, TaskGroup, customize
 
@@ -102,14 +102,8 @@ def watched(tmp_path_factory: pytest.TempPathFactory) -> Watched:
     def callback(event: Event) -> None:
         seen.events.append(event)
 
+    monitor = Monitor(log=["csv", "tensorboard"], callback=callback, evaluate_every=500, evaluate_episodes=2)
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        train(
-            *("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0),
-            out=seen.folder,
-            log=["csv", "tensorboard"],
-            callback=callback,
-            evaluate_every=500,
-            evaluate_episodes=2,
-        )
+        train("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0, out=seen.folder, monitor=monitor)
     seen.printed = printed.getvalue()
     return seen

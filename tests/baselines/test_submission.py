@@ -7,21 +7,23 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
+import tomli_w
 
-from gym_extensions.baselines import Card, Observes, record, train
-from gym_extensions.baselines.agent_checks import card_of, observes_of
-from gym_extensions.baselines.algorithms import factory, names
+from gym_extensions.baselines import Card, Monitor, Observes, record, train
+from gym_extensions.baselines.agent_spec import AgentSpec
+from gym_extensions.baselines.algorithms import names
 from gym_extensions.baselines.submission import manifest_tables, read_manifest, require_same, validate
 from gym_extensions.baselines.training.events import Event, StageStarted
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import evaluation_seed
-from gym_extensions.envs import fingerprinting, make_vec
+from gym_extensions.catalog.protocol import budget, evaluation_seed
+from gym_extensions.envs import fingerprinting
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.layout import MANIFEST
 from gym_extensions.submissions.rules.manifest import findings
@@ -32,8 +34,7 @@ from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows
 GROUP = group(SHORT_GROUP)
 SUBMISSIONS = Path(__file__).resolve().parents[2] / "submissions"
 COMMITTED = {path.parent.name for path in SUBMISSIONS.glob(f"*/{MANIFEST}")}
-PATH = Path("mine/submission.toml")
-CARD = Card("climber", hyperparameters={"step": 0.1, "widths": [4, 4]}, stored_steps=10)
+NOTHING, CARD = Observes(), Card("climber", hyperparameters={"step": 0.1, "widths": [4, 4]}, stored_steps=10)
 HOLD = """
 import sys, time
 from pathlib import Path
@@ -96,12 +97,12 @@ def test_a_manifest_that_is_not_toml_is_rejected(random_submission: Path, tmp_pa
     assert (error.code, "line 1" in error.message) == ("bad-manifest", True)
 
 
-def settings(**changes: Any) -> Settings:
-    return Settings("climber", "smoke", **changes)
+def settings(card: Card = CARD, observes: Observes = NOTHING, **changes: Any) -> Settings:
+    return Settings(AgentSpec("climber", "mine:Climber", card, observes), budget("smoke"), **changes)
 
 
 def test_a_new_manifest_passes_the_rules_and_reads_back_as_it_is() -> None:
-    tables = manifest_tables(CARD, settings(num_envs=4, observes=Observes(task_in_training=True)))
+    tables = manifest_tables(settings(observes=Observes(task_in_training=True), num_envs=4))
     assert not list(findings(tables))
     assert tables["hyperparameters"] == {"step": 0.1, "widths": [4, 4], "num_envs": 4}
     assert tables["observes"] == {
@@ -112,23 +113,24 @@ def test_a_new_manifest_passes_the_rules_and_reads_back_as_it_is() -> None:
 
 
 @pytest.mark.parametrize(
-    ("card", "changes", "named"),
+    ("changes", "named"),
     [
-        (CARD, {"observes": Observes(boundaries=True)}, "observes.boundaries is False"),
-        (CARD, {"num_envs": 2}, "hyperparameters.num_envs is not stated"),
-        (CARD, {"steps": "claimed"}, "protocol.steps is 'recorded'"),
-        (Card("other", hyperparameters=CARD.hyperparameters), {}, "protocol.algorithm is 'climber'"),
+        ({"observes": Observes(boundaries=True)}, "observes.boundaries is False"),
+        ({"num_envs": 2}, "hyperparameters.num_envs is not stated"),
+        ({"steps": "claimed"}, "protocol.steps is 'recorded'"),
+        ({"card": replace(CARD, algorithm="other")}, "protocol.algorithm is 'climber'"),
     ],
 )
 def test_a_run_of_another_agent_or_setting_is_rejected(
-    card: Card, changes: dict[str, Any], named: str
+    changes: dict[str, Any], named: str, tmp_path: Path
 ) -> None:
-    existing = manifest_tables(CARD, settings())
+    path, existing = tmp_path / MANIFEST, manifest_tables(settings())
     del existing["protocol"]["steps"]  # a key that may be left out
+    path.write_text(tomli_w.dumps(existing), encoding="utf-8")
     with pytest.raises(BenchError) as error:
-        require_same(PATH, existing, manifest_tables(card, settings(**changes)))
+        require_same(path, manifest_tables(settings(**changes)))
     assert (error.value.code, named in error.value.message) == ("mixed-submission", True)
-    require_same(PATH, existing, manifest_tables(CARD, settings()))
+    assert require_same(path, manifest_tables(settings())) == existing
 
 
 def test_another_engine_records_nothing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -222,7 +224,9 @@ def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_
             train("random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=out)
     assert error.value.message.count("No space left on device") == 3
     assert not digests(out)
-    train("random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=out, callback=refuse_training)
+    train(
+        "random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=out, monitor=Monitor(callback=refuse_training)
+    )
     assert digests(out) == digests(three_runs)
 
 
@@ -264,13 +268,10 @@ def test_a_donated_run_adds_its_three_files_and_names_the_donor(three_runs: Path
 def test_a_committed_submission_can_be_continued(name: str) -> None:
     if name.startswith("sac"):
         pytest.importorskip("sbx")
-    env = make_vec("Hopper", 1)
-    agent = factory(name)(env.single_observation_space, env.single_action_space, 0)
-    card, path = card_of(agent, name), SUBMISSIONS / name / MANIFEST
+    path = SUBMISSIONS / name / MANIFEST
     existing = read_manifest(path)
-    num_envs = existing["hyperparameters"].get("num_envs")
-    stated = Settings(name, existing["protocol"]["budget"], num_envs, observes=observes_of(agent, name))
-    require_same(path, existing, manifest_tables(card, stated))
+    spec, chosen = AgentSpec.of(name, [(GROUP, "single")]), budget(existing["protocol"]["budget"])
+    require_same(path, manifest_tables(Settings(spec, chosen, existing["hyperparameters"].get("num_envs"))))
 
 
 def test_a_folder_that_is_not_writable_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,25 +12,37 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import train
+from gym_extensions.baselines import Monitor, Parallel, train
 from gym_extensions.errors import BenchError
 
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests
 
-BAD: list[tuple[dict[str, Any], str]] = [
-    ({"log": "tensorbord"}, "unknown-log"),
-    ({"log": ["csv", 3]}, "bad-log"),
-    ({"evaluate_every": 2.5}, "bad-evaluate-every"),
-    ({"evaluate_every": True}, "bad-evaluate-every"),
-    ({"num_threads": "2"}, "bad-num-threads"),
-    ({"evaluate_episodes": 0}, "bad-evaluate-episodes"),
-    ({"jobs": -1}, "bad-jobs"),
-    ({"num_envs": 2000}, "bad-num-envs"),
-    ({"by": "A" * 201}, "bad-by"),
+BAD: list[tuple[type[Monitor | Parallel], dict[str, Any], str]] = [
+    (Monitor, {"log": "tensorbord"}, "unknown-log"),
+    (Monitor, {"log": ["csv", 3]}, "bad-log"),
+    (Monitor, {"evaluate_every": 2.5}, "bad-evaluate-every"),
+    (Monitor, {"evaluate_every": True}, "bad-evaluate-every"),
+    (Monitor, {"evaluate_episodes": 0}, "bad-evaluate-episodes"),
+    (Parallel, {"num_threads": "2"}, "bad-num-threads"),
+    (Parallel, {"num_envs": "8"}, "bad-num-envs"),
+    (Parallel, {"num_envs": 0}, "bad-num-envs"),
+    (Parallel, {"jobs": -1}, "bad-jobs"),
 ]
 
 
-@pytest.mark.parametrize(("arguments", "code"), BAD)
+@pytest.mark.parametrize(("settings", "arguments", "code"), BAD)
+def test_a_setting_of_another_type_or_out_of_range_is_rejected(
+    settings: Any, arguments: dict[str, Any], code: str
+) -> None:
+    with pytest.raises(BenchError) as error:
+        settings(**arguments)
+    assert error.value.code == code
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [({"parallel": Parallel(num_envs=2000)}, "bad-num-envs"), ({"by": "A" * 201}, "bad-by")],
+)
 def test_a_wrong_argument_is_rejected_before_training(
     arguments: dict[str, Any], code: str, tmp_path: Path
 ) -> None:
@@ -43,7 +55,8 @@ def test_a_wrong_argument_is_rejected_before_training(
 def test_logs_and_policies_do_not_depend_on_the_number_of_threads(tmp_path: Path) -> None:
     for num_threads in (1, 2):
         folder = tmp_path / f"{num_threads}-threads"
-        train("trpo", QUICK_GROUP, "sequential", "smoke", 0, out=folder, num_threads=num_threads)
+        parallel = Parallel(num_threads=num_threads)
+        train("trpo", QUICK_GROUP, "sequential", "smoke", 0, out=folder, parallel=parallel)
     one, two = map(digests, sorted(tmp_path.iterdir()))
     assert {Path(name).suffix for name in one} >= {".csv", ".npz"}
     assert one == two
@@ -81,11 +94,11 @@ def test_random_numbers_of_spaces_environments_and_global_generators_follow_from
 
 def test_worker_processes_train_an_agent_of_a_notebook_as_this_process_does(tmp_path: Path) -> None:
     code = """
-from gym_extensions.baselines import train
+from gym_extensions.baselines import Parallel, train
 from gym_extensions.baselines.algorithms.floors import Zero
 class Mine(Zero): ...
 for jobs in (0, 2):
-    train(Mine, "pusher", "joint", "smoke", 0, out=f"jobs{jobs}", jobs=jobs, progress=False)
+    train(Mine, "pusher", "joint", "smoke", 0, out=f"jobs{jobs}", parallel=Parallel(jobs))
 """
     subprocess.run([sys.executable], input=code, text=True, cwd=tmp_path, check=True)
     assert digests(tmp_path / "jobs0") == digests(tmp_path / "jobs2")
@@ -93,8 +106,8 @@ for jobs in (0, 2):
 
 def test_a_script_that_its_workers_would_run_again_is_named(tmp_path: Path) -> None:
     code = """
-from gym_extensions.baselines import train
-train("zero", "pusher", "joint", "smoke", 0, out="mine", jobs=2, progress=False)
+from gym_extensions.baselines import Parallel, train
+train("zero", "pusher", "joint", "smoke", 0, out="mine", parallel=Parallel(jobs=2))
 """
     (tmp_path / "script.py").write_text(code)
     command = [sys.executable, "script.py"]
@@ -106,6 +119,6 @@ train("zero", "pusher", "joint", "smoke", 0, out="mine", jobs=2, progress=False)
 def test_an_agent_that_a_worker_process_cannot_receive_is_refused_before_training(tmp_path: Path) -> None:
     agent: Any = partial(print, threading.Lock())
     with pytest.raises(BenchError, match="cannot receive the agent") as caught:
-        train(agent, "pusher", "joint", "smoke", 0, out=tmp_path / "mine", jobs=2)
+        train(agent, "pusher", "joint", "smoke", 0, out=tmp_path / "mine", parallel=Parallel(jobs=2))
     assert caught.value.code == "bad-agent"
     assert not (tmp_path / "mine").exists()

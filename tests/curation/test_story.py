@@ -223,7 +223,7 @@ def test_a_run_of_an_agent_of_a_stranger_is_an_edit(project: Project) -> None:
 
 
 def test_the_job_trains_a_run_of_an_agent_of_this_project_again(project: Project, tmp_path: Path) -> None:
-    train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained", progress=False)
+    train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained")
     shutil.rmtree(tmp_path / "trained" / ".progress")
     project.submit(tmp_path / "trained")
     submission = project.merge()
@@ -233,7 +233,7 @@ def test_the_job_trains_a_run_of_an_agent_of_this_project_again(project: Project
 def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
     project: Project, tmp_path: Path
 ) -> None:
-    train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained", progress=False)
+    train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained")
     shutil.rmtree(tmp_path / "trained" / ".progress")
     manifest = tmp_path / "trained/submission.toml"
     manifest.write_text(manifest.read_text().replace("[hyperparameters]", "[hyperparameters]\nrate = 1"))

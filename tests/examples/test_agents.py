@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gym_extensions import results
-from gym_extensions.baselines import Context, train
+from gym_extensions.baselines import Context, Monitor, Parallel, train
 from gym_extensions.envs import MotorNoise, TaskGroup, customize
 
 GROUP = TaskGroup(  # two tasks whose episodes are short
@@ -54,9 +54,10 @@ def submissions(load_example: Load, tmp_path_factory: pytest.TempPathFactory) ->
         if name in QUICK:
             module.SETTINGS.update(QUICK[name])
         out = root / name
-        num_envs = 1 if name == "sb3_ppo" else 5  # more environments take less time
+        parallel = Parallel(num_envs=1 if name == "sb3_ppo" else 5)  # more environments take less time
         agent = getattr(module, factory)
-        train(agent, GROUP, "sequential", "smoke", 0, out=out, num_envs=num_envs, progress=False)
+        monitor = Monitor(progress=False)
+        train(agent, GROUP, "sequential", "smoke", 0, out=out, parallel=parallel, monitor=monitor)
     return root
 
 

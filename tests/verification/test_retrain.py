@@ -32,9 +32,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("trained")
     (folder / "quick.toml").write_text(QUICK_TOML, encoding="utf-8")
     for agent in ("trpo", "random"):
-        train(
-            *(agent, str(folder / "quick.toml"), "sequential", "smoke", 0), out=folder / agent, progress=False
-        )
+        train(agent, folder / "quick.toml", "sequential", "smoke", 0, out=folder / agent)
     return folder
 
 

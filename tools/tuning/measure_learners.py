@@ -27,9 +27,9 @@ from typing import Any
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import TaskLabel
-from gym_extensions.baselines.agent_checks import observes_of
+from gym_extensions.baselines.agent_spec import observes_of
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017, REFERENCE, TrpoSettings
-from gym_extensions.baselines.training.environment import Batch, TrainingEnv
+from gym_extensions.baselines.training.environment import Report, TrainingEnv
 from gym_extensions.baselines.training.evaluation import evaluate
 from gym_extensions.catalog.tasks import Task, customize, task
 from gym_extensions.catalog.variations import Gravity
@@ -91,7 +91,7 @@ def measure(run: Run) -> list[dict[str, Any]]:
     observes, ids = observes_of(agent, run.agent), tuple(each.id for each in tasks)
     for number, each in enumerate(tasks, start=1):
         env = make_vec(each, run.num_envs)
-        batches: list[Batch] = []
+        batches: list[Report] = []
         recorder = TrainingEnv(
             env,
             [each.id],

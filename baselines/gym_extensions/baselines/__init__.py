@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Resumable
     from gym_extensions.baselines.record_policies import record
     from gym_extensions.baselines.train_agent import train
+    from gym_extensions.baselines.training.jobs import Parallel
+    from gym_extensions.baselines.training.progress import Monitor
+    from gym_extensions.submissions.manifest import Observes
 
 __all__ = [
     "Agent",
@@ -36,7 +39,9 @@ __all__ = [
     "Factory",
     "JobFailed",
     "JobFinished",
+    "Monitor",
     "Observes",
+    "Parallel",
     "Resumable",
     "StageStarted",
     "TaskEvaluated",
@@ -46,7 +51,14 @@ __all__ = [
     "train",
 ]
 
-MODULES = {"record": "record_policies", "sb3": "adapters.sb3", "train": "train_agent"}
+MODULES = {
+    "Monitor": ".training.progress",
+    "Observes": "gym_extensions.submissions.manifest",
+    "Parallel": ".training.jobs",
+    "record": ".record_policies",
+    "sb3": ".adapters.sb3",
+    "train": ".train_agent",
+}
 """The module of each public name; the others are in ``agent``."""
 
 
@@ -54,7 +66,7 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
-        module = importlib.import_module(f"{__name__}.{MODULES.get(name, 'agent')}")
+        module = importlib.import_module(MODULES.get(name, ".agent"), __name__)
     except ModuleNotFoundError as missing:
         from gym_extensions.baselines.algorithms import missing_extra
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.training.arguments import parse_names, parse_runs
 from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.progress import LOGS
 from gym_extensions.baselines.workers import DISK_FULL, JOBS_FAILED
@@ -61,7 +61,7 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str] | None = None) -> int:
     """Trains, writes the submission and returns the exit status."""
     options = parser().parse_args(argv)
-    from gym_extensions.baselines.train_agent import train  # loads the simulator
+    from gym_extensions.baselines import Monitor, Parallel, train  # loads the simulator
 
     try:
         train(
@@ -71,13 +71,13 @@ def main(argv: list[str] | None = None) -> int:
             options.budget,
             parse_runs(options.runs),
             out=options.out,
-            jobs=options.jobs,
-            num_envs=options.num_envs,
-            num_threads=options.num_threads,
-            progress=not options.quiet,
-            log=options.log and parse_names(options.log),
-            evaluate_every=options.evaluate_every,
-            evaluate_episodes=options.evaluate_episodes,
+            parallel=Parallel(options.jobs, options.num_envs, options.num_threads),
+            monitor=Monitor(
+                progress=not options.quiet,
+                log=options.log and parse_names(options.log),
+                evaluate_every=options.evaluate_every,
+                evaluate_episodes=options.evaluate_episodes,
+            ),
             by=options.by,
         )
     except KeyboardInterrupt:
@@ -93,11 +93,29 @@ def main(argv: list[str] | None = None) -> int:
             raise
         print(f"error: {error}", file=sys.stderr)
         return 1
-    print(f"The submission is in {options.out}. {_what_next(options)}")
+    files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
+    words = ["score", str(options.out), *(word for name in files for word in ("--groups", name))]
+    score = subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
+    print(f"The submission is in {options.out}. Score it with: {score}")
     return 0
 
 
-def _what_next(options: argparse.Namespace) -> str:
-    files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
-    words = ["score", str(options.out), *(word for name in files for word in ("--groups", name))]
-    return f"Score it with: {subprocess.list2cmdline(words) if os.name == 'nt' else shlex.join(words)}"
+def parse_names(text: str) -> list[str]:
+    """The names of a comma-separated list."""
+    return [name.strip() for name in text.split(",")]
+
+
+def parse_runs(text: str) -> list[int]:
+    """The numbers of a list with ranges such as ``0,2,5-7``; raises ``BenchError`` for anything else."""
+    runs: list[int] = []
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
+        if match is None:
+            hint = "Use numbers and ranges, such as 0,1 or 0-4."
+            raise BenchError("bad-runs", f"{text!r} is not a list of runs.", "--runs", hint)
+        first, last = int(match[1]), int(match[2] or match[1])
+        if last < first:
+            hint = f"Write the smaller number first: {last}-{first}."
+            raise BenchError("bad-runs", f"The range {part.strip()!r} is empty.", "--runs", hint)
+        runs += range(first, last + 1)
+    return runs

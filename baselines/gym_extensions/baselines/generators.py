@@ -1,7 +1,9 @@
-"""Random generators: those of an agent, and the global ones of Python, numpy and torch."""
+"""Random numbers: the seeds of a run, the generators of an agent, and the global ones."""
 
 from __future__ import annotations
 
+import copy
+import hashlib
 import json
 import random
 import sys
@@ -9,7 +11,27 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
+
+
+def training_seed(run: int, *purpose: str) -> int:
+    """A seed in [0, 2³²) for one purpose in one run: ``SeedSequence([run, …])`` with the purpose's sha256."""
+    digest = hashlib.sha256("/".join(purpose).encode()).digest()
+    words = [int.from_bytes(digest[start : start + 4], "little") for start in range(0, 16, 4)]
+    return int(np.random.SeedSequence([run, *words]).generate_state(1)[0])
+
+
+def spawn_seeds(seed: int, num_envs: int) -> list[int]:
+    """Spawns one seed per environment from one seed. Neighboring seeds share none of them."""
+    return [int(child.generate_state(1)[0]) for child in np.random.SeedSequence(seed).spawn(num_envs)]
+
+
+def seeded_copy(space: gym.Space[Any], seed: int) -> gym.Space[Any]:
+    """A copy of a space that samples from a seed of its own."""
+    own = copy.deepcopy(space)
+    own.seed(seed % 2**31)
+    return own
 
 
 def acting_and_learning(seed: int) -> tuple[np.random.Generator, np.random.Generator]:

@@ -11,18 +11,23 @@ from statistics import fmean
 from types import MappingProxyType
 from typing import Any, NoReturn
 
-import msgspec
 import numpy as np
 
 from gym_extensions.baselines import submission
 from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
-from gym_extensions.baselines.agent_checks import action_function, card_of, observes_of
-from gym_extensions.baselines.training import usage
-from gym_extensions.baselines.training.arguments import parse_request
+from gym_extensions.baselines.agent_spec import (
+    AgentSpec,
+    action_function,
+    checked_card,
+    observes_of,
+    require_submittable,
+)
+from gym_extensions.baselines.generators import training_seed
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import EXCESS
-from gym_extensions.baselines.training.evaluation import Evaluator, require_submittable
-from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, training_seed
+from gym_extensions.baselines.training.evaluation import Evaluator
+from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, parse_request
+from gym_extensions.baselines.training.provenance import usage_since
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import stages
 from gym_extensions.catalog.tasks import Task
@@ -34,7 +39,7 @@ from gym_extensions.submissions.manifest import CLAIMED, Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.policies.mlp import Policy as PlainPolicy
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
-from gym_extensions.submissions.run import Curve
+from gym_extensions.submissions.run import Curve, Memory
 
 WRITE_SECONDS = 300.0
 """How long a process waits for another one that writes the run."""
@@ -228,7 +233,7 @@ def record(
         >>> record(policy, "hopper-gravity", "single", run=0, task="Hopper", out="mine", budget="100k",
         ...        card=Card("SAC", evaluation="deterministic"))  # doctest: +SKIP
     """
-    request = parse_request([group], protocol, budget, [run], None)
+    request = parse_request([group], protocol, budget, [run])
     if len(request.logs()) > 1:
         hint = "Name one group and one protocol."
         raise BenchError("bad-groups", "A policy is recorded in one group and protocol.", "record", hint)
@@ -238,14 +243,14 @@ def record(
     trained = claimed_curves(recorded, curves)
     path = Path(out)
     agent = PolicyAgent(policy, card, observes)
-    observed = observes_of(agent, "policy")
-    settings = Settings(card_of(agent, "card").algorithm, request.budget.name, None, observed, CLAIMED)
+    observed, card = observes_of(agent, "policy"), checked_card(agent, "card")
+    spec = AgentSpec(card.algorithm, lambda *_: agent, card, observed)
+    settings = Settings(spec, request.budget, steps=CLAIMED)
     if (stored := agent.policy()) is not None:
         require_submittable(stored, card, observed, task_group, protocol)
-    tables = submission.manifest_tables(card, settings)
     submission.validate(path, [task_group])
     require_published_engine(task_group.tasks)
-    submission.require_same(path / MANIFEST, submission.read_manifest(path / MANIFEST), tables)
+    submission.require_same(path / MANIFEST, submission.manifest_tables(settings))
     if existing := _existing(path, job, number, skip_recorded):
         if JobFolder(path, job).finished():
             _write_if_complete(path, job, settings)  # an earlier call may have failed to
@@ -253,12 +258,13 @@ def record(
     submission.prepare(path)
     with submission.lock_runs(path, [f"{job.title} stage {number}"]):
         started, folder = time.process_time(), JobFolder(path, job)
-        folder.begin(
-            msgspec.to_builtins(settings) | {key: tables[key] for key in ("protocol", "hyperparameters")}
+        folder.begin(settings)
+        episodes = _evaluate(agent, job, recorded, folder)
+        memory = Memory(
+            stored_steps=card.stored_steps, parameters_first=card.parameters, parameters_last=card.parameters
         )
-        episodes = _evaluate(agent, job, recorded, settings, folder)
-        used = usage.since(started, recorded.steps)
-        folder.finish(FinishedStage(number, episodes, trained, card, card.parameters, used), agent, last=True)
+        used = usage_since(started, recorded.steps)
+        folder.finish(FinishedStage(number, episodes, trained, memory, used), agent, last=True)
     _write_if_complete(path, job, settings)
     return mean_returns(episodes)
 
@@ -281,10 +287,8 @@ def _existing(out: Path, job: TrainingJob, stage: int, skip: bool) -> dict[str, 
     return {str(task): float(mean) for task, mean in means.items()}
 
 
-def _evaluate(
-    agent: PolicyAgent, job: TrainingJob, stage: Stage, settings: Settings, folder: JobFolder
-) -> list[Episode]:
-    evaluator, policy = Evaluator(job.group, settings.observes.task_in_evaluation), agent.policy()
+def _evaluate(agent: PolicyAgent, job: TrainingJob, stage: Stage, folder: JobFolder) -> list[Episode]:
+    evaluator, policy = Evaluator(job.group, agent.observes.task_in_evaluation), agent.policy()
     episodes = []
     try:
         for task in stage.evaluated:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import datetime
 import hashlib
-import platform
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -17,11 +16,11 @@ from typing import Any
 import tomli_w
 from filelock import FileLock, Timeout
 
-from gym_extensions.baselines.agent import Array, Card
-from gym_extensions.baselines.agent_checks import card_tables
+from gym_extensions.baselines.agent import Array
+from gym_extensions.baselines.agent_spec import card_tables
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
-from gym_extensions.baselines.training.jobs import Settings, TrainingJob, job_versions, jobs_of
-from gym_extensions.baselines.training.usage import Usage, joined
+from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
+from gym_extensions.baselines.training.provenance import joined, run_versions
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
@@ -145,17 +144,21 @@ def read_manifest(path: Path) -> dict[str, Any]:
         raise BenchError("bad-manifest", f"The file is not valid TOML: {error}.", str(path), hint) from error
 
 
-def manifest_tables(card: Card, settings: Settings) -> dict[str, Any]:
+def manifest_tables(settings: Settings) -> dict[str, Any]:
     """The manifest of a new submission, with values as TOML reads them back."""
-    tables = card_tables(card, settings.observes)
-    tables["protocol"] |= {"budget": settings.budget, "steps": settings.steps}
+    tables = card_tables(settings.agent.card, settings.agent.observes)
+    tables["protocol"] |= {"budget": settings.budget.name, "steps": settings.steps}
     if settings.num_envs is not None:
         tables["hyperparameters"] |= {"num_envs": settings.num_envs}
     return tomllib.loads(tomli_w.dumps(tables))
 
 
-def require_same(path: Path, existing: Tables, new: Tables) -> None:
-    """Raises ``BenchError`` if the existing manifest differs in what must be the same in every run."""
+def require_same(path: Path, new: Tables) -> Tables:
+    """The manifest at ``path``, empty if there is none.
+
+    Raises ``BenchError`` if it differs from ``new`` in what must be the same in every run.
+    """
+    existing = read_manifest(path)
     for section in SHARED_SECTIONS:
         if (stated := existing.get(section)) is None:
             continue
@@ -167,6 +170,7 @@ def require_same(path: Path, existing: Tables, new: Tables) -> None:
                 message = f"{section}.{key} is {first} in this submission and {second} in the new run."
                 hint = DERIVED if section == "observes" else ONE_SETTING
                 raise BenchError("mixed-submission", message, str(path), hint)
+    return existing
 
 
 def write_run_files(
@@ -194,16 +198,23 @@ def write_run_files(
     jobs = sorted(finished, key=lambda job: job.task or 0)
     records = [record for job in jobs for record in finished[job]]
     group, protocol, run = jobs[0].group, jobs[0].protocol, jobs[0].run
-    card = max((record.card for record in records), key=lambda card: card.stored_steps)
-    existing, tables = read_manifest(out / MANIFEST), manifest_tables(card, settings)
-    require_same(out / MANIFEST, existing, tables)
+    tables = manifest_tables(settings)
+    existing = require_same(out / MANIFEST, tables)
     policies = _policies([JobFolder(out, job) for job in jobs])
     files = policy_files(policies) if policies else {}
     size = sum(map(len, files.values()))
-    packages = dict.fromkeys(package for record in records for package in record.card.packages)
+    packages = dict.fromkeys(settings.agent.card.packages)
     if any(suffix.endswith(layout.NETWORK) for suffix in files):
         packages |= {RUNTIME: None}
-    log = log_text((episode for record in records for episode in record.episodes), group.task_ids).encode()
+    log = log_text([each for record in records for each in record.episodes], group.task_ids).encode()
+    usages, measured = [record.usage for record in records], dict[str, Any]()
+    if settings.steps == RECORDED:
+        processors, cores = joined([used.processor for used in usages]), max(used.cores for used in usages)
+        measured = {
+            "machine": documents.Machine(processor=processors, cores=cores),
+            "cpu_seconds": round(sum(used.cpu_seconds for used in usages), 3),
+            "peak_memory_mb": max(used.peak_memory_mb for used in usages) or None,
+        }
     document = documents.RunDocument(
         group=group.id,
         protocol=protocol,  # type: ignore[arg-type]
@@ -212,20 +223,20 @@ def write_run_files(
         commit=commit,
         by=by,
         date=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        versions=run_versions(record.usage.kernels for record in records),
+        versions=run_versions([used.kernels for used in usages]),
         packages={package: version(package) for package in packages},
-        steps=sum(record.usage.steps for record in records),
+        steps=sum(used.steps for used in usages),
         memory=documents.Memory(
-            stored_steps=max(record.card.stored_steps for record in records),
-            parameters_first=max(stages[0].first_parameters for stages in finished.values()),
-            parameters_last=max(record.card.parameters for record in records),
+            stored_steps=max(record.memory.stored_steps for record in records),
+            parameters_first=max(record.memory.parameters_first for record in records),
+            parameters_last=max(record.memory.parameters_last for record in records),
         ),
         fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
         curves=[curve for record in records for curve in record.curves],
         evaluations=[each for record in records for each in record.evaluations],
         log=hashlib.sha256(log).hexdigest(),
         policies=documents.PolicyFile(sha256=content_sha256(policies), size=size) if policies else None,
-        **(_measured([record.usage for record in records]) if settings.steps == RECORDED else {}),
+        **measured,
     )
 
     def place(suffix: str) -> Path:
@@ -266,23 +277,3 @@ def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:
         hint = "Record the stage with a policy, or delete the files policy*.npz to write the run without."
         raise BenchError("bad-policies", message, str((missing or [jobs[0].path])[0]), hint)
     return arrays
-
-
-def _measured(usages: Sequence[Usage]) -> dict[str, Any]:
-    """What a run's document says about the machine and what the training took."""
-    processors, cores = joined(usage.processor for usage in usages), max(usage.cores for usage in usages)
-    return {
-        "machine": documents.Machine(processor=processors, cores=cores),
-        "cpu_seconds": round(sum(usage.cpu_seconds for usage in usages), 3),
-        "peak_memory_mb": max(usage.peak_memory_mb for usage in usages) or None,
-    }
-
-
-def run_versions(kernels: Iterable[str]) -> documents.Versions:
-    """The versions of the packages, of Python and of the platform, with the BLAS kernels of the stages."""
-    return documents.Versions(
-        **job_versions(),
-        python=platform.python_version(),
-        platform=f"{platform.system()}-{platform.machine()}",
-        blas=joined(kernels),
-    )

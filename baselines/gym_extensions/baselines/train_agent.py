@@ -9,40 +9,34 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from gym_extensions.baselines import algorithms, submission, workers
-from gym_extensions.baselines.agent import Card, Factory, TaskLabel
-from gym_extensions.baselines.agent_checks import card_of, create_agent, observes_of
-from gym_extensions.baselines.training import arguments
-from gym_extensions.baselines.training.arguments import Groups, Request
+from gym_extensions.baselines.agent import Factory
+from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
-from gym_extensions.baselines.training.evaluation import (
-    first_actions,
-    policy_of,
-    require_agreement,
-    require_submittable,
-)
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
-from gym_extensions.baselines.training.jobs import Settings, TrainingJob
-from gym_extensions.baselines.training.progress import TRAIN_LOG, open_listeners, parse_logs
+from gym_extensions.baselines.training.jobs import (
+    Groups,
+    Parallel,
+    Settings,
+    TrainingJob,
+    parse_request,
+    require_equal_spaces,
+)
+from gym_extensions.baselines.training.progress import TRAIN_LOG, Monitor
+from gym_extensions.baselines.training.provenance import commit_of
 from gym_extensions.baselines.training.runner import PendingJob
-from gym_extensions.baselines.training.usage import commit_of
-from gym_extensions.baselines.workers import Failure, failure_of, jobs_failed, require_sendable
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import evaluation_seed
-from gym_extensions.catalog.tasks import whole_number
-from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, PROGRESS, run_file
 from gym_extensions.submissions.manifest import RECORDED
 from gym_extensions.submissions.run import LONGEST, read_run
 
-INTERIM_EPISODES = 5
-"""Episodes per task of an evaluation during training."""
+THIS_PROCESS, PROGRESS_ALONE = Parallel(), Monitor()
+"""What ``train`` does by default: it trains in this process and shows the progress."""
 
 
 def train(
@@ -53,14 +47,8 @@ def train(
     runs: int | Iterable[int],
     *,
     out: str | Path,
-    jobs: int = 0,
-    num_envs: int | None = None,
-    num_threads: int = 1,
-    progress: bool = True,
-    log: str | Iterable[str] | None = None,
-    callback: Listener | None = None,
-    evaluate_every: int | None = None,
-    evaluate_episodes: int = INTERIM_EPISODES,
+    parallel: Parallel = THIS_PROCESS,
+    monitor: Monitor = PROGRESS_ALONE,
     by: str = "",
 ) -> list[Path]:
     """Trains and evaluates an agent and writes its submission.
@@ -77,23 +65,8 @@ def train(
         budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: training steps per task.
         runs: the number of a run, which is its training seed, from 0 to 99; or several.
         out: the submission's folder.
-        jobs: number of worker processes with one thread each; the factory must pickle. 0 trains in this
-            process with its number of threads.
-        num_envs: number of training environments; the budget's if None.
-        num_threads: threads that step the training environments of one job, for one long job on several
-            processors. Results do not depend on it.
-        progress: whether to show training return, steps per second and time left: bars in a terminal, lines
-            elsewhere. The file ``out/.progress/train.log`` has them in any case.
-        log: ``"csv"`` (``out/.progress/events.csv``), ``"tensorboard"`` (``out/.progress/tensorboard``; needs
-            the extra ``log``), or both.
-        callback: called in this process with every event: :class:`~gym_extensions.baselines.TrainingStarted`,
-            ``StageStarted``, ``BatchTrained``, ``TaskEvaluated``, ``JobFinished``, ``JobFailed``. An
-            exception stops the training.
-        evaluate_every: training steps of a stage between evaluations during training, which are made at the
-            end of a batch, on the tasks that are evaluated after the stage. None
-            evaluates after each stage only. Neither what is learned nor the logs depend on it if the agent
-            can be saved; docs/submit.md says what is guaranteed for other agents.
-        evaluate_episodes: episodes per task of these evaluations, from 1 to 20.
+        parallel: worker processes, environments and threads; by default, jobs train in this process.
+        monitor: what is shown, logged and evaluated while training goes on; by default, the progress.
         by: who trains the runs, at most 200 characters: for runs that are donated to a submission of others.
 
     Returns:
@@ -112,32 +85,35 @@ def train(
     """
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         sys.exit(workers.NO_GUARD)  # this worker process imports the script, whose call would train again
-    request = arguments.parse_request(groups, protocols, budget, runs, num_envs)
-    num_threads = whole_number("num_threads", num_threads, "bad-num-threads", "--num-threads")
-    interim, logs = arguments.parse_interim(evaluate_every, evaluate_episodes), parse_logs(log)
+    request, path = parse_request(groups, protocols, budget, runs, parallel.num_envs), Path(out)
     if not isinstance(by, str) or len(by) > LONGEST:
         raise BenchError("bad-by", f"It is not text of at most {LONGEST} characters.", "--by", "Shorten it.")
-    path = Path(out)
-    if jobs != 0:
-        jobs = whole_number("jobs", jobs, "bad-jobs", "--jobs")
-        require_sendable(agent)
-    settings = Settings(algorithms.name_of(agent), request.budget.name, request.num_envs)
-    settings = _checked(algorithms.factory(agent), settings, path, request)
-    titles = dict.fromkeys(job.run_title for job in _plan(path, request))
+    if parallel.jobs:
+        workers.require_sendable(agent)
+    # Whatever cannot become a submission after training is refused before it.
+    submission.validate(path, request.groups)
+    require_published_engine([task for group in request.groups for task in group.tasks])
+    require_equal_spaces(request.groups)
+    spec = AgentSpec.of(agent, request.logs())
+    settings = Settings(spec, request.budget, parallel.num_envs, parallel.num_threads, monitor.interim)
+    submission.require_same(path / MANIFEST, submission.manifest_tables(settings))
+
+    def unfinished() -> list[PendingJob]:
+        jobs = [job for log in request.logs() for job in submission.missing_jobs(path, *log, request.runs)]
+        return [PendingJob(job, settings, path) for job in jobs]
+
+    titles = dict.fromkeys(each.job.run_title for each in unfinished())
     if titles:
         submission.prepare(path)
-    listeners = open_listeners(path, progress=progress, logs=logs, callback=callback)
-    with submission.lock_runs(path, titles), listeners as listen:
-        # Another process may have finished a run before the locks were held.
-        left = _plan(path, request)
-        pending = [PendingJob(job, agent, settings, path, interim, num_threads) for job in left]
-        listen(TrainingStarted(tuple(each.plan for each in pending), max(jobs, 1)))
-        failures = _run(pending, listen, jobs, by)
+    with submission.lock_runs(path, titles), monitor.listening(path) as listen:
+        pending = unfinished()  # another process may have finished a run before the locks were held
+        listen(TrainingStarted(tuple(each.plan for each in pending), max(parallel.jobs, 1)))
+        failures = _run(pending, listen, parallel.jobs, by)
     if failures:
         if len(pending) == 1 and (error := next(iter(failures.values())).error):
             raise error
         hint = f"Tracebacks are in {path / PROGRESS / TRAIN_LOG}. {CONTINUES}"
-        raise jobs_failed(failures, len(pending), hint)
+        raise workers.jobs_failed(failures, len(pending), hint)
     runs_of = [(group.name, protocol, run) for group, protocol in request.logs() for run in request.runs]
     return [path / run_file(*each, LOG) for each in runs_of]
 
@@ -152,18 +128,22 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
         BenchError: the training of the submission was not recorded, no reference agent has its name, or the
             agent is another one or has other settings.
     """
-    path, budget = folder / MANIFEST, str(_recorded_protocol(folder)["budget"])
-    options: dict[str, Any] = {"out": out, "progress": False}
-    options["num_envs"] = submission.read_manifest(path).get("hyperparameters", {}).get("num_envs")
-    agent = reference_agent(folder)
+    path, budget, agent = (
+        folder / MANIFEST,
+        str(_recorded_protocol(folder)["budget"]),
+        reference_agent(folder),
+    )
+    num_envs = submission.read_manifest(path).get("hyperparameters", {}).get("num_envs")
+    parallel, monitor = Parallel(num_envs=num_envs), Monitor(progress=False)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
     document = folder / run_file(group.name, protocol, run, DOCUMENT)
     if document.exists() and (evaluations := read_run(document).evaluations):
         # An agent that cannot be saved acts itself in them, so its run depends on them.
-        options |= {"evaluate_every": evaluations[0].steps[0], "evaluate_episodes": evaluations[0].episodes}
+        every, episodes = evaluations[0].steps[0], evaluations[0].episodes
+        monitor = replace(monitor, evaluate_every=every, evaluate_episodes=episodes)
     try:
-        (log,) = train(agent, [group], protocol, budget, run, **options)
+        (log,) = train(agent, group, protocol, str(budget), run, out=out, parallel=parallel, monitor=monitor)
     except BenchError as error:
         if error.code != "mixed-submission":
             raise
@@ -196,15 +176,15 @@ def _recorded_protocol(folder: Path) -> dict[str, Any]:
     return table
 
 
-def _run(pending: Sequence[PendingJob], listen: Listener, jobs: int, by: str) -> dict[str, Failure]:
+def _run(pending: Sequence[PendingJob], listen: Listener, jobs: int, by: str) -> dict[str, workers.Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_title for each in pending)
     finished: dict[str, dict[TrainingJob, list[FinishedStage]]] = {title: {} for title in unfinished}
-    failures: dict[str, Failure] = {}
+    failures: dict[str, workers.Failure] = {}
     commit = commit_of(Path.cwd())
     for index, outcome in workers.run(pending, listen, jobs):
         each, job = pending[index], pending[index].job
-        if isinstance(outcome, Failure):
+        if isinstance(outcome, workers.Failure):
             failures[job.title] = outcome
         else:
             of_run = finished[job.run_title]
@@ -214,7 +194,7 @@ def _run(pending: Sequence[PendingJob], listen: Listener, jobs: int, by: str) ->
                 try:
                     submission.write_run_files(each.out, of_run, each.settings, **how)
                 except (OSError, BenchError) as error:
-                    failures[job.title] = failure_of(error, in_this_process=True)
+                    failures[job.title] = workers.failure_of(error, in_this_process=True)
         if failure := failures.get(job.title):
             listen(JobFailed(job.title, failure.cause, failure.traceback))
     return failures
@@ -222,61 +202,17 @@ def _run(pending: Sequence[PendingJob], listen: Listener, jobs: int, by: str) ->
 
 def command_of(pending: PendingJob) -> str:
     """The command line that trains a job's run alone."""
-    job, settings, interim, agent = pending.job, pending.settings, pending.interim, pending.agent
+    job, settings, agent = pending.job, pending.settings, pending.settings.agent.factory
     if not isinstance(agent, str):
         module, name = getattr(agent, "__module__", ""), getattr(agent, "__qualname__", "")
         if module == "__main__":  # the agent's script; a notebook has none
             module = Path(getattr(sys.modules[module], "__file__", None) or "").stem
-        agent = f"{module}:{name}" if module and name else settings.agent
+        agent = f"{module}:{name}" if module and name else settings.agent.name
     words = ["gym-extensions", "train", agent]
     words += ["--groups", job.group.name if job.group.published else f"{job.group.name}.toml"]
-    words += ["--protocol", job.protocol, "--budget", settings.budget, "--runs", str(job.run)]
+    words += ["--protocol", job.protocol, "--budget", settings.budget.name, "--runs", str(job.run)]
     if settings.num_envs is not None:
         words += ["--num-envs", str(settings.num_envs)]
-    if interim is not None:
+    if (interim := settings.interim) is not None:
         words += ["--evaluate-every", str(interim.every), "--evaluate-episodes", str(interim.episodes)]
     return shlex.join([*words, "--out", pending.out.resolve().name])
-
-
-def _plan(out: Path, request: Request) -> list[TrainingJob]:
-    """The jobs of the requested runs that are not finished."""
-    logs = (submission.missing_jobs(out, *log, request.runs) for log in request.logs())
-    return list(chain.from_iterable(logs))
-
-
-def _checked(make: Factory, settings: Settings, out: Path, request: Request) -> Settings:
-    """The settings with what the agent asks to observe.
-
-    Raises ``BenchError`` before training for anything that cannot become a submission after it.
-    """
-    submission.validate(out, request.groups)
-    require_published_engine([task for group in request.groups for task in group.tasks])
-    arguments.require_equal_spaces(request.groups)
-    settings, card = agent_settings(make, settings, request.logs())
-    path, tables = out / MANIFEST, submission.manifest_tables(card, settings)
-    submission.require_same(path, submission.read_manifest(path), tables)
-    return settings
-
-
-def agent_settings(
-    make: Factory, settings: Settings, logs: Sequence[tuple[TaskGroup, str]]
-) -> tuple[Settings, Card]:
-    """The settings with what an agent states and asks to observe, and its card.
-
-    Raises ``BenchError`` if the factory, the agent or its card does not fit, the agent's actions have a wrong
-    shape or are not those of its policy, or the submission, with these groups and protocols, may not contain
-    the policy.
-    """
-    group, _ = logs[0]
-    env = make_vec(group.tasks[0], 1)
-    agent = create_agent(make, (env.single_observation_space, env.single_action_space), settings.agent)
-    card, observes = card_of(agent, settings.agent), observes_of(agent, settings.agent)
-    seeds, label = [evaluation_seed(group.id, group.task_ids[0], 0)], TaskLabel(group.task_ids[0], 0)
-    actions = first_actions(agent, env, seeds, label if observes.task_in_evaluation else None)
-    if (policy := policy_of(agent)) is not None:
-        require_agreement(policy, env, seeds, actions, 0)
-        for log in logs:
-            require_submittable(policy, card, observes, *log)
-    env.close()
-    stated = {"hyperparameters": card.hyperparameters, "packages": card.packages}
-    return replace(settings, observes=observes, **stated), card  # type: ignore[arg-type]

@@ -164,17 +164,16 @@ def _run_in_workers(pending: Sequence[Runnable[Result]], listen: Listener, jobs:
 def _work(connection: Connection, pickled: bytes) -> None:
     """Runs a pickled thing in a worker process, and sends events and, last, the result."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Ctrl-C, the parent process stops its workers
-    threading.Thread(target=_exit_with_parent, daemon=True).start()
+
+    def exit_with_parent() -> None:  # at once, even if it was killed
+        if parent := multiprocessing.parent_process():
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=exit_with_parent, daemon=True).start()
     try:
         runnable: Runnable[Any] = cloudpickle.loads(pickled)
         outcome = runnable.run(lambda event: connection.send((True, event)))
     except (Exception, SystemExit) as error:  # noqa: BLE001  (an agent may raise anything)
         outcome = failure_of(error)
     connection.send((False, outcome))
-
-
-def _exit_with_parent() -> None:
-    """Ends this worker as soon as the parent process has ended, even if it was killed."""
-    if parent := multiprocessing.parent_process():
-        parent.join()
-        os._exit(1)

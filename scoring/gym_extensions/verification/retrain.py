@@ -18,9 +18,8 @@ from msgspec.structs import asdict, replace as replaced
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.submission import run_versions
 from gym_extensions.baselines.train_agent import reference_agent, retrain
-from gym_extensions.baselines.training.usage import commit_of, processor
+from gym_extensions.baselines.training.provenance import commit_of, processor, run_versions
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import working

@@ -18,10 +18,10 @@ pytest.importorskip("stable_baselines3")
 from stable_baselines3 import PPO, SAC, TD3  # noqa: E402
 from stable_baselines3.common.callbacks import BaseCallback  # noqa: E402
 
-from gym_extensions.baselines import Context, Factory, sb3, train  # noqa: E402
+from gym_extensions.baselines import Context, Factory, Parallel, sb3, train  # noqa: E402
 from gym_extensions.baselines.adapters import sb3 as adapter  # noqa: E402
 from gym_extensions.baselines.adapters.sb3 import to_manifest_value  # noqa: E402
-from gym_extensions.baselines.training.environment import Batch, TrainingEnv  # noqa: E402
+from gym_extensions.baselines.training.environment import Report, TrainingEnv  # noqa: E402
 from gym_extensions.baselines.training.evaluation import evaluate  # noqa: E402
 from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
@@ -53,8 +53,8 @@ def create(env: Any, make: Factory, seed: int = 3) -> Any:
     return make(env.single_observation_space, env.single_action_space, seed)
 
 
-def learn(agent: Any, env: Any, seed: int = 0, steps: int = 60) -> list[Batch]:
-    batches: list[Batch] = []
+def learn(agent: Any, env: Any, seed: int = 0, steps: int = 60) -> list[Report]:
+    batches: list[Report] = []
     agent.learn(
         TrainingEnv(env, ["Hopper"], steps=steps, batch_steps=60, seed=seed, report=batches.append), steps
     )
@@ -128,7 +128,8 @@ class FailsInTheSecondStage(BaseCallback):
 def test_a_run_whose_callback_raised_resumes_with_the_same_files(tmp_path: Path) -> None:
     def run(name: str, **options: Any) -> Path:
         make = sb3(PPO, normalize_observations=True, **SMALL, **options)
-        train(make, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / name, num_envs=2)
+        parallel = Parallel(num_envs=2)
+        train(make, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / name, parallel=parallel)
         return tmp_path / name
 
     with pytest.raises(ValueError, match="disk full"):

@@ -14,7 +14,7 @@ pytest.importorskip("stable_baselines3")
 
 from gym_extensions.baselines import Resumable, algorithms
 from gym_extensions.baselines.agent import Described
-from gym_extensions.baselines.agent_checks import card_of
+from gym_extensions.baselines.agent_spec import checked_card
 from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.envs import make_vec
@@ -94,7 +94,7 @@ def test_sac_keeps_its_replay_buffer_and_sac_fresh_buffer_empties_it(
 def test_each_describes_itself_and_repeats_itself_with_the_same_seed(name: str, env: Any) -> None:
     make = algorithms.factory("ppo") if name == "ppo" else small(name, warm_up=1000)
     agent, twin, other = (create(make, env, seed) for seed in (3, 3, 4))
-    assert card_of(agent, "another name").algorithm == name
+    assert checked_card(agent, "another name").algorithm == name
     assert isinstance(twin, Described)
     assert isinstance(other, Resumable)
     observations = np.random.default_rng(0).normal(size=(5, 11))

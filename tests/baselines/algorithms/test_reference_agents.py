@@ -11,7 +11,7 @@ import pytest
 
 from gym_extensions.baselines import Card, Resumable, algorithms
 from gym_extensions.baselines.agent import Described
-from gym_extensions.baselines.agent_checks import card_of
+from gym_extensions.baselines.agent_spec import checked_card
 from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
@@ -33,7 +33,7 @@ def test_each_describes_itself_and_can_be_saved(name: str, spaces: Spaces) -> No
     agent = algorithms.factory(name)(*spaces, 0)
     assert isinstance(agent, Described)
     assert isinstance(agent, Resumable)
-    card = card_of(agent, "other")
+    card = checked_card(agent, "other")
     assert isinstance(card, Card)
     assert card.algorithm == name
 

@@ -14,8 +14,8 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.algorithms import trpo
 from gym_extensions.baselines.algorithms.trpo import REFERENCE
+from gym_extensions.baselines.generators import training_seed
 from gym_extensions.baselines.training.environment import TrainingEnv
-from gym_extensions.baselines.training.jobs import training_seed
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import make_vec

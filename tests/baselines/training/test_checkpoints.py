@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Card, train
+from gym_extensions.baselines import Card, Observes, train
+from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.training.checkpoints import JobFolder
-from gym_extensions.baselines.training.jobs import jobs_of
+from gym_extensions.baselines.training.jobs import Settings, jobs_of
 from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.protocol import budget
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.run import read_run
 
@@ -186,7 +188,8 @@ def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> 
 
 def test_a_checkpoint_of_another_version_of_the_agents_packages_is_not_continued(tmp_path: Path) -> None:
     (job,) = jobs_of(group(SHORT_GROUP), "joint", [0])
-    folder, settings = JobFolder(tmp_path, job), {"packages": ("pandas",)}
+    spec = AgentSpec("mine", "zero", Card("mine", packages=("pandas",)), Observes())
+    folder, settings = JobFolder(tmp_path, job), Settings(spec, budget("smoke"))
     folder.begin(settings)
     folder.begin(settings)
     stored = folder.path / "settings.json"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
-from gym_extensions.baselines.training.environment import Batch, TrainingEnv
+from gym_extensions.baselines.training.environment import Report, TrainingEnv
 from gym_extensions.catalog.protocol import CURVE_POINTS, budget
 from gym_extensions.envs import VectorTaskId, group, make_vec
 from gym_extensions.errors import BenchError
@@ -52,7 +52,7 @@ def recorded(
     *,
     batch: int = 10,
     tasks: tuple[str, ...] = ("a",),
-    report: Callable[[Batch], object] = lambda _: None,
+    report: Callable[[Report], object] = lambda _: None,
 ) -> TrainingEnv:
     return TrainingEnv(Counting(lengths), tasks, steps=steps, batch_steps=batch, seed=3, report=report)
 
@@ -85,7 +85,7 @@ def test_actions_are_clipped_and_cast_to_the_dtype_of_the_action_space() -> None
 
 
 def test_a_point_is_the_mean_return_of_the_episodes_that_ended_since_the_last_point() -> None:
-    batches: list[Batch] = []
+    batches: list[Report] = []
     recorder = recorded([2, 5], steps=100, batch=5, report=batches.append)
     run(recorder, 6)
     recorder.flush()
@@ -95,7 +95,7 @@ def test_a_point_is_the_mean_return_of_the_episodes_that_ended_since_the_last_po
 
 
 def test_each_task_of_joint_training_has_its_own_points() -> None:
-    batches: list[Batch] = []
+    batches: list[Report] = []
     recorder = recorded([2, 4, 2, 4], steps=100, batch=100, tasks=("a", "b"), report=batches.append)
     run(recorder, 4)
     recorder.flush()
@@ -105,7 +105,7 @@ def test_each_task_of_joint_training_has_its_own_points() -> None:
 def test_the_100k_budget_gives_enough_points_for_episodes_of_1000_steps() -> None:
     plan = budget("100k")
     steps = plan.steps_for("halfcheetah-gravity")
-    batches: list[Batch] = []
+    batches: list[Report] = []
     lengths = [1000] * plan.num_envs
     recorder = recorded(lengths, steps=steps, batch=plan.batch_steps, report=batches.append)
     recorder.reset()

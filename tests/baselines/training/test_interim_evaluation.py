@@ -10,7 +10,7 @@ import numpy as np
 
 from gym_extensions import results
 from gym_extensions.baselines.algorithms.trpo import Trpo2017
-from gym_extensions.baselines.training.environment import Batch, TrainingEnv
+from gym_extensions.baselines.training.environment import Report, TrainingEnv
 from gym_extensions.baselines.training.evaluation import acting_copy, evaluate
 from gym_extensions.baselines.training.events import TaskEvaluated
 from gym_extensions.catalog.groups import group
@@ -72,7 +72,7 @@ def test_a_sampled_agent_that_can_be_saved_learns_and_acts_the_same(tmp_path: Pa
     agents: list[Any] = []
     acted, returns = make_vec("Hopper", 2), list[float]()
 
-    def report(batch: Batch) -> None:
+    def report(batch: Report) -> None:
         path = tmp_path / "acting.npz"
         with acting_copy(agents[-1], create, path) as agent:
             for _ in range(2):

@@ -7,13 +7,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.training.arguments import parse_request, parse_runs, require_equal_spaces
+from gym_extensions.baselines.agent import Card
+from gym_extensions.baselines.agent_spec import AgentSpec
+from gym_extensions.baselines.algorithms.floors import Zero
+from gym_extensions.baselines.cli import parse_runs
+from gym_extensions.baselines.generators import training_seed
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
-from gym_extensions.baselines.training.jobs import Interim, Settings, jobs_of, training_seed
+from gym_extensions.baselines.training.jobs import (
+    Interim,
+    Settings,
+    jobs_of,
+    parse_request,
+    require_equal_spaces,
+)
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.manifest import Observes
 
 GROUP = group("hopper-gravity")
 SMOKE = budget("smoke")
@@ -71,7 +82,8 @@ def test_the_single_protocol_has_a_job_per_run_and_task() -> None:
 def test_every_task_has_equally_many_training_environments(
     num_envs: int | None, num_tasks: int, expected: int
 ) -> None:
-    assert Settings("trpo", "smoke", num_envs).num_envs_for(num_tasks) == expected
+    spec = AgentSpec("zero", Zero, Card("zero"), Observes())
+    assert Settings(spec, SMOKE, num_envs).num_envs_for(num_tasks) == expected
 
 
 def test_seeds_differ_by_run_and_by_purpose() -> None:
@@ -94,7 +106,6 @@ GOOD: dict[str, Any] = {
     "protocols": "single",
     "budget": "smoke",
     "runs": 0,
-    "num_envs": None,
 }
 BAD: list[tuple[dict[str, Any], str]] = [
     *(({"runs": value}, "bad-runs") for value in ("0-4", 1.5, [0, "1"], None, [])),
@@ -102,7 +113,6 @@ BAD: list[tuple[dict[str, Any], str]] = [
     *(({"groups": value}, "bad-groups") for value in (None, [], [3])),
     ({"protocols": [1]}, "bad-protocols"),
     ({"budget": 1000}, "unknown-budget"),
-    ({"num_envs": "8"}, "bad-num-envs"),
 ]
 
 

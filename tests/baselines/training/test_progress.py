@@ -13,7 +13,7 @@ import pytest
 from rich.console import Console
 from rich.progress import Progress, TextColumn
 
-from gym_extensions.baselines import BatchTrained, JobFinished, StageStarted, TaskEvaluated, train
+from gym_extensions.baselines import BatchTrained, JobFinished, Monitor, StageStarted, TaskEvaluated, train
 from gym_extensions.baselines.training import progress as progress_module
 from gym_extensions.baselines.training.events import Event, JobPlan, StagePlan, TrainingStarted
 from gym_extensions.baselines.training.progress import EPISODE_WORK, Bars, Lines, clock_time
@@ -86,7 +86,7 @@ def test_a_call_in_a_script_prints_its_progress(watched: Watched) -> None:
 
 
 def test_progress_can_be_switched_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", progress=False)
+    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", monitor=Monitor(progress=False))
     assert capsys.readouterr().out == ""
     assert "joint-run0: finished\n" in (tmp_path / "mine/.progress/train.log").read_text()
 
@@ -159,7 +159,7 @@ def test_a_log_that_cannot_be_written_gives_one_warning_and_loses_nothing(
 
     monkeypatch.setattr(Path, "open", fill_disk)
     with pytest.warns(RuntimeWarning) as warned:
-        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", log="csv", progress=False)
+        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", monitor=Monitor(log="csv"))
     assert [str(each.message) for each in warned if each.category is RuntimeWarning] == [
         "A log of the training cannot be written: No space left on device. The training continues."
     ]
@@ -183,7 +183,7 @@ def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(t
     callback, out = Impatient(), tmp_path / "mine"
     arguments: Any = ("trpo", QUICK_GROUP, "sequential", "smoke", 0)
     with pytest.raises(BenchError) as error:
-        train(*arguments, out=out, progress=False, callback=callback)
+        train(*arguments, out=out, monitor=Monitor(callback=callback))
     assert error.value.code == "callback-failed"
     assert isinstance(error.value.__cause__, ValueError)
     assert str(error.value).startswith("callback: The callback raised ValueError: seen enough")
@@ -193,16 +193,15 @@ def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(t
         if isinstance(event, StageStarted):
             stages.append(event.stage)
 
-    train(*arguments, out=out, progress=False, callback=note)
+    train(*arguments, out=out, monitor=Monitor(callback=note))
     assert stages == [2]
     assert (out / QUICK_GROUP.name / "sequential/run0.csv").exists()
 
 
 def test_a_missing_tensorboard_is_named_with_the_command_that_installs_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(progress_module, "find_spec", lambda name: None)
     with pytest.raises(BenchError) as error:
-        train("zero", SHORT_GROUP, "single", "smoke", 0, out=tmp_path / "mine", log="tensorboard")
+        Monitor(log="tensorboard")
     assert error.value.hint == "Install it with: pip install 'gym-extensions[log]'"
-    assert not (tmp_path / "mine").exists()

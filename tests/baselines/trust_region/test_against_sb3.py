@@ -13,7 +13,7 @@ import pytest
 from gym_extensions.baselines import Factory
 from gym_extensions.baselines.algorithms import factory
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017
-from gym_extensions.baselines.training.environment import Batch, TrainingEnv
+from gym_extensions.baselines.training.environment import Report, TrainingEnv
 from gym_extensions.envs import make_vec
 
 STEPS, BATCH, NUM_ENVS, SEEDS = 40_000, 2_000, 8, range(5)
@@ -25,7 +25,7 @@ T_975_8 = 2.306
 
 def late(make: Factory, seed: int) -> float:
     """Mean return over the last quarter of training."""
-    batches: list[Batch] = []
+    batches: list[Report] = []
     recorder = TrainingEnv(
         make_vec("Hopper", NUM_ENVS),
         ["Hopper"],

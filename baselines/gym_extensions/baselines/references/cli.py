@@ -10,10 +10,11 @@ from pathlib import Path
 import msgspec
 
 from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.cli import parse_names, parse_runs
 from gym_extensions.baselines.experts.candidates import QUICK
 from gym_extensions.baselines.references.measuring import custom, differences, published
 from gym_extensions.baselines.submission import prepare
-from gym_extensions.baselines.training.arguments import parse_groups, parse_names, parse_runs
+from gym_extensions.baselines.training.jobs import parse_groups
 from gym_extensions.catalog.protocol import BUDGETS, FIRST_REFERENCE_RUN, STANDARD_BUDGET
 from gym_extensions.catalog.tasks import TASKS, whole_number
 from gym_extensions.envs.fingerprinting import require_published_engine

@@ -18,16 +18,22 @@ from typing import Any
 import msgspec
 
 from gym_extensions.baselines import algorithms, workers
+from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.experts.candidates import measured_again
-from gym_extensions.baselines.train_agent import agent_settings
+from gym_extensions.baselines.generators import training_seed
 from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.evaluation import evaluate
-from gym_extensions.baselines.training.jobs import Settings, TrainingJob, training_seed
+from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.baselines.training.progress import open_bars
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.baselines.workers import Failure, Runnable, jobs_failed
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, FULL_SUBMISSION_RUNS, evaluation_seed
+from gym_extensions.catalog.protocol import (
+    FIRST_REFERENCE_RUN,
+    FULL_SUBMISSION_RUNS,
+    budget as budget_named,
+    evaluation_seed,
+)
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
@@ -278,10 +284,10 @@ def custom(
         if task.base == "Navigation":
             pending[task.id, FIRST_REFERENCE_RUN] = Measurement(task, PLANNER, EPISODES)
             continue
-        settings, _ = agent_settings(algorithms.factory(agent), Settings(agent, budget), [(group, "single")])
+        settings = Settings(AgentSpec.of(agent, [(group, "single")]), budget_named(budget))
         for run in runs:
             job = TrainingJob(group, "single", run, index)
-            pending[task.id, run] = PendingJob(job, agent, settings, out.parent / PROGRESS / out.stem)
+            pending[task.id, run] = PendingJob(job, settings, out.parent / PROGRESS / out.stem)
     floors = measured_floors(missing, jobs)
     returns = dict(zip(pending, measure(list(pending.values()), jobs), strict=True))
     found = read_file(out, missing)  # another process may have added tasks since

@@ -11,15 +11,16 @@ from typing import Any
 
 import msgspec
 
-from gym_extensions.baselines.agent import Agent, Array, Card, Resumable
-from gym_extensions.baselines.training.jobs import TrainingJob, job_versions
-from gym_extensions.baselines.training.usage import Usage
+from gym_extensions.baselines.agent import Agent, Array, Resumable
+from gym_extensions.baselines.training.jobs import Settings, TrainingJob
+from gym_extensions.baselines.training.provenance import Usage, job_versions
+from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.submissions.layout import PROGRESS
 from gym_extensions.submissions.log import Episode
 from gym_extensions.submissions.policies.files import AnyPolicy, npz_arrays, npz_bytes, run_arrays
-from gym_extensions.submissions.run import Curve, InterimEvaluation
+from gym_extensions.submissions.run import Curve, InterimEvaluation, Memory
 
 SETTINGS = "settings.json"
 CONTINUES = "The same command continues: it trains only what is not finished."
@@ -32,8 +33,7 @@ class FinishedStage:
     stage: int
     episodes: list[Episode]
     curves: list[Curve]
-    card: Card
-    first_parameters: int  # the agent's before the job; the card has those after the stage
+    memory: Memory  # the agent's so far
     usage: Usage  # what the stage took, its evaluation included
     evaluations: list[InterimEvaluation] = field(default_factory=list)
 
@@ -45,14 +45,28 @@ class JobFolder:
         """``out`` is the submission's folder."""
         self.job, self.path = job, out / PROGRESS / job.group.name / job.name
 
-    def begin(self, settings: Mapping[str, Any]) -> None:
-        """Stores what the job's results depend on: its settings, its tasks, and the versions of the packages.
+    def begin(self, settings: Settings) -> None:
+        """Stores what the job's results depend on: settings, agent, tasks, and the versions of the packages.
 
-        Raises ``BenchError`` if the folder belongs to other settings or versions.
+        Raises ``BenchError`` if the folder belongs to others.
         """
-        path, versions = self.path / SETTINGS, job_versions(settings.get("packages", ()))
-        tasks = {"group": self.job.group.id, "tasks": self.job.group.task_ids}
-        text = json.dumps({**settings, **tasks, "versions": versions}, indent=1, sort_keys=True)
+        path, agent, group = self.path / SETTINGS, settings.agent, self.job.group
+        versions = job_versions(agent.card.packages)
+        document = {
+            "agent": agent.name,
+            "algorithm": agent.card.algorithm,
+            "evaluation": agent.card.evaluation,
+            "hyperparameters": agent.card.hyperparameters,
+            "observes": msgspec.structs.asdict(agent.observes),
+            "budget": settings.budget.name,
+            "num_envs": settings.num_envs,
+            "steps": settings.steps,
+            "group": group.id,
+            "tasks": group.task_ids,
+            "fingerprints": [fingerprint_of(task) for task in group.tasks],
+            "versions": versions,
+        }
+        text = json.dumps(document, indent=1, sort_keys=True)
         if not path.exists():
             write_text(path, f"{text}\n")
         stored, new = json.loads(path.read_bytes()), json.loads(text)
@@ -91,7 +105,7 @@ class JobFolder:
             if not partial.exists():
                 message = f"save() did not write the file that it was given, {partial.name}."
                 hint = "Write to this name as it is; numpy.save appends .npy, numpy.savez does not."
-                raise BenchError("bad-agent", message, record.card.algorithm, hint)
+                raise BenchError("bad-agent", message, "save()", hint)
             partial.replace(checkpoint)
         write_bytes(self.path / f"stage{record.stage}.json", msgspec.json.encode(record, enc_hook=float))
         for older in self.path.glob("agent*.npz"):

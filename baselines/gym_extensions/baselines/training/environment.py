@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.baselines.agent import Array, VectorEnv, not_requested
-from gym_extensions.baselines.training.jobs import seeded_copy, spawn_seeds
+from gym_extensions.baselines.generators import seeded_copy, spawn_seeds
 from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.envs.vector_env import reset_mask
 from gym_extensions.errors import BenchError
@@ -26,7 +26,7 @@ Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
-class Batch:
+class Report:
     """Training since the previous report."""
 
     step: int  # training steps so far
@@ -63,7 +63,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
         steps: int,
         batch_steps: int,
         seed: int,
-        report: Callable[[Batch], object] = lambda _: None,
+        report: Callable[[Report], object] = lambda _: None,
         observes: Observes = NOTHING,
         group_ids: Sequence[str] = (),
         stage: int = 1,
@@ -190,5 +190,5 @@ class TrainingEnv(gym.vector.VectorWrapper):
             ended.clear()
         self._reported = self.taken
         mean_return = float(np.mean(everything)) if everything else None
-        self._report(Batch(self.taken, steps, seconds, returns, mean_return))
+        self._report(Report(self.taken, steps, seconds, returns, mean_return))
         self._since = time.perf_counter()

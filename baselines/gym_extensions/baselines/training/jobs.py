@@ -1,70 +1,137 @@
-"""The independent jobs of a protocol, their seeds, and what their results depend on.
+"""What a command trains: its checked arguments, the independent jobs of its protocols, and their stages.
 
 Each job trains one agent and can run in its own process.
 """
 
 from __future__ import annotations
 
-import copy
-import hashlib
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from numbers import Integral
+from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
-import numpy as np
-
+from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.training.events import JobPlan, StagePlan
-from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, budget
-from gym_extensions.catalog.tasks import Task
-from gym_extensions.submissions.manifest import Observes, Steps
-from gym_extensions.versions import version
+from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
+from gym_extensions.catalog.protocol import (
+    CURVE_POINTS,
+    EVALUATION_EPISODES,
+    PROTOCOLS,
+    Budget,
+    budget as budget_named,
+)
+from gym_extensions.catalog.tasks import Task, whole_number
+from gym_extensions.envs import make_vec
+from gym_extensions.errors import BenchError, require_known
+from gym_extensions.submissions.layout import MAX_RUNS
+from gym_extensions.submissions.manifest import Steps
 
-PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
-"""The packages on which the results of every job depend."""
-
-
-def training_seed(run: int, *purpose: str) -> int:
-    """A seed in [0, 2³²) for one purpose in one run: ``SeedSequence([run, …])`` with the purpose's sha256."""
-    digest = hashlib.sha256("/".join(purpose).encode()).digest()
-    words = [int.from_bytes(digest[start : start + 4], "little") for start in range(0, 16, 4)]
-    return int(np.random.SeedSequence([run, *words]).generate_state(1)[0])
-
-
-def spawn_seeds(seed: int, num_envs: int) -> list[int]:
-    """Spawns one seed per environment from one seed. Neighboring seeds share none of them."""
-    return [int(child.generate_state(1)[0]) for child in np.random.SeedSequence(seed).spawn(num_envs)]
-
-
-def seeded_copy(space: gym.Space[Any], seed: int) -> gym.Space[Any]:
-    """A copy of a space that samples from a seed of its own."""
-    own = copy.deepcopy(space)
-    own.seed(seed % 2**31)
-    return own
-
-
-def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:
-    """The versions of the packages that every job uses, and of those that its agent uses besides them."""
-    return {name: version(name.replace("_", "-")) for name in (*PACKAGES, *packages)}
+Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
 
 
 @dataclass(frozen=True)
-class Settings:
-    """How jobs run."""
+class Parallel:
+    """What runs at the same time in training. Raises ``BenchError`` for a number that is not a whole number.
 
-    agent: str  # its name, as that of the budget
-    budget: str
-    num_envs: int | None = None  # None: the budget's
-    observes: Observes = field(default_factory=Observes)
-    steps: Steps = "recorded"  # "claimed" if the training loop does not count the training steps
-    hyperparameters: Mapping[str, object] = field(default_factory=dict, hash=False)  # of the agent's card
-    packages: tuple[str, ...] = ()  # the same
+    Args:
+        jobs: number of worker processes with one thread each; the factory must pickle. 0 trains in this
+            process with its number of threads.
+        num_envs: number of training environments of a job, on which results depend; the budget's if None.
+        num_threads: threads that step the training environments of one job, for one long job on several
+            processors. Results do not depend on it.
 
-    def num_envs_for(self, num_tasks: int) -> int:
-        """Training environments: a multiple of the number of tasks, so that each task has equally many."""
-        requested = self.num_envs or budget(self.budget).num_envs
-        return -(-requested // num_tasks) * num_tasks
+    Example:
+        >>> Parallel(jobs=2)
+        Parallel(jobs=2, num_envs=None, num_threads=1)
+    """
+
+    jobs: int = 0
+    num_envs: int | None = None
+    num_threads: int = 1
+
+    def __post_init__(self) -> None:
+        unset = {"jobs": 0, "num_envs": None}
+        for name, value in vars(self).items():
+            if name not in unset or value != unset[name]:
+                dashed = name.replace("_", "-")
+                number = whole_number(name, value, f"bad-{dashed}", f"--{dashed}")
+                object.__setattr__(self, name, number)
+
+
+@dataclass(frozen=True)
+class Request:
+    """Groups, protocols, a budget and runs, without duplicates."""
+
+    groups: tuple[TaskGroup, ...]
+    protocols: tuple[str, ...]
+    budget: Budget
+    runs: tuple[int, ...]
+
+    def logs(self) -> list[tuple[TaskGroup, str]]:
+        """The group and protocol of every log."""
+        return [(group, protocol) for group in self.groups for protocol in self.protocols]
+
+
+def parse_request(
+    groups: Groups,
+    protocols: str | Iterable[str],
+    budget: str,
+    runs: int | Iterable[int],
+    num_envs: int | None = None,
+) -> Request:
+    """Checks the arguments of :func:`gym_extensions.baselines.train`.
+
+    Raises ``BenchError`` for an unknown name, an empty list, or a number that is not allowed.
+    """
+    unique_groups = tuple(dict.fromkeys(parse_groups(groups)))
+    unique_protocols = tuple(dict.fromkeys(listed(protocols, str, "protocols", "a name")))
+    for protocol in unique_protocols:
+        require_known("protocol", protocol, PROTOCOLS)
+    chosen = budget_named(str(budget))
+    unique_runs = tuple(sorted({int(run) for run in listed(runs, Integral, "runs", "an integer")}))
+    for run in unique_runs:
+        if not 0 <= run < MAX_RUNS:
+            raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", f"Use 0 to {MAX_RUNS - 1}.")
+    if num_envs is not None:
+        for group in unique_groups:
+            episode_steps, points = max(task.max_steps for task in group.tasks), CURVE_POINTS
+            least = episode_steps * points if chosen.on_boards else 1
+            limit = chosen.steps_for(group.name) // least
+            if num_envs > limit:
+                per = f"fewer than {points} episodes" if chosen.on_boards else "less than a step"
+                has = f"the budget {chosen.name!r} has {per} per environment"
+                hint = f"Use at most {limit} for {group.name}."
+                raise BenchError("bad-num-envs", f"With {num_envs} environments, {has}.", "--num-envs", hint)
+    return Request(unique_groups, unique_protocols, chosen, unique_runs)
+
+
+def parse_groups(groups: Groups) -> list[TaskGroup]:
+    """The groups of an argument: names of published groups, ``core``, TOML files, TaskGroup objects.
+
+    Raises ``BenchError`` for an unknown name, an invalid file, or two different groups with one name.
+    """
+    values = listed(groups, (str, Path, TaskGroup), "groups", "a name, a TOML file, a TaskGroup")
+    resolved = [group for value in values for group in groups_named(value)]
+    with_custom(resolved)
+    return resolved
+
+
+def listed(value: object, kind: Any, name: str, expected: str) -> list[Any]:
+    """A value of a kind as a list, or several of them."""
+    items = list(value) if isinstance(value, Iterable) and not isinstance(value, kind) else [value]
+    if not items or not all(isinstance(item, kind) for item in items):
+        raise BenchError(f"bad-{name}", f"Expected {expected} or several, got {value!r}.", name)
+    return items
+
+
+def require_equal_spaces(groups: Iterable[TaskGroup]) -> None:
+    """Raises ``BenchError`` if the tasks of a group cannot be created, or have different spaces."""
+    for group in groups:
+        try:
+            make_vec(list(group.tasks), len(group.tasks)).close()
+        except BenchError as error:
+            raise BenchError(error.code, error.message, group.name, error.hint) from error
 
 
 @dataclass(frozen=True)
@@ -78,6 +145,23 @@ class Interim:
         """Evaluations in a stage. Each is at the end of a batch, and the end of the stage is not one."""
         batches = {-(-step // batch_steps) for step in range(self.every, steps, self.every)}
         return sum(batch * batch_steps < steps for batch in batches)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How all jobs of a command run."""
+
+    agent: AgentSpec
+    budget: Budget
+    num_envs: int | None = None  # None: the budget's
+    num_threads: int = 1  # threads that step the training environments; results do not depend on it
+    interim: Interim | None = None  # when to evaluate during training
+    steps: Steps = "recorded"  # "claimed" if the training loop does not count the training steps
+
+    def num_envs_for(self, num_tasks: int) -> int:
+        """Training environments: a multiple of the number of tasks, so that each task has equally many."""
+        requested = self.num_envs or self.budget.num_envs
+        return -(-requested // num_tasks) * num_tasks
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import csv
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -17,8 +17,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn, TimeRemainingColumn
 
 from gym_extensions.baselines.training import events
-from gym_extensions.baselines.training.arguments import listed
 from gym_extensions.baselines.training.checkpoints import CONTINUES
+from gym_extensions.baselines.training.jobs import Interim, listed
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.catalog.tasks import whole_number
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.submissions.layout import PROGRESS
 
@@ -230,20 +232,6 @@ class TensorBoard:
         self._writers[event.job].add_event(row)
 
 
-def parse_logs(log: str | Iterable[str] | None) -> tuple[str, ...]:
-    """The chosen logs without duplicates.
-
-    Raises ``BenchError`` for an unknown name, or if a package that a log needs is missing.
-    """
-    chosen = () if log is None else tuple(dict.fromkeys(listed(log, str, "log", "a name")))
-    for name in chosen:
-        require_known("log", name, LOGS, "log")
-    if "tensorboard" in chosen and find_spec("tensorboard") is None:
-        hint = "Install it with: pip install 'gym-extensions[log]'"
-        raise BenchError("missing-extra", "The log 'tensorboard' needs tensorboard.", "log", hint)
-    return chosen
-
-
 @contextmanager
 def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, events.Listener]]:
     """Bars, which are shown in a terminal, and a listener that moves them; it prints lines elsewhere."""
@@ -264,24 +252,6 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, events.Listener]
                 lines.show(event)
 
         yield bars, show
-
-
-@contextmanager
-def open_listeners(
-    out: Path, *, progress: bool, logs: Sequence[str], callback: events.Listener | None
-) -> Iterator[events.Listener]:
-    """The listener of one call of ``train``, which also writes the log files in ``out/.progress``."""
-    folder, board = out / PROGRESS, TensorBoard(out / PROGRESS)
-    with open_bars(is_shown=progress) as (bars, show), closing(board):
-        files: dict[str, events.Listener] = {"csv": csv_file(folder), "tensorboard": board}
-        writers = [log_file(folder, bars.time_left), *(files[log] for log in logs)]
-        listeners = [show, *map(tolerant, writers), *([guarded(callback)] if callback else [])]
-
-        def listen(event: events.Event) -> None:
-            for each in listeners:
-                each(event)
-
-        yield listen
 
 
 def tolerant(write: events.Listener) -> events.Listener:
@@ -312,3 +282,74 @@ def guarded(callback: events.Listener) -> events.Listener:
             raise BenchError("callback-failed", message, "callback", hint) from error
 
     return listen
+
+
+@dataclass(frozen=True)
+class Monitor:
+    """What is shown, logged and evaluated while training goes on.
+
+    Args:
+        progress: whether to show training return, steps per second and time left: bars in a terminal, lines
+            elsewhere. The file ``.progress/train.log`` of the submission has them in any case.
+        log: ``"csv"`` (``.progress/events.csv``), ``"tensorboard"`` (``.progress/tensorboard``; needs the
+            extra ``log``), or both.
+        callback: called in the process that called ``train`` with every event:
+            :class:`~gym_extensions.baselines.TrainingStarted`, ``StageStarted``, ``BatchTrained``,
+            ``TaskEvaluated``, ``JobFinished``, ``JobFailed``. An exception stops the training.
+        evaluate_every: training steps of a stage between evaluations during training, which are made at the
+            end of a batch, on the tasks that are evaluated after the stage. None evaluates after each stage
+            only. Neither what is learned nor the logs depend on it if the agent can be saved; docs/submit.md
+            says what is guaranteed for other agents.
+        evaluate_episodes: episodes per task of these evaluations, from 1 to 20.
+
+    Raises ``BenchError`` for an unknown log, a missing extra, or a number out of range.
+
+    Example:
+        >>> Monitor(log="csv", evaluate_every=10_000).interim
+        Interim(every=10000, episodes=5)
+    """
+
+    progress: bool = True
+    log: str | Iterable[str] | None = None
+    callback: events.Listener | None = None
+    evaluate_every: int | None = None
+    evaluate_episodes: int = 5
+
+    def __post_init__(self) -> None:
+        log = () if self.log is None else tuple(dict.fromkeys(listed(self.log, str, "log", "a name")))
+        object.__setattr__(self, "log", log)
+        for name in log:
+            require_known("log", name, LOGS, "log")
+        if "tensorboard" in log and find_spec("tensorboard") is None:
+            hint = "Install it with: pip install 'gym-extensions[log]'"
+            raise BenchError("missing-extra", "The log 'tensorboard' needs tensorboard.", "log", hint)
+        for name in ("evaluate_every", "evaluate_episodes"):
+            dashed, value = name.replace("_", "-"), getattr(self, name)
+            if name == "evaluate_episodes" or value is not None:
+                object.__setattr__(self, name, whole_number(name, value, f"bad-{dashed}", f"--{dashed}"))
+        if self.evaluate_episodes > EVALUATION_EPISODES:
+            message = f"{self.evaluate_episodes} is too large."
+            hint = f"Use at most {EVALUATION_EPISODES}, the episodes that have a prescribed seed."
+            raise BenchError("bad-evaluate-episodes", message, "--evaluate-episodes", hint)
+
+    @property
+    def interim(self) -> Interim | None:
+        """The evaluation during training; None without one."""
+        return None if self.evaluate_every is None else Interim(self.evaluate_every, self.evaluate_episodes)
+
+    @contextmanager
+    def listening(self, out: Path) -> Iterator[events.Listener]:
+        """The listener of one call of ``train``, which also writes the log files in ``out/.progress``."""
+        folder, board = out / PROGRESS, TensorBoard(out / PROGRESS)
+        with open_bars(is_shown=self.progress) as (bars, show), closing(board):
+            files: dict[str, events.Listener] = {"csv": csv_file(folder), "tensorboard": board}
+            writers = [log_file(folder, bars.time_left), *(files[name] for name in self.log or ())]
+            listeners = [show, *map(tolerant, writers)]
+            if self.callback is not None:
+                listeners.append(guarded(self.callback))
+
+            def listen(event: events.Event) -> None:
+                for each in listeners:
+                    each(event)
+
+            yield listen

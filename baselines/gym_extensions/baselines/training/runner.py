@@ -9,22 +9,18 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-import msgspec
-
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Agent, Factory, VectorEnv
-from gym_extensions.baselines.agent_checks import card_of, observes_of
-from gym_extensions.baselines.generators import seeded_global_generators
-from gym_extensions.baselines.training import events, jobs, usage
+from gym_extensions.baselines.agent import Agent, VectorEnv
+from gym_extensions.baselines.agent_spec import card_of, policy_of
+from gym_extensions.baselines.generators import seeded_copy, seeded_global_generators, training_seed
+from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
-from gym_extensions.baselines.training.environment import Batch, TrainingEnv
-from gym_extensions.baselines.training.evaluation import Evaluator, acting_copy, policy_of
+from gym_extensions.baselines.training.environment import Report, TrainingEnv
+from gym_extensions.baselines.training.evaluation import Evaluator, acting_copy
 from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
-from gym_extensions.catalog.protocol import budget
+from gym_extensions.baselines.training.provenance import usage_since
 from gym_extensions.envs import make_vec
-from gym_extensions.envs.fingerprinting import fingerprint_of
-from gym_extensions.errors import BenchError
-from gym_extensions.submissions.run import Curve, InterimEvaluation
+from gym_extensions.submissions.run import Curve, InterimEvaluation, Memory
 
 
 @dataclass(frozen=True)
@@ -32,35 +28,32 @@ class PendingJob:
     """A job with everything that a worker process needs to run it."""
 
     job: TrainingJob
-    agent: str | Factory  # its name or factory
     settings: Settings
     out: Path  # the submission's folder
-    interim: Interim | None = None  # when to evaluate during training
-    num_threads: int = 1  # threads that step the training environments; results do not depend on it
 
     @property
     def plan(self) -> events.JobPlan:
-        return self.job.plan(budget(self.settings.budget), self.interim)
+        return self.job.plan(self.settings.budget, self.settings.interim)
 
     def run(self, listen: events.Listener) -> list[FinishedStage]:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
-        job, settings = self.job, self.settings
-        stages = job.stages(budget(settings.budget))
+        job, settings, spec = self.job, self.settings, self.settings.agent
+        stages = job.stages(settings.budget)
         folder = JobFolder(self.out, job)
-        fingerprints = [fingerprint_of(task) for task in job.group.tasks]
-        folder.begin(msgspec.to_builtins(settings) | {"fingerprints": fingerprints})
+        folder.begin(settings)
         done = folder.finished()
         if len(done) < len(stages):
-            evaluator = Evaluator(job.group, settings.observes.task_in_evaluation)
+            evaluator = Evaluator(job.group, spec.observes.task_in_evaluation)
             create = partial(self._create, evaluator.envs(stages[0].evaluated[0]))
             agent = create()
-            first_parameters = card_of(agent, settings.agent).parameters
+            spec.require_same(agent, job.title)
+            first_parameters = card_of(agent, spec.name).parameters
             if done and not folder.resume(agent, done):
                 done = []
             acting = partial(acting_copy, agent, create, folder.path / "acting.npz")
             for stage in stages[len(done) :]:
                 job_step = sum(earlier.steps for earlier in stages if earlier.number < stage.number)
-                monitor = StageMonitor(folder, stage, job_step, listen, self.interim, evaluator, acting)
+                monitor = StageMonitor(folder, stage, job_step, listen, settings.interim, evaluator, acting)
                 record = self._run_stage(agent, monitor, first_parameters)
                 folder.finish(record, agent, last=stage is stages[-1])
                 done.append(record)
@@ -69,22 +62,14 @@ class PendingJob:
         return done
 
     def _seed(self, *purpose: str) -> int:
-        return jobs.training_seed(self.job.run, self.job.group.id, *purpose)
+        return training_seed(self.job.run, self.job.group.id, *purpose)
 
     def _create(self, env: VectorEnv) -> Agent:
-        make, settings = algorithms.factory(self.agent), self.settings
-        observations = jobs.seeded_copy(env.single_observation_space, self._seed("observation space"))
-        actions = jobs.seeded_copy(env.single_action_space, self._seed("action space"))
+        make = algorithms.factory(self.settings.agent.factory)
+        observations = seeded_copy(env.single_observation_space, self._seed("observation space"))
+        actions = seeded_copy(env.single_action_space, self._seed("action space"))
         with seeded_global_generators(self._seed("creation")):
-            agent = make(observations, actions, self._seed("agent"))
-        own = observes_of(agent, settings.agent), card_of(agent, settings.agent).hyperparameters
-        stated = settings.observes, settings.hyperparameters
-        for name, one, other in zip(("attribute observes", "hyperparameters"), own, stated, strict=True):
-            if one != other:
-                message = f"The agent of {self.job.title} has the {name} {one}, another agent {other}."
-                hint = f"Give all agents of a factory the same {name}, whatever the seed and the spaces."
-                raise BenchError("bad-agent", message, settings.agent, hint)
-        return agent
+            return make(observations, actions, self._seed("agent"))
 
     def _run_stage(self, agent: Agent, monitor: StageMonitor, first_parameters: int) -> FinishedStage:
         started, stage = time.process_time(), monitor.stage
@@ -100,21 +85,26 @@ class PendingJob:
             monitor.evaluated(stage.steps, (task.id, len(new), mean_return, time.perf_counter() - start))
             episodes += new
         monitor.folder.store_policy(stage.number, policy)
-        card = card_of(agent, self.settings.agent)
-        used, curves, evaluations = usage.since(started, taken), monitor.curves, monitor.evaluations
-        return FinishedStage(stage.number, episodes, curves, card, first_parameters, used, evaluations)
+        card = card_of(agent, self.settings.agent.name)
+        memory = Memory(
+            stored_steps=card.stored_steps,
+            parameters_first=first_parameters,
+            parameters_last=card.parameters,
+        )
+        used, curves, evaluations = usage_since(started, taken), monitor.curves, monitor.evaluations
+        return FinishedStage(stage.number, episodes, curves, memory, used, evaluations)
 
     def _train(self, stage: Stage, agent: Agent, monitor: StageMonitor) -> int:
         """Trains a stage and returns the steps that the agent took."""
         settings, ids = self.settings, [task.id for task in stage.trained]
         env = TrainingEnv(
-            make_vec(stage.trained, settings.num_envs_for(len(ids)), self.num_threads),
+            make_vec(stage.trained, settings.num_envs_for(len(ids)), settings.num_threads),
             ids,
             steps=stage.steps,
-            batch_steps=budget(settings.budget).batch_steps,
+            batch_steps=settings.budget.batch_steps,
             seed=self._seed(*ids, "training"),
             report=monitor.trained,
-            observes=settings.observes,
+            observes=settings.agent.observes,
             group_ids=self.job.group.task_ids,
             stage=stage.number,
         )
@@ -158,7 +148,7 @@ class StageMonitor:
         """The evaluations during training, in training order of the tasks."""
         return [each for each in self._evaluations.values() if each.steps]
 
-    def trained(self, batch: Batch) -> None:
+    def trained(self, batch: Report) -> None:
         """Appends the returns to the curves, sends the event and evaluates if it is time to."""
         stage, interim, step = self.stage, self.interim, batch.step
         for task_id, value in batch.returns.items():

@@ -12,10 +12,11 @@ import pytest
 
 from gym_extensions.baselines import Card, Context, Observes, train
 from gym_extensions.baselines.agent import TaskLabel
-from gym_extensions.baselines.agent_checks import action_function, card_of, check_context
+from gym_extensions.baselines.agent_spec import AgentSpec, action_function, check_context, checked_card
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.submission import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings
+from gym_extensions.catalog.protocol import budget
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.rules.manifest import findings
 
@@ -58,7 +59,7 @@ BAD_CARDS: list[tuple[Any, str]] = [
 @pytest.mark.parametrize(("card", "named"), BAD_CARDS)
 def test_a_card_that_scoring_would_refuse_is_rejected(card: Any, named: str) -> None:
     with pytest.raises(BenchError) as error:
-        card_of(AgentWithCard(card), "mine")
+        checked_card(AgentWithCard(card), "mine")
     assert (error.value.code, named in str(error.value)) == ("bad-card", True)
 
 
@@ -66,8 +67,9 @@ def test_a_card_that_scoring_would_refuse_is_rejected(card: Any, named: str) -> 
     "value", [-2.5, True, [1, 2.5], ("a", False), [], "x" * 4000, 2**63 - 1, np.float64(1)]
 )
 def test_a_setting_accepted_here_has_no_finding_in_the_manifest(value: Any) -> None:
-    card = card_of(AgentWithCard(changed({"setting": value})), "mine")
-    assert not list(findings(manifest_tables(card, Settings("mine", "smoke"))))
+    card = checked_card(AgentWithCard(changed({"setting": value})), "mine")
+    spec = AgentSpec("mine", AgentWithCard, card, Observes())  # type: ignore[arg-type]
+    assert not list(findings(manifest_tables(Settings(spec, budget("smoke")))))
 
 
 class NoMethods:

@@ -1,4 +1,4 @@
-"""What training takes: steps, processor time and memory, and on which machine, measured where it trains."""
+"""Where runs come from: versions, machine and commit, and what training took, measured where it trains."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gym_extensions.submissions.run import LONGEST
-from gym_extensions.versions import blas_kernels
+from gym_extensions.submissions.run import LONGEST, Versions
+from gym_extensions.versions import blas_kernels, version
 
 CPU_INFO = Path("/proc/cpuinfo")
+PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
+"""The packages on which the results of every job depend."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Usage:
     cores: int  # logical processors of the machine
 
 
-def since(started: float, steps: int) -> Usage:
+def usage_since(started: float, steps: int) -> Usage:
     """What this process used for training steps since a time of ``time.process_time``."""
     seconds = round(time.process_time() - started, 3)
     return Usage(steps, seconds, peak_memory_mb(), blas_kernels(), processor(), os.cpu_count() or 1)
@@ -68,3 +70,18 @@ def commit_of(folder: Path) -> str:
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:
+    """The versions of the packages that every job uses, and of those that its agent uses besides them."""
+    return {name: version(name.replace("_", "-")) for name in (*PACKAGES, *packages)}
+
+
+def run_versions(kernels: Iterable[str]) -> Versions:
+    """The versions of the packages, of Python and of the platform, with the BLAS kernels of the stages."""
+    return Versions(
+        **job_versions(),
+        python=platform.python_version(),
+        platform=f"{platform.system()}-{platform.machine()}",
+        blas=joined(kernels),
+    )

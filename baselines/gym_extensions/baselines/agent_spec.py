@@ -1,0 +1,352 @@
+"""What training knows of an agent, made and checked once, before anything runs."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from msgspec.structs import asdict
+
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.agent import (
+    Agent,
+    Array,
+    Card,
+    Context,
+    Described,
+    Factory,
+    TaskLabel,
+    VectorEnv,
+)
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import STANDARD_BUDGET, evaluation_seed
+from gym_extensions.envs import make_vec
+from gym_extensions.envs.rollout import clip_actions
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions.layout import MANIFEST, Folder
+from gym_extensions.submissions.manifest import FORMAT, Observes
+from gym_extensions.submissions.policies.files import AnyPolicy, policy_keys, run_arrays, size_error
+from gym_extensions.submissions.policies.mlp import mean_and_log_sigma, to_action
+from gym_extensions.submissions.policies.onnx import OnnxPolicy
+from gym_extensions.submissions.rules import problems
+from gym_extensions.submissions.run import Count, Versions
+from gym_extensions.versions import version_or_none
+
+CARD_TYPES: dict[str, Any] = {
+    "algorithm": str,
+    "hyperparameters": dict[str, Any],
+    **dict.fromkeys(("tuning_tasks", "packages"), tuple[str, ...]),
+    **dict.fromkeys(("stored_steps", "parameters"), Count),
+}
+"""The types of what ``submission.toml`` does not hold, or holds in another way."""
+NO_FOLDER = Folder(Path("card"), "card", (), {})
+"""The rules look at the tables only."""
+VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+METHODS = {"act": "act(observations)", "learn": "learn(env, steps)"}
+"""The required methods of an agent and their signatures."""
+SB3_MODULES = ("stable_baselines3.", "sb3_contrib.", "sbx.")
+ARGUMENTS = "(observation_space, action_space, seed)"
+TOLERANCE = 1e-4
+"""Largest difference between an agent's action and its policy's, in half widths of the action space.
+
+Other batch sizes change the action of a policy by rounding.
+"""
+DEVIATIONS = 8.0
+"""An action that a Gaussian policy samples is within this many standard deviations of the mean."""
+
+
+@dataclass(frozen=True)
+class AgentSpec:
+    """An agent that fits the training loop and submissions, in all protocols and runs of one command.
+
+    Args:
+        name: of the factory, for agents without a card.
+        factory: the factory, or its name, which each process looks up itself: importing the module of an
+            agent may set up its libraries.
+        card: the agent's, before training.
+        observes: what it asks for.
+    """
+
+    name: str
+    factory: str | Factory
+    card: Card
+    observes: Observes
+
+    @classmethod
+    def of(cls, agent: str | Factory, logs: Sequence[tuple[TaskGroup, str]]) -> AgentSpec:
+        """The spec of an agent for logs of these groups and protocols.
+
+        One agent is created for it, which acts once. The runs create their own: acting changes what an agent
+        samples next, worker processes cannot receive most agents, and a folder is refused before they start.
+
+        Raises ``BenchError`` if the factory, the agent or its card does not fit, the agent's actions have a
+        wrong shape or are not those of its policy, or the submission may not contain the policy.
+        """
+        name, make = algorithms.name_of(agent), algorithms.factory(agent)
+        require_factory(make, name)
+        group, _ = logs[0]
+        env = make_vec(group.tasks[0], 1)
+        trial = make(env.single_observation_space, env.single_action_space, 0)
+        for method, signature in METHODS.items():
+            if not callable(getattr(trial, method, None)):
+                message = f"The agent, of type {type(trial).__name__}, has no method {method}()."
+                hint = f"Add a method {signature}; docs/submit.md has an example."
+                raise BenchError("bad-agent", message, name, hint)
+        check_context(trial, name)
+        spec = cls(name, agent, checked_card(trial, name), observes_of(trial, name))
+        label = TaskLabel(group.task_ids[0], 0) if spec.observes.task_in_evaluation else None
+        seeds = [evaluation_seed(group.id, group.task_ids[0], 0)]
+        actions = first_actions(trial, env, seeds, label)
+        if (policy := policy_of(trial)) is not None:
+            require_agreement(policy, env, seeds, actions, 0)
+            for log in logs:
+                require_submittable(policy, spec.card, spec.observes, *log)
+        env.close()
+        return spec
+
+    def require_same(self, agent: Agent, title: str) -> None:
+        """Raises ``BenchError`` if the agent of a job states or asks for something else than the spec."""
+        own = observes_of(agent, self.name), card_of(agent, self.name).hyperparameters
+        stated = self.observes, self.card.hyperparameters
+        for what, one, other in zip(("attribute observes", "hyperparameters"), own, stated, strict=True):
+            if one != other:
+                message = f"The agent of {title} has the {what} {one}, another agent {other}."
+                hint = f"Give all agents of a factory the same {what}, whatever the seed and the spaces."
+                raise BenchError("bad-agent", message, self.name, hint)
+
+
+def require_factory(make: Factory, name: str) -> None:
+    """Raises ``BenchError`` if ``make`` cannot be called as a factory of agents."""
+    is_agent = not isinstance(make, type) and any(hasattr(make, method) for method in METHODS)
+    if is_agent or not callable(make):
+        message = f"Expected a factory of agents, got a value of type {type(make).__name__}."
+        hint = f"Pass an agent's name, or a class or function with the arguments {ARGUMENTS}."
+        raise BenchError("bad-agent", message, name, hint)
+    if isinstance(make, type) and make.__module__.startswith(SB3_MODULES):
+        message = f"{make.__name__} is an algorithm of Stable-Baselines3, not an agent."
+        raise BenchError("bad-agent", message, name, f"Pass sb3({make.__name__}).")
+    try:
+        inspect.signature(make).bind(None, None, 0)
+    except TypeError as mismatch:
+        message = f"The factory cannot be called with {ARGUMENTS}: {mismatch}."
+        raise BenchError("bad-agent", message, name, "Give it these three arguments.") from mismatch
+
+
+def card_of(agent: Agent, name: str) -> Card:
+    """The agent's card in its present state; one with only ``name`` if it has none.
+
+    Raises ``BenchError`` if it is another value, or a value has another type.
+    """
+    card: object = agent.card() if isinstance(agent, Described) else Card(algorithm=name)
+    if not isinstance(card, Card):
+        message = f"Expected a Card, got {type(card).__name__}."
+        raise BenchError("bad-card", message, "card()", "Return a gym_extensions.baselines.Card.")
+    for field, kind in CARD_TYPES.items():
+        try:
+            msgspec.convert(getattr(card, field), kind)
+        except msgspec.ValidationError as error:
+            raise _bad_card(field, f"The value is {getattr(card, field)!r}: {error}.") from error
+    return card
+
+
+def checked_card(agent: Agent, name: str) -> Card:
+    """The agent's card, checked by the rules of ``submission.toml``.
+
+    Raises ``BenchError`` if scoring would refuse a value, or a package is not installed.
+    """
+    card = card_of(agent, name)
+    if not card.algorithm.strip():
+        raise _bad_card("algorithm", "The algorithm has no name.")
+    tables = card_tables(card, Observes())
+    tables["protocol"]["budget"] = STANDARD_BUDGET
+    for problem in problems("manifest", NO_FOLDER, tables):
+        if problem.rule != "no-groups":
+            raise _bad_card(problem.where.removeprefix(f"{MANIFEST}, "), problem.message, problem.hint)
+    for package in card.packages:
+        if package in Versions.__struct_fields__:
+            raise _bad_card("packages", f"Every run states the version of {package!r}.", "Leave it out.")
+        if version_or_none(package) is None:
+            hint = "Use the names that pip lists."
+            raise _bad_card("packages", f"The package {package!r} is not installed.", hint)
+    return card
+
+
+def card_tables(card: Card, observes: Observes) -> dict[str, Any]:
+    """The sections of ``submission.toml`` that follow from a card, with values as TOML reads them back."""
+    settings: Mapping[str, Any] = card.hyperparameters
+    parent = {"parent": card.parent} if card.parent else {}
+    return {
+        "format": FORMAT,
+        "title": card.title or card.algorithm,
+        "authors": [],
+        "description": card.description,
+        "code": {"url": "", "commit": ""},
+        "protocol": {"algorithm": card.algorithm, "evaluation": card.evaluation} | parent,
+        "hyperparameters": {
+            key: list(value) if isinstance(value, tuple) else value for key, value in settings.items()
+        },
+        "observes": asdict(observes),
+        "tuning": {"steps": card.tuning_steps, "tasks": list(card.tuning_tasks)},
+    }
+
+
+def _bad_card(where: str, message: str, hint: str = "See gym_extensions.baselines.Card.") -> BenchError:
+    return BenchError("bad-card", message, f"card(): {where}", hint)
+
+
+def observes_of(agent: Agent, name: str) -> Observes:
+    """What the agent asks for in its attribute ``observes``; nothing if it has none.
+
+    Raises ``BenchError`` if the attribute is not an ``Observes`` of booleans.
+    """
+    observes: object = getattr(agent, "observes", Observes())
+    if not isinstance(observes, Observes) or not all(
+        isinstance(each, bool) for each in msgspec.structs.astuple(observes)
+    ):
+        message = f"The agent's attribute observes is {observes!r}."
+        hint = "Use a gym_extensions.baselines.Observes, with True or False."
+        raise BenchError("bad-agent", message, name, hint)
+    return observes
+
+
+def check_context(agent: Agent, name: str) -> None:
+    """Checks that the agent can receive what it asks for.
+
+    Raises ``BenchError`` if ``observes`` is not valid, ``act`` requires another argument, or the agent asks
+    for the task in evaluation and ``act`` has no parameter for the context.
+    """
+    context, message = _context_parameter(agent), ""
+    for parameter in list(inspect.signature(agent.act).parameters.values())[1:]:
+        is_optional = parameter.default is not parameter.empty or parameter.kind in VARIADIC
+        if not is_optional and parameter != context:
+            message = f"act() requires the argument {parameter.name!r}."
+    if observes_of(agent, name).task_in_evaluation and context is None:
+        message = "The agent asks for task_in_evaluation, but act() does not receive the context."
+    if message:
+        hint = "Use act(observations) or act(observations, context)."
+        raise BenchError("bad-agent", message, name, hint)
+
+
+def action_function(agent: Agent) -> Callable[[Array, Context], Array]:
+    """The agent's ``act`` as a function of observations and context, whether or not it uses the context."""
+    parameter = _context_parameter(agent)
+    if parameter is None:
+        return lambda observations, _: agent.act(observations)
+    if parameter.kind is parameter.KEYWORD_ONLY:
+        return lambda observations, context: agent.act(observations, context=context)
+    return agent.act
+
+
+def _context_parameter(agent: Agent) -> inspect.Parameter | None:
+    """The second parameter of ``act``, unless it is optional and has another name than ``context``."""
+    for parameter in list(inspect.signature(agent.act).parameters.values())[1:2]:
+        if parameter.kind in VARIADIC:
+            return None
+        is_required = parameter.default is parameter.empty and parameter.kind is not parameter.KEYWORD_ONLY
+        if is_required or parameter.name == "context":
+            return parameter
+    return None
+
+
+def policy_of(agent: Agent) -> AnyPolicy | None:
+    """The agent's policy; None if it has no method ``policy`` or cannot express its policy.
+
+    An attribute ``policy`` that is not a method, such as a torch module, or a method with arguments is
+    something else.
+
+    Raises ``BenchError`` if the method returns neither a policy nor None.
+    """
+    method = getattr(agent, "policy", None)
+    if not inspect.isroutine(method):
+        return None
+    parameters = inspect.signature(method).parameters.values()
+    if any(each.default is each.empty and each.kind not in VARIADIC for each in parameters):
+        return None
+    policy: object = method()
+    if policy is None or isinstance(policy, AnyPolicy):
+        return policy
+    message = f"Expected a Policy, an OnnxPolicy or None, got a value of type {type(policy).__name__}."
+    raise BenchError("bad-policy", message, "policy()", "Return a gym_extensions.policies.Policy.")
+
+
+def first_actions(agent: Agent, env: VectorEnv, seeds: Sequence[int], label: TaskLabel | None) -> Array:
+    """The actions (num_envs, …) of an agent after a reset, clipped to the action space."""
+    observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
+    context = Context(np.ones(len(seeds), np.bool_), label)
+    return clip_actions(action_function(agent)(observations, context), env, "act()")
+
+
+def require_agreement(
+    policy: AnyPolicy, env: VectorEnv, seeds: Sequence[int], actions: Array, task: int
+) -> None:
+    """Checks that the policy takes the first actions of evaluation episodes.
+
+    The action of a deterministic policy is known. For the others every action that they can sample agrees;
+    of networks that sample only the number of actions is checked. The environments are reset with ``seeds``.
+
+    Args:
+        policy, env, seeds: the agent's policy, and the evaluation environments of a task.
+        actions: the first action of each episode, as applied (num_envs, …).
+        task: index of the task in the group.
+
+    Raises:
+        BenchError: an action differs, or the observations have another size than the policy's inputs.
+    """
+    observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
+    taken = actions.reshape(len(actions), -1)
+    if taken.shape[1] != policy.num_actions:
+        message = f"The actions have {taken.shape[1]} values; the policy has {policy.num_actions}."
+        raise BenchError("bad-policy", message, "policy()", "Return the policy that act() uses.")
+    space: Any = env.single_action_space
+    low, high = (np.asarray(bound, np.float64).ravel() for bound in (space.low, space.high))
+    with np.errstate(all="ignore"):
+        bounds = [each.astype(np.float64) for each in _extremes(policy, observations, task)]
+        lower, upper = (np.clip(bound, low, high) for bound in bounds)
+        excess = np.maximum(lower - taken, taken - upper) / ((high - low) / 2)
+    difference = float(np.maximum(excess, 0).max())
+    if not difference <= TOLERANCE:
+        message = f"The policy's actions differ from act() by {difference / 2:.3g} of the action range."
+        hint = "Return the policy that act() uses, or None."
+        raise BenchError("policy-differs", message, "policy()", hint)
+
+
+def require_submittable(
+    policy: AnyPolicy, card: Card, observes: Observes, group: TaskGroup, protocol: str
+) -> None:
+    """Checks, before training, what the rules of submissions say about policies.
+
+    Raises ``BenchError`` (``bad-policy``) if the policy samples although the card says that evaluation is
+    deterministic, if it depends on the task without observing it or has rows for more tasks than the group,
+    or if the policies of a run would exceed the limits of size.
+    """
+    message, hint = "", "Use arrays without an axis of tasks, or one row per task and task_in_evaluation."
+    if card.evaluation == "deterministic" and policy.head != "deterministic":
+        message = f"The policy samples (its head is {policy.head!r}), and the card says that it does not."
+        hint = 'Return a policy with head="deterministic", or a card with evaluation="sampled".'
+    elif policy.num_tasks and not observes.task_in_evaluation:
+        message = "The policy depends on the task, and the agent does not ask for task_in_evaluation."
+    elif policy.num_tasks > len(group.tasks):
+        message = f"The policy has arrays for {policy.num_tasks} tasks; {group.name} has {len(group.tasks)}."
+    elif message := size_error(run_arrays(dict.fromkeys(policy_keys(protocol, group), policy))):
+        hint = "Use smaller networks or float32, or no policy; without one, a run cannot be verified."
+    if message:
+        raise BenchError("bad-policy", message, "policy()", hint)
+
+
+def _extremes(policy: AnyPolicy, observations: Array, task: int) -> tuple[Array, Array]:
+    """The lowest and highest actions that a policy samples; for a deterministic one its actions."""
+    if isinstance(policy, OnnxPolicy):
+        if policy.head != "deterministic":
+            bound = np.full((len(observations), policy.num_actions), np.inf)
+            return -bound, bound
+        policy.reset()
+        actions = policy.act(observations, None, task)
+        return actions, actions
+    mean, log_sigma = mean_and_log_sigma(policy, observations, task)
+    width = {"deterministic": 0.0, "uniform": 1.0}.get(policy.head, DEVIATIONS * np.exp(log_sigma))
+    return to_action(policy, mean - width), to_action(policy, mean + width)
