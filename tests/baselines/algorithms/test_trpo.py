@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -154,3 +155,12 @@ def test_trpo_2017_learns_as_in_the_committed_submission() -> None:
     expected = list(zip(curve.steps, curve.returns, strict=True))
     np.testing.assert_allclose(points[0], expected[0], rtol=1e-6)
     np.testing.assert_allclose(points[1], expected[1], rtol=2e-2)
+
+
+def test_the_page_that_walks_through_an_update_names_functions_of_its_files() -> None:
+    page = Path(__file__).resolve().parents[3] / "docs/one-update.md"
+    named = re.findall(r"\[`(?:\w+\.)?(\w+)`\]\((\S+\.py)\)", page.read_text(encoding="utf-8"))
+    assert len(named) > 20
+    for name, file in named:
+        code = (page.parent / file).read_text(encoding="utf-8")
+        assert re.search(rf"^ *(def|class) {name}\b", code, re.MULTILINE), (name, file)
