@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from gym_extensions.baselines.train_agent import train
     from gym_extensions.baselines.training.jobs import Parallel
     from gym_extensions.baselines.training.progress import Monitor
-    from gym_extensions.submissions.manifest import Observes
 
 __all__ = [
     "Agent",
@@ -53,7 +52,6 @@ __all__ = [
 
 MODULES = {
     "Monitor": ".training.progress",
-    "Observes": "gym_extensions.submissions.manifest",
     "Parallel": ".training.jobs",
     "record": ".record_policies",
     "sb3": ".adapters.sb3",

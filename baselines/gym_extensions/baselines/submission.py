@@ -228,7 +228,7 @@ def write_run_files(
         steps=sum(used.steps for used in usages),
         memory=documents.Memory(
             stored_steps=max(record.memory.stored_steps for record in records),
-            parameters_first=max(record.memory.parameters_first for record in records),
+            parameters_first=max(stages[0].memory.parameters_first for stages in finished.values()),
             parameters_last=max(record.memory.parameters_last for record in records),
         ),
         fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
