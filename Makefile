@@ -13,7 +13,7 @@ help:  ## list the commands
 	@awk -F ':.*  ## ' '/^[a-z-]+:.*  ## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 site-assets: .venv/scoring.installed  ## fetch MuJoCo for the browser, 3 MB, for the page Play (needs npm)
-	.venv/bin/python -m gym_extensions.site.play.mujoco_wasm
+	.venv/bin/python -m tools.mujoco_wasm
 
 leaderboard: .venv/scoring.installed  ## check and score every submission, build _site/
 	@.venv/bin/gym-extensions site submissions --out _site
@@ -41,13 +41,11 @@ check: .venv/everything.installed  ## check style, types, import layers and work
 	.venv/bin/check-jsonschema --quiet --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	.venv/bin/check-jsonschema --quiet --builtin-schema vendor.dependabot .github/dependabot.yml
 
-docs: .venv/everything.installed  ## write the generated tables and outputs of docs/*.md
-	.venv/bin/python -m gym_extensions.scoring.output.schema docs
-	.venv/bin/python tests/results/page.py
+docs: .venv/everything.installed  ## write the generated pages, tables and outputs of docs/
+	.venv/bin/python -m tools.docs
 
 findings: .venv/everything.installed  ## write docs/findings.md, docs/reproduction.md and figures from the committed submissions
-	.venv/bin/python docs/findings/build.py
-	.venv/bin/python docs/findings/reproduction.py
+	.venv/bin/python -m tools.findings
 
 docsite: .venv/docs.installed  ## build the boards and the documentation as one site, _site/ and _site/docs/
 	@.venv/bin/gym-extensions site submissions --out _site --docs
@@ -55,7 +53,7 @@ docsite: .venv/docs.installed  ## build the boards and the documentation as one 
 
 bench: .venv/everything.installed  ## measure speed, as ratios taken side by side in one run
 	$(PIP) -e '.[dev,bench]'
-	.venv/bin/pytest -m bench tests/benchmarks --ratios tests/benchmarks/ratios.json
+	.venv/bin/pytest -m bench tools/benchmarks --ratios tools/benchmarks/ratios.json
 
 # The scoring set has no torch; the rest adds it, always through constraints.txt.
 .venv/scoring.installed: pyproject.toml constraints.txt

@@ -97,7 +97,7 @@ METRIC = """\
 USE_METRIC = """
 import json, sys
 from gym_extensions.scoring.cli import main
-from gym_extensions.scoring.output.schema import tables
+from tools.docs import tables
 assert "| `best_task` Best task | max over j of p[T][j] |" in tables()["metrics sequential"]
 main([sys.argv[1], "--json"])
 """
@@ -166,7 +166,9 @@ def copy(tmp_path: Path) -> Path:
 
 def run(copy: Path, code: str, *arguments: str | Path) -> str:
     """Runs the code with the copied packages and returns its output; fails with its error output."""
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(copy / root) for root in ROOTS)}
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join([*(str(copy / root) for root in ROOTS), str(ROOT)])
+    }
     process = subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)],
         env=environment,

@@ -14,9 +14,8 @@ from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import Factory, train
+from gym_extensions.baselines import Factory, references as measuring, train
 from gym_extensions.baselines.algorithms.floors import Random
-from gym_extensions.baselines.references import cli as references_cli
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import TaskGroup, Wall, customize, load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
@@ -29,7 +28,7 @@ from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import read_run, write_run
 
-from .baselines.references.conftest import make_quick
+from .baselines.conftest import make_quick
 
 LIGHT = """
 name = "hopper-light"
@@ -66,7 +65,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         make_quick(patch, 20)
         options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
-        assert references_cli.main([*options, "--out", str(root / "light-references.json")]) == 0
+        assert measuring.main([*options, "--out", str(root / "light-references.json")]) == 0
     return root
 
 
@@ -200,7 +199,7 @@ def test_a_group_of_any_gymnasium_environment_is_trained_and_scored_with_its_own
     train("random", file, ["sequential", "single"], "smoke", [0, 1], out=out)
     make_quick(monkeypatch, 20)
     options = ["--groups", str(file), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
-    assert references_cli.main([*options, "--out", str(known)]) == 0
+    assert measuring.main([*options, "--out", str(known)]) == 0
     frame = results.metrics(out, groups=[file], references=known)
     assert set(frame["group"]) == {"pendulum-v0"}
     scored = results.scores(out, load_group(file), groups=[file], references=known)

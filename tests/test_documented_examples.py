@@ -61,7 +61,8 @@ def module(path: Path) -> ModuleType:
 def program(words: list[str]) -> tuple[Callable[[list[str]], object], list[str]]:
     """The function behind a command line, and its arguments."""
     if words[:2] == ["python", "-m"]:
-        return importlib.import_module(f"{words[2]}.__main__").main, words[3:]
+        is_package = hasattr(importlib.import_module(words[2]), "__path__")
+        return importlib.import_module(words[2] + ".__main__" * is_package).main, words[3:]
     if words[0] == "python":
         return module(ROOT / words[1]).main, words[2:]
     return main, words[1:] if words[0] == "gym-extensions" else words

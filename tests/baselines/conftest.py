@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.baselines import Monitor, train
+from gym_extensions.baselines import Monitor, references, train, workers
 from gym_extensions.baselines.training.events import Event
 from gym_extensions.envs import MovingGoal, TaskGroup, customize
 
@@ -107,3 +107,15 @@ def watched(tmp_path_factory: pytest.TempPathFactory) -> Watched:
         train("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0, out=seen.folder, monitor=monitor)
     seen.printed = printed.getvalue()
     return seen
+
+
+def make_quick(patch: pytest.MonkeyPatch, episodes: int) -> None:
+    """Measures floors with this many episodes, in this process."""
+    measurements, run = references.floor_measurements, workers.run
+    patch.setattr(references, "floor_measurements", lambda task, _=None: measurements(task, episodes))
+    patch.setattr(workers, "run", lambda pending, listen, jobs: run(pending, listen, 0))
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    make_quick(monkeypatch, 4)

@@ -1,4 +1,4 @@
-"""docs/results.md shows what its code prints, and its tables are those of the docstrings."""
+"""The tables of docs/results.md have the columns of the frames."""
 
 from __future__ import annotations
 
@@ -10,27 +10,7 @@ import pytest
 from gym_extensions import results
 from gym_extensions.metrics.formulas import BOARD_METRICS
 from gym_extensions.scoring.output.board_frames import TEXT
-
-from .page import CELL, PAGE, column_rows, executed, with_tables
-
-HINT = "Run: python tests/results/page.py"
-
-
-@pytest.mark.committed
-def test_the_page_shows_what_its_code_prints() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    assert len(CELL.findall(text)) == text.count("```python") > 5
-    assert executed(text) == text, HINT
-
-
-def test_the_tables_of_columns_are_those_of_the_docstrings() -> None:
-    text = PAGE.read_text(encoding="utf-8")
-    assert with_tables(text) == text, HINT
-    assert [
-        name
-        for name in results.__all__
-        if "  =====" in (getattr(results, name).__doc__ or "") and f"<!-- columns: {name} -->" not in text
-    ] == []
+from tools.docs import column_rows
 
 
 def installed(dtype: str) -> str:

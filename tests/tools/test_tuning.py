@@ -9,12 +9,12 @@ from typing import Any
 import msgspec
 import pytest
 
-import tune
 from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError
 from gym_extensions.references import load_references
-from tune import Plan, Trial
+from tools.tuning import tune
+from tools.tuning.tune import Plan, Trial
 
 PLANS = sorted(tune.HERE.glob("*.jsonl"))
 PLAN = Plan(
@@ -112,7 +112,7 @@ def test_the_report_chooses_the_setting_with_the_best_mean_over_bodies(file: Pat
 
 
 def test_a_trial_has_a_row_of_returns_per_learned_task(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("measure_learners.EVALUATION_SEEDS", range(2))
+    monkeypatch.setattr("tools.tuning.measure_learners.EVALUATION_SEEDS", range(2))
     result = tune.run_trial(PLAN, 1, "Hopper")
     assert (result.setting, result.body) == (1, "Hopper")
     assert [len(row) for row in result.returns] == [2, 2]

@@ -1,9 +1,9 @@
 """Measures what an agent learns: deterministic or sampled returns and processor time, one JSON line per run.
 
-    python tools/tuning/measure_learners.py --tasks HalfCheetah,Hopper,Walker2d --seeds 0 1 2 --jobs 2
-    python tools/tuning/measure_learners.py --tasks Hopper@0.9,Walker2d@1.1 --set discount=0.99
-    python tools/tuning/measure_learners.py --tasks Hopper@0.7,Hopper@0.9,Hopper@1.1 --sequential
-    python tools/tuning/measure_learners.py --agent l2 --argument coefficient=0.1 --sequential
+    python -m tools.tuning.measure_learners --tasks HalfCheetah,Hopper,Walker2d --seeds 0 1 2 --jobs 2
+    python -m tools.tuning.measure_learners --tasks Hopper@0.9,Walker2d@1.1 --set discount=0.99
+    python -m tools.tuning.measure_learners --tasks Hopper@0.7,Hopper@0.9,Hopper@1.1 --sequential
+    python -m tools.tuning.measure_learners --agent l2 --argument coefficient=0.1 --sequential
 
 ``Hopper@0.9`` is Hopper under .9 of the earth's gravity. With ``--sequential`` one agent per seed learns the
 tasks in order, and every task is evaluated after each. ``--set`` changes rows of the agent's table in

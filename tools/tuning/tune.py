@@ -1,7 +1,7 @@
 """Tunes every method by the same rule, with the same number of training steps.
 
-    python tools/tuning/tune.py cloning l2            # run the trials that are missing, one after the other
-    python tools/tuning/tune.py cloning l2 --report   # the mean scores of each setting, and the chosen one
+    python -m tools.tuning.tune cloning l2            # run the trials that are missing, one after the other
+    python -m tools.tuning.tune cloning l2 --report   # the mean scores of each setting, and the chosen one
 
 The first line of ``<method>.jsonl`` is the plan: the settings to try, the tasks, and the rule of choice. Each
 further line is one trial: one setting on one body, whose tasks are learned in order. A command that was
@@ -29,7 +29,7 @@ from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError, reports_mistakes, require_known
 from gym_extensions.files import write_text
 from gym_extensions.references import load_references
-from measure_learners import Run, measure
+from tools.tuning.measure_learners import Run, measure
 
 HERE = Path(__file__).resolve().parent
 

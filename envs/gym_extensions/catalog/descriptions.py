@@ -1,6 +1,6 @@
 """The description of every published task: one text for ``envs show``, the documentation and the site.
 
-`gym-extensions envs docs` writes it from the models into ``descriptions.json``; this module reads it and
+`python -m tools.environments` writes it from the models into ``descriptions.json``; this module reads it and
 loads no simulator. A description has the differences from the base body in words, the tables of actions and
 observations, and what draws the task: a skeleton, or a map.
 """
@@ -152,7 +152,7 @@ def summary(task: Task) -> str:
     facts = description(task.id)
     if facts is None:
         raise BenchError(
-            "no-description", "The task has no description.", task.id, "Run: gym-extensions envs docs"
+            "no-description", "The task has no description.", task.id, "Run: python -m tools.environments"
         )
     prose = task.body.prose
     groups = [group.id for group in GROUPS.values() if task in group.tasks]

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 from gym_extensions.catalog import descriptions, fingerprints
 from gym_extensions.catalog.groups import GROUPS, group
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.errors import reports_mistakes, working
-from gym_extensions.files import write_bytes, write_text
+from gym_extensions.files import write_text
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -26,9 +25,6 @@ def _parser() -> argparse.ArgumentParser:
     checking.add_argument("task", nargs="*", help="task ids or bare names (default: all tasks)")
     writing = commands.add_parser("fingerprint", help="publish the fingerprints of new tasks")
     writing.add_argument("--replace", action="store_true", help="also replace fingerprints that have changed")
-    add = commands.add_parser("docs", help="write the documentation pages of the environments").add_argument
-    add("--out", type=Path, default=Path("docs/environments"), help="output folder (default: %(default)s)")
-    add("--pictures", action="store_true", help="also render the pictures (needs OpenGL)")
     return parser
 
 
@@ -80,23 +76,6 @@ def _write(replace: bool) -> int:
     return 0
 
 
-def _docs(args: argparse.Namespace) -> int:
-    from gym_extensions.envs.docs.describe import descriptions as descriptions_text
-    from gym_extensions.envs.docs.pages import pages
-    from gym_extensions.envs.docs.pictures import map_pictures, task_pictures
-
-    described = descriptions_text()
-    write_text(descriptions.PATH, described)
-    texts = pages(descriptions.read_descriptions(described))
-    images = task_pictures() | map_pictures() if args.pictures else {}
-    for name, text in texts.items():
-        write_text(args.out / name, text)
-    for name, image in images.items():
-        write_bytes(args.out / "pictures" / name, image)
-    print(f"{len(texts)} pages and {len(images)} pictures written to {args.out}.")
-    return 0
-
-
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Runs one command. The exit status is 0 for success, 1 for tasks that differ, 2 for wrong usage."""
@@ -106,6 +85,4 @@ def main(argv: list[str] | None = None) -> int:
     if args.command == "show":
         print(descriptions.summary(task(args.task)))
         return 0
-    if args.command == "docs":
-        return _docs(args)
     return _check(args.task) if args.command == "check" else _write(args.replace)

@@ -17,7 +17,6 @@ from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request_rules import RULES
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.files import write_text
-from gym_extensions.references import experts
 from gym_extensions.scoring.cli import print_text
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.layout import DOCUMENT, MANIFEST, submission_folders
@@ -25,7 +24,6 @@ from gym_extensions.submissions.review import Action, Review, review_text
 from gym_extensions.submissions.run import read_run
 from gym_extensions.verification import cli as verification
 from gym_extensions.verification.landscape_recorder import measure_all
-from gym_extensions.verification.pose_recorder import write_expert_poses
 from gym_extensions.verification.verify import add_verifications
 
 
@@ -96,18 +94,6 @@ def maintain_parser() -> argparse.ArgumentParser:
     add("--reason", default="", metavar="TEXT", help="why")
     help_ = "also train one randomly chosen run again (reference agents with a budget of at most 300k)"
     add("--retrain-own", action="store_true", help=help_)
-    wanted = parts.add_parser(
-        "wanted",
-        help="list the runs that complete the next look of the core board",
-        description="List the runs that complete a submission's next look on the core board, those first "
-        "that would decide most comparisons per run. Each is one command, and one pull request may bring any "
-        "of them.",
-    )
-    default = [Path("submissions")]
-    help_ = "all submissions of the board (default: submissions)"
-    wanted.add_argument(
-        "submissions", nargs="*", type=Path, metavar="SUBMISSION", default=default, help=help_
-    )
     landscapes = parts.add_parser(
         "landscapes",
         help="measure policies in worlds between and beyond those that they were trained in",
@@ -125,9 +111,7 @@ def maintain_parser() -> argparse.ArgumentParser:
     add("--groups", nargs="+", default=[], metavar="NAME", help="gravity, body or wall groups (default: all)")
     add("--again", action="store_true", help="also measure what is up to date")
     verification.add_options(landscapes)
-    poses = parts.add_parser("poses", help="write the motion of experts that pages show")
-    poses.add_argument("tasks", nargs="*", metavar="TASK", help="bare names (default: all with an expert)")
-    parts.add_parser("references", help="measure the references", add_help=False)
+    parts.add_parser("references", help="measure the references of custom groups", add_help=False)
     return command
 
 
@@ -136,25 +120,17 @@ def maintain(argv: Sequence[str] | None = None) -> int:
     """Runs a command of maintainers and returns the exit status."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments[:1] == ["references"]:
-        from gym_extensions.baselines.references.cli import main as references  # loads the agents
+        from gym_extensions.baselines.references import main as references  # loads the agents
 
         return references(arguments[1:])
     command = maintain_parser()
     options = command.parse_args(arguments)
     if options.command == "review":
         return _review(command, options)
-    if options.command == "poses":
-        for line in write_expert_poses(options.tasks or experts.names()):
-            print(line, flush=True)
-    elif options.command == "landscapes":
-        fetcher = Fetcher(options.cache / "policies", options.public_only)
-        submissions = _existing(options.submissions)
-        for line in measure_all(submissions, options.groups, fetcher, options.jobs, options.again):
-            print(line, flush=True)
-    else:
-        from gym_extensions.curation import wanted  # loads the agents
-
-        print("\n".join(wanted.wanted(_existing(options.submissions))))
+    fetcher = Fetcher(options.cache / "policies", options.public_only)
+    submissions = _existing(options.submissions)
+    for line in measure_all(submissions, options.groups, fetcher, options.jobs, options.again):
+        print(line, flush=True)
     return 0
 
 

@@ -13,14 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup, with_custom
-from gym_extensions.catalog.tasks import Task, task
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.rollout import Outcome
-from gym_extensions.files import write_text
-from gym_extensions.references import experts
 from gym_extensions.submissions import poses as store
-from gym_extensions.submissions.layout import POSES
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.episodes import Cell, RunRequest, limits_of, run_cell, stored_policies
@@ -31,8 +28,6 @@ from gym_extensions.verification.verify import SAMPLED, Run
 JOB = "gym_extensions.verification.pose_recorder:record"
 FRAMES = ("unit", "steps_per_second", "steps_per_frame")
 """What the poses of a task state of its timing."""
-EXPERT_EPISODES = 20
-"""Episodes of which an expert shows the one with the median return."""
 Array = NDArray[np.float64]
 
 
@@ -160,33 +155,3 @@ def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
             for index, task in enumerate(group.tasks)
         ),
     )
-
-
-def write_expert_poses(names: Sequence[str], folder: Path = experts.DATA) -> Iterator[str]:
-    """Writes the poses of experts that have none of their present policy, and yields a line for each expert.
-
-    They are in the folder ``poses`` of that of the experts' files: the episode with the median return of the
-    first 20 measurement seeds. Raises ``BenchError`` without an expert.
-    """
-    for name in names:
-        row, policy = task(name), experts.load(name, folder)
-        path, digest = folder / POSES / f"{name}.json", experts.digest(policy)
-        known = store.PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
-        if known is not None and known.policy == digest:
-            yield f"{path}: up to date"
-            continue
-        timing = timing_of(row)
-        seeds = tuple(experts.seed(row, "measure", index) for index in range(EXPERT_EPISODES))
-        outcomes, tracks = recorded(TaskGroup("expert", (row,)), policy, Cell(1, 0, seeds), timing)
-        returns = [each.return_ for each in outcomes]
-        episode = shown_episode(returns)
-        clip = store.Clip(
-            stage=1,
-            episode=episode,
-            returns=tuple(round(value, 2) for value in returns),
-            **motion(tracks[episode], outcomes[episode], timing),
-        )
-        frames = {name: getattr(timing, name) for name in FRAMES}
-        poses = store.TaskPoses(task=row.id, after=clip, end=None, **frames)
-        write_text(path, store.PolicyPoses(policy=digest, poses=poses).to_json())
-        yield str(path)

@@ -1,4 +1,4 @@
-"""The published JSON Schemas, and the tables of the documentation that are made from the same types."""
+"""The published JSON Schemas."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
-from gym_extensions.scoring.output.schema import schema_texts, tables, updated
+from gym_extensions.scoring.output.schema import schema_texts
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.scorecard import ScorecardDocument
-from gym_extensions.submissions.rules import RULES
 
 ROOT = Path(__file__).parents[3]
 SUBMISSIONS = sorted(path.parent for path in ROOT.glob("submissions/*/submission.toml"))
@@ -113,29 +112,3 @@ def test_a_broken_scorecard_is_refused(scorecards: Json, key: str) -> None:
         metric["extra"] = 1.0
     with pytest.raises(ValidationError, match=f"'{key}'|7 is not of type"):
         check("scorecard.json", broken)
-
-
-DOCS = Path(__file__).parents[3] / "docs"
-PAGES = ("metrics.md", "scorecard.md", "rollout-log.md", "custom-groups.md")
-MANIFEST = {"keys Code", "keys Memory", "keys Observes", "keys Protocol", "keys Tuning"}
-"""Sections of submission.toml, which docs/rollout-log.md documents."""
-HAND_WRITTEN = {"keys Problem", "keys PaperColumns", *MANIFEST}
-"""Types that docs/scorecard.md describes in a sentence."""
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_the_tables_are_up_to_date(page: str) -> None:
-    text = (DOCS / page).read_text(encoding="utf-8")
-    assert updated(text) == text, "Run: make docs"
-
-
-def test_a_table_replaces_an_older_one() -> None:
-    page = "# Page\n<!-- table: rules -->\n{}\n<!-- end -->\nText."
-    assert updated(page.format("| an | old table |")) == page.format(tables()["rules"])
-    assert tables()["rules"].count("\n| `") == len(RULES)
-
-
-def test_every_type_of_the_documents_has_a_table() -> None:
-    text = "".join((DOCS / page).read_text(encoding="utf-8") for page in PAGES)
-    absent = {name for name in tables() if f"<!-- table: {name} -->" not in text}
-    assert absent == HAND_WRITTEN

@@ -40,7 +40,7 @@ EDITION = 1
 LOOK_LEVELS = {5: 0.005, 10: 0.01, 20: 0.01, 40: 0.01, 80: 0.01}
 """The level of a family of pairs at each look: together the error is at most .05.
 
-tests/scoring/measure_looks.py simulates it (docs/metrics.md). The sum for normal runs is below .05; the
+tools/benchmarks/measure_looks.py simulates it (docs/metrics.md). The sum for normal runs is below .05; the
 rest is a reserve for the skewed and bimodal runs that submissions have, of which few show too small a
 variance.
 """

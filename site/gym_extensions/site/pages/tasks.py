@@ -153,7 +153,7 @@ class TaskView:
     def shown(self) -> TaskPoses | None:
         """The poses of the expert; None if there are none of its policy."""
         path = experts.DATA / POSES / f"{self.task.bare_name}.json"
-        poses = PolicyPoses.load(path, "bad-poses", "gym-extensions maintain poses")
+        poses = PolicyPoses.load(path, "bad-poses", "python -m tools.experts poses")
         if poses is not None and poses.policy == experts.card(self.task).policy:
             return poses.poses
         return None

@@ -8,17 +8,12 @@ from __future__ import annotations
 import base64
 import gzip
 import hashlib
-import shutil
-import subprocess
-import sys
-import tarfile
-import tempfile
 import zlib
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
-from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.errors import BenchError
 
 PACKAGE, VERSION = "@mujoco/mujoco", "3.14.0"
 SHA256 = {
@@ -71,13 +66,13 @@ def load(folder: Path) -> Simulator | None:
     """
     if not folder.is_dir():
         return None
-    script, packed = (_read(folder / name) for name in ("mujoco.js", "mujoco.wasm.gz"))
+    script, packed = (read_file(folder / name) for name in ("mujoco.js", "mujoco.wasm.gz"))
     try:
         wasm = gzip.decompress(packed)
     except (OSError, EOFError, zlib.error) as error:
         raise BenchError("bad-asset", f"It is no gzip file: {error}.", str(folder), HINT) from error
     for name, content in (("mujoco.js", script), ("mujoco.wasm", wasm)):
-        _check(name, content, folder)
+        check(name, content, folder)
     return Simulator(script, packed, license_of("mujoco"))
 
 
@@ -87,57 +82,16 @@ def license_of(package: str) -> bytes:
     return (text or f"See the package {package}.\n").encode()
 
 
-def _read(path: Path) -> bytes:
+def read_file(path: Path) -> bytes:
+    """The content of a file. Raises ``BenchError`` if it cannot be read."""
     try:
         return path.read_bytes()
     except OSError as error:
         raise BenchError("bad-asset", f"{error.strerror or error}.", str(path), HINT) from error
 
 
-def _check(name: str, content: bytes, where: Path) -> None:
+def check(name: str, content: bytes, where: Path) -> None:
+    """Raises ``BenchError`` if a file is not the pinned one of this name."""
     if hashlib.sha256(content).hexdigest() != SHA256[name]:
         message = f"{name} is not the one of {PACKAGE} {VERSION}."
         raise BenchError("bad-asset", message, str(where), f"Remove the folder. {HINT}")
-
-
-def fetch(folder: Path) -> None:
-    """Fetches the package with npm, checks the two files and writes them.
-
-    Raises ``BenchError`` if npm is missing or fails, or a file is not the pinned one.
-    """
-    npm = shutil.which("npm")
-    if npm is None:
-        raise BenchError("no-npm", "npm is not installed.", hint="Install Node.js, which has npm.")
-    with tempfile.TemporaryDirectory() as scratch:
-        done = subprocess.run(
-            [npm, "pack", "--silent", f"{PACKAGE}@{VERSION}"],
-            cwd=scratch, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        archives = list(Path(scratch).glob("*.tgz"))
-        if done.returncode or len(archives) != 1:
-            raise BenchError("no-package", f"npm failed: {done.stderr.strip()[-300:]}", PACKAGE)
-        with tarfile.open(archives[0]) as archive:
-            archive.extractall(scratch, filter="data")
-        contents = {name: _read(Path(scratch) / "package" / name) for name in SHA256}
-    for name, content in contents.items():
-        _check(name, content, folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "mujoco.js").write_bytes(contents["mujoco.js"])
-    (folder / "mujoco.wasm.gz").write_bytes(gzip.compress(contents["mujoco.wasm"], 9, mtime=0))
-
-
-@reports_mistakes
-def main(argv: list[str] | None = None) -> int:
-    """Fetches the files into ``.site-assets``, unless they are there."""
-    folder = Path(argv[0]) if argv else FOLDER
-    try:
-        is_there = load(folder) is not None
-    except BenchError:
-        is_there = False
-    if not is_there:
-        fetch(folder)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -1,1 +1,0 @@
-"""Trains, selects and measures the experts: ``python -m gym_extensions.baselines.experts``."""

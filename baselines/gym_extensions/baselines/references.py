@@ -1,0 +1,309 @@
+"""Measures floors and experts of custom groups: ``gym-extensions maintain references``.
+
+A floor is the better one of random and zero actions. The expert of a custom task is an agent that is trained
+on it alone, or the planner in navigation. Every episode follows from its seed, so that anybody can measure
+them again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import shutil
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from gym_extensions.baselines import algorithms, workers
+from gym_extensions.baselines.agent_spec import AgentSpec
+from gym_extensions.baselines.cli import parse_names, parse_runs
+from gym_extensions.baselines.generators import training_seed
+from gym_extensions.baselines.submission import prepare
+from gym_extensions.baselines.training import events
+from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.training.jobs import Settings, TrainingJob, parse_groups
+from gym_extensions.baselines.training.progress import open_bars
+from gym_extensions.baselines.training.runner import PendingJob
+from gym_extensions.baselines.workers import Failure, Runnable, jobs_failed
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import (
+    BUDGETS,
+    FIRST_REFERENCE_RUN,
+    FULL_SUBMISSION_RUNS,
+    STANDARD_BUDGET,
+    budget as budget_named,
+    evaluation_seed,
+)
+from gym_extensions.catalog.tasks import Task, whole_number
+from gym_extensions.envs import make_vec
+from gym_extensions.envs.fingerprinting import fingerprint_of, require_published_engine
+from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.files import write_bytes
+from gym_extensions.references import (
+    Expert,
+    File,
+    Floor,
+    FloorAgent,
+    MeasuredReference,
+    MeasuredRun,
+    parse_file,
+    path_of,
+)
+from gym_extensions.references.experts import EPISODES, floor_margin
+from gym_extensions.submissions.layout import PROGRESS
+
+TRAINED_AGENT = "trpo"
+"""The expert of a task of a custom group."""
+FLOOR_AGENTS = ("random", "zero")
+PLANNER = "planner"
+"""Plans on the map of a navigation task and takes the fewest steps: the expert of these tasks."""
+REFERENCE = "reference"
+"""Replaces a group's id in the derivation of seeds."""
+NUM_ENVS = 100
+MIN_RUNS = 3
+"""Of five or more runs, at least this many must beat the floor."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """An agent of ``FLOOR_AGENTS``, or the planner, on the first of a task's prescribed episodes."""
+
+    task: Task
+    agent: str
+    episodes: int
+
+    @property
+    def plan(self) -> events.JobPlan:
+        return events.JobPlan(f"{self.task.id} {self.agent}", (events.StagePlan(1, 0, self.episodes),))
+
+    @property
+    def agent_seed(self) -> int:
+        return training_seed(FIRST_REFERENCE_RUN, REFERENCE, self.task.id, self.agent)
+
+    def run(self, listen: events.Listener) -> list[float]:
+        start, returns = time.perf_counter(), list[float]()
+        if self.agent == PLANNER:
+            from gym_extensions.envs.navigation.planner import oracle_returns
+
+            returns = list(map(float, oracle_returns(self.task, self._seeds(0, self.episodes))))
+        else:
+            env = make_vec(self.task, min(NUM_ENVS, self.episodes))
+            make = algorithms.factory(self.agent)
+            agent = make(env.single_observation_space, env.single_action_space, self.agent_seed)
+            for first in range(0, self.episodes, env.num_envs):
+                outcomes = evaluate(agent, env, self._seeds(first, first + env.num_envs))
+                returns += [outcome.return_ for outcome in outcomes]
+            returns = returns[: self.episodes]
+            env.close()
+        result = (self.task.id, len(returns), math.fsum(returns) / len(returns))
+        listen(events.TaskEvaluated(self.plan.title, 1, 0, 0, *result, time.perf_counter() - start))
+        return returns
+
+    def _seeds(self, first: int, end: int) -> list[int]:
+        return [evaluation_seed(REFERENCE, self.task.id, episode) for episode in range(first, end)]
+
+
+def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list[float]]:
+    """The returns of measurements and of training jobs, which run in worker processes; shows the progress.
+
+    Raises ``BenchError`` if one failed. The finished stages of training jobs are stored.
+    """
+    results: dict[int, list[float]] = {}
+    failures: dict[str, Failure] = {}
+    runnable: Sequence[Runnable[Any]] = pending
+    with open_bars() as (_, show):
+        show(events.TrainingStarted(tuple(each.plan for each in pending), jobs))
+        for index, outcome in workers.run(runnable, show, jobs):
+            title = pending[index].plan.title
+            if isinstance(outcome, Failure):
+                failures[title] = outcome
+                show(events.JobFailed(title, outcome.cause))
+            elif isinstance(pending[index], PendingJob):
+                results[index] = [each.return_ for record in outcome for each in record.episodes]
+            else:
+                results[index] = outcome
+    if failures:
+        raise jobs_failed(failures, len(pending), "Finished training is stored; repeat the command.")
+    return [results[index] for index in range(len(pending))]
+
+
+def floor_measurements(task: Task, episodes: int = EPISODES) -> list[Measurement]:
+    """The measurements of a task's floor."""
+    return [Measurement(task, agent, episodes) for agent in FLOOR_AGENTS]
+
+
+def summary(returns: Sequence[float]) -> FloorAgent:
+    """Mean, population standard deviation and standard error of the mean of episode returns."""
+    mean = math.fsum(returns) / len(returns)
+    std = math.sqrt(math.fsum((value - mean) ** 2 for value in returns) / len(returns))
+    return FloorAgent(mean, std, std / math.sqrt(len(returns)))
+
+
+def is_open(beaten: Sequence[bool]) -> bool:
+    """Whether a task stays open: fewer than three runs beat the floor, or, of under five runs, not all."""
+    if len(beaten) < FULL_SUBMISSION_RUNS:
+        return not all(beaten)
+    return sum(beaten) < MIN_RUNS
+
+
+def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> Floor:
+    """The floor of one task: the mean return of its better floor agent, and the summaries of both."""
+    agents = {
+        each.agent: msgspec.structs.replace(summary(values), seed=each.agent_seed)
+        for each, values in returns.items()
+    }
+    name, better = max(agents.items(), key=lambda item: item[1].mean)
+    first = next(iter(returns))
+    fingerprint = fingerprint_of(first.task)
+    return Floor(better.mean, name, first.episodes, better.standard_error, agents, fingerprint)
+
+
+def is_above(floor: Floor, mean: float, standard_error: float) -> bool:
+    """Whether a mean return is above a floor by more than chance."""
+    deviation = floor.agents[floor.agent].std if floor.agent in floor.agents else 0.0
+    return mean - floor.mean > floor_margin(standard_error, deviation)
+
+
+def with_runs(
+    floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, budget: str = ""
+) -> MeasuredReference:
+    """A custom task, from its floor and the returns of its training runs, or of the planner, by run."""
+    parts = {run: summary(returns) for run, returns in runs.items()}
+    beaten = {run: is_above(floor, part.mean, part.standard_error) for run, part in parts.items()}
+    means = [part.mean for part in parts.values()]
+    mean, error = math.fsum(means) / len(means), parts[next(iter(parts))].standard_error
+    if len(means) > 1:
+        deviation = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / (len(means) - 1))
+        error = deviation / math.sqrt(len(means))
+    expert = Expert(mean, error, len(next(iter(runs.values()))), agent, budget=budget)
+    if budget:
+        expert.runs = [MeasuredRun(run, part.mean, part.std, beaten[run]) for run, part in parts.items()]
+    is_unbeaten = is_open(list(beaten.values()))
+    return MeasuredReference(floor, None, expert) if is_unbeaten else MeasuredReference(floor, expert)
+
+
+def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, MeasuredReference]:
+    """The references by task id of the file at ``path``; none if it does not exist.
+
+    Raises:
+        BenchError: the file does not hold references, or its floor of a task is of another definition.
+    """
+    if not path.exists():
+        return {}
+    try:
+        found = parse_file(path.read_bytes()).tasks
+    except (OSError, ValueError) as error:
+        message, hint = "The file does not hold references.", "Name another file with --out."
+        raise BenchError("malformed-references", message, str(path), hint) from error
+    for task in tasks:
+        if task.id in found and found[task.id].floor.fingerprint != fingerprint_of(task):
+            message = f"The floor of {task.id} was measured with another definition of the task."
+            raise BenchError("foreign-fingerprint", message, str(path), "Start a new version with --out.")
+    return found
+
+
+def measured_floors(tasks: Sequence[Task], jobs: int) -> dict[str, Floor]:
+    """The floors of tasks by id."""
+    pending = [each for task in tasks for each in floor_measurements(task)]
+    returns = dict(zip(pending, measure(pending, jobs), strict=True)) if pending else {}
+    return {task.id: floor_of({each: returns[each] for each in floor_measurements(task)}) for task in tasks}
+
+
+def custom(
+    groups: Sequence[TaskGroup], training: tuple[str, str, Sequence[int]], out: Path, jobs: int
+) -> File:
+    """Measures every task that a references file does not have: its floor, and an agent trained on it alone.
+
+    The agents are trained and evaluated as in the protocol ``single``, by other seeds than those of
+    submissions. Finished stages are stored beside ``out``, so that an interrupted call can be repeated.
+
+    Args:
+        groups: the groups of the tasks.
+        training: the agent, its training budget, and the training seeds of its runs.
+        out: the path of the references file; its stem is the version. Tasks in it stay.
+        jobs: number of worker processes.
+
+    Raises:
+        BenchError: ``out`` is not a references file or has another definition of a task, or a measurement
+            failed.
+    """
+    agent, budget, runs = training
+    tasks = {task.id: (group, index) for group in groups for index, task in enumerate(group.tasks)}
+    known = read_file(out, [group.tasks[index] for group, index in tasks.values()])
+    missing = [group.tasks[index] for id_, (group, index) in tasks.items() if id_ not in known]
+    pending: dict[tuple[str, int], Measurement | PendingJob] = {}
+    for task in missing:
+        group, index = tasks[task.id]
+        if task.base == "Navigation":
+            pending[task.id, FIRST_REFERENCE_RUN] = Measurement(task, PLANNER, EPISODES)
+            continue
+        settings = Settings(AgentSpec.of(agent, [(group, "single")]), budget_named(budget))
+        for run in runs:
+            job = TrainingJob(group, "single", run, index)
+            pending[task.id, run] = PendingJob(job, settings, out.parent / PROGRESS / out.stem)
+    floors = measured_floors(missing, jobs)
+    returns = dict(zip(pending, measure(list(pending.values()), jobs), strict=True))
+    found = read_file(out, missing)  # another process may have added tasks since
+    for task in missing:
+        of_task = {run: values for (id_, run), values in returns.items() if id_ == task.id}
+        names = (PLANNER, "") if task.base == "Navigation" else (agent, budget)
+        found[task.id] = with_runs(floors[task.id], of_task, *names)
+    return File(2, out.stem, found)
+
+
+def write_file(content: File, out: Path) -> None:
+    """Writes a references file, and prints what it holds."""
+    write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
+    open_tasks = sum(each.expert is None for each in content.tasks.values())
+    provisional = sum(bool(each.expert and each.expert.provisional) for each in content.tasks.values())
+    counts = f"{len(content.tasks)} tasks, {open_tasks} of them open, {provisional} provisional"
+    print(f"The references are in {out}: {counts}.")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command's options."""
+    command = argparse.ArgumentParser(
+        prog="gym-extensions maintain references",
+        description="Measure the floors and experts of custom groups, whose scores need them.",
+    )
+    add = command.add_argument
+    file = "the file to write; its name without .json is the name of the version. Tasks in it stay"
+    add("--groups", required=True, help="comma-separated: TOML files of custom groups")
+    add("--out", required=True, type=Path, help=file)
+    steps = "training steps per task (default: %(default)s)"
+    add("--budget", default=STANDARD_BUDGET, choices=list(BUDGETS), help=steps)
+    add("--runs", default="1000-1004", help="training seeds from 1000 on (default: %(default)s)")
+    trained = "agent that is trained on each task (default: %(default)s)"
+    add("--agent", default=TRAINED_AGENT, choices=algorithms.names(), help=trained)
+    add("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    return command
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Measures the tasks that a references file lacks, and writes it; returns the exit status."""
+    options = parser().parse_args(argv)
+    runs, out = parse_runs(options.runs), options.out
+    for run in runs:
+        if run < FIRST_REFERENCE_RUN:
+            hint = f"Use numbers from {FIRST_REFERENCE_RUN}; smaller ones are reserved for submissions."
+            raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
+    whole_number("jobs", options.jobs, "bad-jobs", "--jobs")
+    groups = parse_groups(parse_names(options.groups))
+    require_published_engine()
+    if out.is_dir():
+        raise BenchError("bad-out", "It is a folder.", str(out), "Name a file, such as references.json.")
+    if out.resolve().parent == path_of().parent:
+        message = "It is one of the published references, which never change."
+        raise BenchError("bad-out", message, str(out), "Name a file outside the package.")
+    prepare(out.parent)
+    write_file(custom(groups, (options.agent, options.budget, runs), out, options.jobs), out)
+    shutil.rmtree(out.parent / PROGRESS / out.stem, ignore_errors=True)
+    with suppress(OSError):  # there are unfinished measurements for other files
+        (out.parent / PROGRESS).rmdir()
+    return 0

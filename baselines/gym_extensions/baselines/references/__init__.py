@@ -1,1 +1,0 @@
-"""Writes and checks the references that normalize scores: their measurement, and the command."""

@@ -1,1 +1,0 @@
-"""Writes the documentation of the environments: the descriptions of all tasks, pages and pictures."""

@@ -1,0 +1,93 @@
+"""The pages of docs/environments, ``envs show``, and the descriptions and pictures of tasks."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.spaces import Box
+
+from gym_extensions.catalog import descriptions
+from gym_extensions.catalog.descriptions import summary
+from gym_extensions.catalog.tasks import TASKS, task
+from gym_extensions.envs import cli, make
+from gym_extensions.envs.make import construct_mujoco
+from tools.environments.__main__ import main
+from tools.environments.describe import action_fields, observation_fields, table
+
+DOCS = Path(__file__).parents[2] / "docs" / "environments"
+ONE_PER_BASE = list({each.base: each.id for each in TASKS.values()}.values())
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder with what ``tools.environments`` writes."""
+    out = tmp_path_factory.mktemp("docs")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(descriptions, "PATH", out / "descriptions.json")
+        assert main(["--out", str(out / "pages")]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def text_by_name(written: Path) -> dict[str, str]:
+    """The pages by file name."""
+    return {path.name: path.read_text("utf-8") for path in (written / "pages").iterdir()}
+
+
+def test_the_committed_pages_and_sheets_are_up_to_date(written: Path, text_by_name: dict[str, str]) -> None:
+    committed = {path.name: path.read_text("utf-8") for path in DOCS.glob("*.md")}
+    assert text_by_name == committed, "run `python -m tools.environments`"
+    assert (written / "descriptions.json").read_bytes() == descriptions.PATH.read_bytes(), (
+        "run `python -m tools.environments`"
+    )
+
+
+@pytest.mark.parametrize("task_id", ONE_PER_BASE)
+def test_the_tables_have_as_many_submissions_as_the_spaces(task_id: str) -> None:
+    env = make(task_id)
+    count = sum(field.count for field in observation_fields(task(task_id)))
+    observations, action_space = env.observation_space, env.action_space
+    assert isinstance(observations, Box) and isinstance(action_space, Box)
+    assert count == (0 if observations.shape == (120, 160, 3) else observations.shape[0])
+    actions = action_fields(task(task_id))
+    np.testing.assert_allclose(np.array([field.low for field in actions]), action_space.low)
+    np.testing.assert_allclose(np.array([field.high for field in actions]), action_space.high)
+
+
+def test_the_submission_at_an_index_has_the_value_that_the_table_describes() -> None:
+    rows = {index: meaning for index, meaning, *_ in table(observation_fields(task("HumanoidWall")))}
+    env = construct_mujoco("HumanoidWall")
+    seen, _ = env.reset(seed=0)
+    assert rows["0"] == "height of the torso"
+    assert seen[0] == env.data.qpos[2]
+    assert rows["5"] == "angle of abdomen_z"
+    assert seen[5] == env.data.joint("abdomen_z").qpos[0]
+    assert rows["45–54"].startswith("inertia and mass of torso")
+    np.testing.assert_array_equal(seen[45:55], env.data.cinert[1])
+    assert rows["253"] == "torque of the motor of abdomen_z"
+    assert rows["348"].startswith("range beam at -45°")
+    assert list(rows)[-1] == "357"
+
+
+def test_show_prints_the_summary(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "StrikerMovingStart"]) == 0
+    text = capsys.readouterr().out
+    assert text == summary(task("StrikerMovingStart")) + "\n"
+    for fact in ("100 steps", "striker-v0", "x ~ U(0.43, 0.55)", "motor of r_wrist_roll_joint", "-3 … 3"):
+        assert fact in text
+    assert "smallest distance between ball and goal" in text
+    assert "22     z of the goal" in text
+
+
+def test_the_example_of_the_python_api_runs(text_by_name: dict[str, str]) -> None:
+    code = re.findall(r"```python\n(.*?)```", text_by_name["README.md"], flags=re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(code[0], "docs/environments/README.md", "exec"), names)
+    assert names["envs"].num_envs == 8
+    assert [row.name for row in names["envs"].tasks[:2]] == ["Hopper.Gravity-0.8", "Hopper"]
+    assert names["env"].spec.max_episode_steps == 500
+    compile(code[1], "docs/environments/README.md", "exec")  # test_wrappers records one, where moviepy is

@@ -1,0 +1,157 @@
+"""The pages of findings: verdicts are those of the corrected test, and every number comes from the runs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from gym_extensions.metrics.statistics import Interval
+from gym_extensions.scoring.scorecard import PaperCell, PaperRow
+
+pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
+
+from tools.findings import findings, reproduction, tables
+from tools.findings.figures import write_picture
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def core_row(name: str) -> dict[str, object]:
+    scores = {f"{metric}{end}": 0.5 for metric in tables.COLUMNS for end in ("", "_low", "_high")}
+    return {"name": name, "ranked": True, "rank_first": 1, "rank_last": 2, **scores}
+
+
+@pytest.mark.parametrize(("first", "second", "sign"), [("trpo", "cloning", -1), ("cloning", "trpo", 1)])
+def test_a_method_is_compared_with_fine_tuning_in_this_direction(first: str, second: str, sign: int) -> None:
+    pair = {"metric": tables.FINAL, "first": first, "second": second, "verdict": "separated"}
+    pairs = pd.DataFrame([pair | {"mean": 0.2, "low": 0.1, "high": 0.4}])
+    trpo, cloning = tables.methods(pd.DataFrame([core_row("trpo"), core_row("cloning")]), pairs)
+    expected = (0.2, 0.1, 0.4) if sign == 1 else (-0.2, -0.4, -0.1)
+    assert cloning.against[tables.FINAL] == (expected, "separated")
+    assert trpo.against == {}
+    assert cloning.rank == "1–2"
+
+
+def forgetting(groups: dict[str, Sequence[float]]) -> dict[str, bool]:
+    """Whether the corrected test finds forgetting, by group; all groups are learned."""
+    frame = [
+        {"name": "trpo", "group": f"{name}-v0", "protocol": "sequential", "budget": "300k", "runs": 5}
+        | {"metric": metric, "mean": 0.5, "low": 0.4, "high": 0.6}
+        for name in groups
+        for metric in tables.COLUMNS
+    ]
+    runs = {f"{name}-v0": values for name, values in groups.items()}
+    return {row.group.name: row.significant for row in tables.fine_tuning(pd.DataFrame(frame), runs)}
+
+
+def test_forgetting_is_significant_from_0_after_a_correction_for_the_groups() -> None:
+    # The p value of the first, .01696, is above .05 / 3 and below .05 / 2.
+    weak, strong, none = (0.1, 0.2, 0.02, 0.2, 0.2), (1.0, 1.1, 1.2, 1.1, 1.0), (0.1, -0.1, 0.2, -0.2, 0.1)
+    found = forgetting({"hopper-wall": weak, "pusher": strong, "hopper-body": none})
+    assert found == {"hopper-wall": True, "pusher": True, "hopper-body": False}
+    found = forgetting({"hopper-wall": weak, "pusher": none, "hopper-body": none})
+    assert found == {"hopper-wall": False, "pusher": False, "hopper-body": False}
+
+
+def test_replay_needs_five_runs_of_both_kinds() -> None:
+    kept, emptied = (0.0, 0.1, 0.2, 0.1, 0.1), (1.0, 1.1, 1.2, 1.1, 1.1)
+    runs: dict[str, dict[str, Sequence[float]]] = {
+        "sac": {"hopper-gravity-v0": kept},
+        "sac-fresh-buffer": {"hopper-gravity-v0": emptied},
+    }
+    ((group, gap, p_value),) = tables.replay(runs)
+    assert group == "hopper-gravity"
+    assert gap.mean == pytest.approx(-1.0)
+    assert p_value < 1e-4
+    assert tables.replay(runs | {"sac": {"hopper-gravity-v0": kept[:4]}}) == []
+
+
+def test_an_end_of_exactly_0_is_shown() -> None:
+    assert str(tables.Value.of(Interval(0.1, 0.0, 0.2))) == "0.10 (0.00 to 0.20)"
+    assert str(tables.Value.of(Interval(0.1))) == "0.10 (one run)"
+
+
+def test_the_numbers_and_words_of_the_readme_are_in_the_findings() -> None:
+    readme, text = ((ROOT / path).read_text("utf-8") for path in ("README.md", "docs/findings.md"))
+    section = readme.partition("Results so far")[2].partition("\n\nAn agent")[0]
+    numbers = set(re.findall(r"−?\d\.\d\d", section))
+    assert len(numbers) >= 8
+    assert [number for number in numbers if number not in text] == []
+    ranks = re.findall(
+        r"^\| (\d[\d–]*) \| `([\w-]+)`", text.partition("Without a rank")[0], flags=re.MULTILINE
+    )
+    assert ranks[0] == ("1", "cloning"), "significantly above each of the others"
+    assert len(ranks) == 9, "“nine methods”"
+    assert readme.count("nine methods") == 2
+    assert "lies above 0 on: none" in text
+
+
+@pytest.mark.committed
+def test_the_landscape_of_the_readme_is_that_of_the_committed_submission(tmp_path: Path) -> None:
+    (axis,) = findings.landscape(ROOT / "submissions").axes
+    write_picture(axis.large, "landscape", tmp_path / "landscape.svg")
+    committed, drawn = ((each / "landscape.svg").read_text("utf-8") for each in (findings.IMAGES, tmp_path))
+    # Later submissions may change the best return, and with it tints and scale; the submission's own returns
+    # stay.
+    own = [re.findall(r"[\d.]+ at [\d.]+ g", text) for text in (committed, drawn)]
+    assert own[0] == own[1], "run `make findings`"
+    assert len(own[0]) == 7
+    assert "best of all submissions" in committed
+
+
+CELL = PaperCell(1000.0, 100.0)
+
+
+def paper_rows(*final: float) -> list[PaperRow]:
+    """Tasks with a return of 1,000 ± 100 after training on each and these at the end."""
+    return [
+        PaperRow(
+            f"gym_extensions/Hopper{index}-v0",
+            fully_trained=PaperCell(value, 100.0),
+            after_env_training=CELL,
+            first_step=CELL,
+            single_env=CELL,
+        )
+        for index, value in enumerate(final)
+    ]
+
+
+def test_an_earlier_task_of_the_paper_ends_lower_if_the_corrected_test_separates_it() -> None:
+    table = reproduction.table(paper_rows(500.0, 990.0, 1500.0, 0.0))
+    assert [(each.is_significant, each.is_lower) for each in table.changes] == [
+        (True, True),
+        (False, False),
+        (True, False),
+    ]
+    assert table.forgotten == 1
+    assert table.kept == pytest.approx(100 * 2990 / 3000)
+
+
+def test_the_intervals_of_the_reproduction_are_those_of_welch_over_episodes() -> None:
+    (change,) = reproduction.table(paper_rows(900.0, 1000.0)).changes
+    # Two means of 20 episodes with s² = 100² · 20/19 and 38 degrees of freedom.
+    error = (2 * 100.0**2 / 19) ** 0.5
+    assert change.gap.high is not None
+    assert change.gap.mean == pytest.approx(-100.0)
+    assert change.gap.high - change.gap.mean == pytest.approx(2.0244 * error, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("is_forgotten", "final", "answer"),
+    [
+        (True, 500.0, "yes: 1 of 1 earlier tasks end lower, 50 % kept"),
+        (True, 1000.0, "no: 0 of 1 earlier tasks end lower, 100 % kept"),
+        (False, 500.0, "no: 1 of 1 earlier tasks end lower, 50 % kept"),
+        (False, 1000.0, "not contradicted: 0 of 1 earlier tasks end lower, 100 % kept"),
+    ],
+)
+def test_a_finding_of_the_paper_holds_by_the_number_of_tasks_that_end_lower(
+    is_forgotten: bool, final: float, answer: str
+) -> None:
+    shown = reproduction.table(paper_rows(final, 1000.0))
+    group = reproduction.Group("hopper-gravity", is_forgotten, "an-submission", shown, shown)
+    assert reproduction.verdict(group, shown) == answer

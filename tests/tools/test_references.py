@@ -1,0 +1,90 @@
+"""The published references: made from floors, cards and the planner, and measured again."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.tasks import task
+from gym_extensions.errors import BenchError
+from gym_extensions.references import Floor, FloorAgent, MeasuredReference, experts, parse_file, path_of
+from tools import references
+from tools.experts.candidates import QUICK
+from tools.references import differences, published, with_expert
+
+from ..baselines.conftest import make_quick
+
+PUSHER = task("Pusher")
+HOPPER = task("Hopper")
+NAVIGATION = task("State-Based-Navigation-2d-Map0-Goal0")
+FLOOR = Floor(4.0, "zero", agents={"zero": FloorAgent(4.0, std=1.0)})
+
+
+def test_the_published_floors_and_experts_of_three_tasks_follow_from_seeds_and_files() -> None:
+    assert differences([PUSHER, task("HopperGravityHalf"), NAVIGATION], path_of(), 0, QUICK) == []
+
+
+def test_a_floor_and_an_expert_of_other_episodes_are_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    document = json.loads(path_of().read_bytes())
+    for agent in document["tasks"][PUSHER.id]["floor"]["agents"].values():
+        agent["mean"] = -1.0
+    document["tasks"][PUSHER.id]["expert"]["mean"] = -3.0
+    path = tmp_path / "2.json"
+    path.write_text(json.dumps(document))
+    monkeypatch.setattr(references, "measured_again", lambda *_: (-32.0, -31.0, True))
+    monkeypatch.setattr(references, "parse_groups", lambda _: [TaskGroup("mine", (PUSHER,))])
+    make_quick(monkeypatch, 4)
+    assert references.main(["--groups", "pusher", "--check", str(path), "--quick"]) == 1
+    sentences = capsys.readouterr().out.splitlines()[-4:]
+    for told, sentence in zip(
+        ("random returns", "zero returns", "not the one of its card", "the expert returns -32, not -31"),
+        sentences,
+        strict=True,
+    ):
+        assert told in sentence
+
+
+def test_a_file_that_does_not_exist_cannot_be_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert references.main(["--check", "none.json"]) == 2
+    assert "none.json: The file does not exist." in capsys.readouterr().err
+
+
+def test_the_published_file_is_made_from_floors_cards_and_the_planner(tmp_path: Path) -> None:
+    made = published(tmp_path / "2.json", 0, tasks=[PUSHER, NAVIGATION])
+    current = parse_file(path_of().read_bytes())
+    assert made.tasks == {task.id: current.tasks[task.id] for task in (PUSHER, NAVIGATION)}
+
+
+def test_a_task_is_open_without_an_expert_or_with_one_that_is_not_clear(tmp_path: Path) -> None:
+    assert with_expert(HOPPER, FLOOR, tmp_path) == MeasuredReference(FLOOR, None)
+    high = Floor(3700.0, "zero", agents={"zero": FloorAgent(3700.0, std=100.0)})
+    row = with_expert(HOPPER, high)
+    assert row.expert is None
+    assert row.attempts and row.attempts.agent == "expert"
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        ({"fingerprint": "0" * 16}, "foreign-fingerprint"),
+        ({"policy": "0" * 64}, "other-policy"),
+    ],
+)
+def test_an_expert_of_another_task_is_refused_and_nothing_is_written(
+    change: dict[str, str], code: str, tmp_path: Path
+) -> None:
+    shutil.copy(experts.DATA / "Pusher.npz", tmp_path / "Pusher.npz")
+    card = msgspec.structs.replace(experts.card("Pusher"), **change)
+    (tmp_path / "Pusher.json").write_bytes(msgspec.json.encode(card))
+    out = tmp_path / "out/2.json"
+    with pytest.raises(BenchError, match="Pusher") as raised:
+        published(out, 0, tmp_path, [PUSHER])
+    assert raised.value.code == code
+    assert not out.exists()

@@ -1,0 +1,40 @@
+"""Which runs complete the next look of the core board, and how many comparisons they would decide."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from scipy import stats
+
+from gym_extensions.catalog.groups import CORE, CORES
+from gym_extensions.scoring.ranking.boards import CorePair
+from tools.wanted import main, power_at_next_look
+
+from ..conftest import MANIFEST, write_submission
+
+GROUPS = tuple(name.removesuffix("-v0") for name in CORES[CORE])
+PAIR = CorePair(*("a", "b", 10, False, 0.1, -0.1, 0.3, 0.2), verdict="open", exploratory=True, next_look=20)
+
+
+def test_the_power_at_the_next_look_is_that_of_a_z_test() -> None:
+    error = 0.2 / stats.norm.isf(0.01 / 6 / 2)
+    expected = stats.norm.sf(stats.norm.isf(0.01 / 6 / 2) - 0.1 / error * 2**0.5)
+    assert power_at_next_look(PAIR, 6) == pytest.approx(expected, rel=1e-12)
+    assert power_at_next_look(replace(PAIR, next_look=None), 6) == 0
+
+
+def test_the_missing_runs_are_one_command_per_group(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    manifest = MANIFEST.replace('"smoke"', '"300k"')
+    own, foreign = manifest.replace('"formula"', '"trpo"'), manifest
+    options = {"groups": GROUPS[1:2], "protocols": ("sequential",)}
+    for name, text in (("own", own), ("foreign", foreign)):
+        write_submission(tmp_path, name=name, runs=(0, 1, 3), manifest=text, **options)  # type: ignore[arg-type]
+    assert main([str(tmp_path)]) == 0
+    first, *commands = capsys.readouterr().out.splitlines()
+    assert first == "own: 32 runs complete its look at 5 runs."
+    assert len(commands) == len(GROUPS)
+    assert f"train trpo --groups {GROUPS[1]} --protocol sequential --budget 300k --runs 2,4 " in commands[1]

@@ -1,0 +1,163 @@
+"""Writes every page of docs/ that is generated: ``make docs``. Pictures and findings have their own commands.
+
+* The lines between ``<!-- table: NAME -->`` and ``<!-- end -->``: metrics, keys of documents, rules, columns.
+* The outputs of docs/results.md, whose code is run.
+* docs/environments and the catalog's descriptions of tasks (``tools.environments``).
+* The tables of docs/experts.md (``tools.experts``).
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import dataclasses
+import inspect
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, get_args
+
+import pandas as pd
+
+from gym_extensions import results
+from gym_extensions.catalog import variations
+from gym_extensions.catalog.bodies import BODIES
+from gym_extensions.curation import pull_request_rules
+from gym_extensions.documents import json_schema
+from gym_extensions.metrics.formulas import METRICS, NEEDS
+from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison
+from gym_extensions.scoring.scorecard import ScorecardDocument
+from gym_extensions.submissions import rules
+from gym_extensions.submissions.problem import Scope
+from tools.environments.__main__ import main as write_environments
+from tools.experts.__main__ import main as experts
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "results.md"
+CELL = re.compile(r"```python\n(?P<code>.*?)```\n\n```text\n.*?```", re.DOTALL)
+DOCUMENTS = (ScorecardDocument, BoardsDocument, Comparison)
+BLOCK = re.compile(r"<!-- table: (?P<name>[^>]+) -->\n.*?<!-- end -->", re.DOTALL)
+
+
+def executed(page: str) -> str:
+    """The page with the output of every block of code, run in order with the same variables."""
+    variables: dict[str, object] = {}
+
+    def cell(match: re.Match[str]) -> str:
+        *body, last = ast.parse(match["code"]).body
+        assert isinstance(last, ast.Expr), match["code"]
+        exec(compile(ast.Module(body, []), "results.md", "exec"), variables)
+        value = eval(compile(ast.Expression(last.value), "results.md", "eval"), variables)
+        return f"```python\n{match['code']}```\n\n```text\n{value}\n```"
+
+    # The options of a script, so that a terminal's width does not change what is printed.
+    options = pd.option_context("display.width", 80, "display.max_columns", 20)
+    with contextlib.chdir(ROOT), options:
+        return CELL.sub(cell, page)
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """A table in Markdown."""
+    names = list(head)
+    lines = [names, *rows]
+    first, *others = [f"| {' | '.join(map(str, line))} |" for line in lines]
+    return "\n".join([first, f"|{'---|' * len(names)}", *others])
+
+
+def metric_rows(protocol: str) -> list[list[str]]:
+    """Name with title, formula, direction, needs and other names of every metric of a protocol."""
+    return [
+        [
+            f"`{each.name}` {each.title}",
+            each.formula,
+            each.better or "not ranked",
+            ", ".join(NEEDS[name] for name in each.needs if name in NEEDS),
+            each.known_as,
+        ]
+        for each in METRICS[protocol]
+    ]
+
+
+def key_rows(definition: dict[str, Any], definitions: dict[str, Any]) -> list[list[str]]:
+    """An object's keys. A key without a description has the first paragraph of its type's."""
+    rows = []
+    for name, field in definition["properties"].items():
+        text = str(field.get("description", ""))
+        if not text and "$ref" in field:
+            text = str(definitions[field["$ref"].rpartition("/")[2]]["description"])
+            text = " ".join(text.partition("\n\n")[0].split())
+            text = text[:1].lower() + text[1:].rstrip(".")
+        rows.append([f"`{name}`", text])
+    return rows
+
+
+def column_rows(name: str) -> list[list[str]]:
+    """The rows (column, dtype, value) of the table in the docstring of a function of ``results``."""
+    docstring = (inspect.getdoc(getattr(results, name)) or "").replace("``", "`")
+    text = re.split(r"^=+(?: +=+)+$\n", docstring, flags=re.MULTILINE)[2]
+    rows = [re.split(r" {2,}", line, maxsplit=2) for line in text.splitlines()]
+    return [[column.strip("`"), *others] for column, *others in rows]
+
+
+def variation_rows() -> list[list[str]]:
+    """The name in TOML files, arguments, summary and bodies of every variation."""
+    rows = []
+    for kind in (kind for name, kind in variations.KINDS.items() if name in variations.__all__):
+        arguments = ", ".join(
+            f"`{each.name}`" + ("" if each.default is dataclasses.MISSING else f" = {each.default}")
+            for each in dataclasses.fields(kind)
+        )
+        summary = " ".join((inspect.getdoc(kind) or "").partition("\n\n")[0].replace("``", "`").split())
+        bodies = [name for name, body in BODIES.items() if kind.fits(body)]
+        others = [name for name in BODIES if name not in bodies]
+        fitting = f"all but {' and '.join(others)}" if len(others) < 3 else ", ".join(bodies)
+        rows.append([f"`{kind.__name__}`", arguments.replace("False", "false"), summary, fitting])
+    return rows
+
+
+def tables() -> dict[str, str]:
+    """Every generated table by its name."""
+    ordered = sorted(rules.RULES.values(), key=lambda rule: get_args(Scope).index(rule.scope))
+    found = {
+        name: table(("rule", "text"), ([f"`{rule.name}`", rule.text] for rule in listed))
+        for name, listed in (
+            ("rules", ordered),
+            ("rules of pull requests", pull_request_rules.RULES.values()),
+        )
+    }
+    head = ("`kind`", "arguments", "what it does", "bodies")
+    found["variations"] = table(head, variation_rows())
+    names = ("metric", "formula", "better", "also needs", "also known as")
+    found |= {f"metrics {protocol}": table(names, metric_rows(protocol)) for protocol in METRICS}
+    for document in DOCUMENTS:
+        parts = json_schema(document)["$defs"]
+        keys = {name: key_rows(part, parts) for name, part in parts.items()}
+        found |= {f"keys {name}": table(("key", "value"), rows) for name, rows in keys.items()}
+    for name in results.__all__:
+        if "  =====" in (getattr(results, name).__doc__ or ""):
+            rows = [[f"`{column}`", *others] for column, *others in column_rows(name)]
+            found[f"columns {name}"] = table(("column", "dtype", "value"), rows)
+    return found
+
+
+def updated(page: str) -> str:
+    """The page with its tables updated. Raises KeyError for a table that does not exist."""
+    texts = tables()
+    return BLOCK.sub(
+        lambda block: f"<!-- table: {block['name']} -->\n{texts[block['name']]}\n<!-- end -->", page
+    )
+
+
+def main() -> None:
+    """Writes the pages."""
+    write_environments([])
+    experts(["tables"])
+    for path in sorted((ROOT / "docs").glob("*.md")):
+        text = path.read_text(encoding="utf-8")
+        new = updated(executed(text) if path == PAGE else text)
+        if new != text:
+            path.write_text(new, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Writes the descriptions of all tasks, their pages and their pictures: ``python -m tools.environments``."""

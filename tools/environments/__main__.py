@@ -1,0 +1,40 @@
+"""``python -m tools.environments``: writes ``descriptions.json`` of the catalog and docs/environments."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from gym_extensions.catalog import descriptions
+from gym_extensions.errors import reports_mistakes
+from gym_extensions.files import write_bytes, write_text
+from tools.environments import describe, pages, pictures
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Writes the descriptions, the pages, and the pictures if they are asked for."""
+    parser = argparse.ArgumentParser(prog="python -m tools.environments", description=__doc__)
+    add = parser.add_argument
+    add(
+        "--out",
+        type=Path,
+        default=Path("docs/environments"),
+        help="folder of the pages (default: %(default)s)",
+    )
+    add("--pictures", action="store_true", help="also render the pictures (needs OpenGL)")
+    options = parser.parse_args(argv)
+    described = describe.descriptions()
+    write_text(descriptions.PATH, described)
+    texts = pages.pages(descriptions.read_descriptions(described))
+    images = pictures.task_pictures() | pictures.map_pictures() if options.pictures else {}
+    for name, text in texts.items():
+        write_text(options.out / name, text)
+    for name, image in images.items():
+        write_bytes(options.out / "pictures" / name, image)
+    print(f"{len(texts)} pages and {len(images)} pictures written to {options.out}.")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

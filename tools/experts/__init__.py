@@ -1,0 +1,1 @@
+"""Trains, selects and measures the experts: ``python -m tools.experts``."""

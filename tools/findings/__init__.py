@@ -1,0 +1,1 @@
+"""Writes docs/findings.md and docs/reproduction.md: ``python -m tools.findings``."""

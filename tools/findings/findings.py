@@ -1,0 +1,133 @@
+"""Writes docs/findings.md and its figures from the committed submissions: ``make findings``.
+
+Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables.py`` says what is compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from gym_extensions import results
+from gym_extensions.catalog.groups import GROUPS, SUITES
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.files import write_text
+from gym_extensions.references import ALONE
+from gym_extensions.scoring import score_folder
+from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
+from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
+from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board
+from gym_extensions.site.pages.core import FIRST, figure
+from gym_extensions.site.pages.landscapes import View
+from gym_extensions.site.text import fixed
+from gym_extensions.submissions.landscapes import best, landscapes_of
+from tools.findings import tables
+from tools.findings.costs import hours
+from tools.findings.figures import draw_groups, draw_retention, write_picture
+from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
+IMAGES = ROOT / "docs" / "images"
+NOT_COMPARED = {
+    "random",
+    "zero",
+    *IN_OTHER_WAYS,
+    "trpo-2017",
+    "trpo-2017-paper",
+    "trpo-2017-paper-hopper",
+}
+
+
+def forgetting_of_runs(folder: Path) -> dict[str, Sequence[float]]:
+    """Forgetting of every run of a submission, by group id."""
+    groups = score_folder(folder).groups
+    logs = {group: protocols.get("sequential") for group, protocols in groups.items()}
+    return {group: log.metrics[LOST].runs for group, log in logs.items() if log and LOST in log.metrics}
+
+
+def by_ruler_alone(folder: Path) -> dict[str, list[tables.Value]]:
+    """The metrics of ``COLUMNS`` by group id, where 1 is the same agent on each task alone."""
+    card = make_scorer(ruler=ALONE)(folder)
+    found = {}
+    for group, protocols in card.groups.items():
+        log = protocols.get("sequential")
+        if log and all(log.metrics[name].mean is not None for name in COLUMNS):
+            found[group] = [tables.Value.of(log.metrics[name]) for name in COLUMNS]
+    return found
+
+
+def landscape(submissions: Path, submission: str = "cloning", group: str = "hopper-gravity") -> View:
+    """The landscape of a submission on a group."""
+    found = {folder.name: landscapes_of(folder) for folder in submissions.iterdir() if folder.is_dir()}
+    return View(GROUPS[group], found[submission][GROUPS[group].id], best(found))
+
+
+def main() -> None:
+    """Writes the page and its figures."""
+    submissions = ROOT / "submissions"
+    cards = list(valid_scorecards(submissions, make_scorer(only=("core",))).values())
+    board = core_board(cards)
+    core, metrics = core_frame(board), results.metrics(submissions)
+    methods = tables.methods(core, core_pairs_frame(board))
+    names = [name for name in core["name"] if name not in NOT_COMPARED]
+    finals = dict(tables.by_group(metrics, names, FINAL))
+    groups = tables.fine_tuning(metrics, forgetting_of_runs(submissions / FINE_TUNING))
+    learned = [row for row in groups if row.is_learned]
+    other_ways = tables.in_other_ways(core)
+    assert board is not None
+    write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
+    draw_groups(list(finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
+    evaluations = results.evaluations(submissions / FINE_TUNING)
+    scores = tables.as_scores(evaluations)
+    draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
+    (axis,) = landscape(submissions).axes
+    write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
+    trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
+    scored = {row.group.name for row in groups}
+    templates = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
+    )
+    templates.filters.update(hours=hours)
+    templates.globals.update(fmt=partial(fixed, digits=2))
+    text = templates.get_template("page.md.jinja").render(
+        budget=STANDARD_BUDGET,
+        fine_tuning=FINE_TUNING,
+        core=[group.name for group in CORE],
+        methods=methods,
+        descriptions={card.name: card.manifest.description for card in cards if card.manifest},
+        over_tasks=tables.over_tasks(methods, submissions),
+        other_ways=other_ways,
+        incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
+        VERDICTS={"separated": "**significant**", "equivalent": "equivalent", "open": "not significant"},
+        LEARNED=LEARNED,
+        FINAL=FINAL,
+        LOST=LOST,
+        finals=finals.items(),
+        losses=tables.by_group(metrics, names, LOST),
+        learned=learned,
+        unlearned=[row for row in groups if not row.is_learned],
+        without_score=[g.name for g in GROUPS.values() if g.id in trained and g.name not in scored],
+        by_alone=by_ruler_alone(submissions / FINE_TUNING),
+        suites=[
+            (name, [tables.value(metrics, FINE_TUNING, name, metric) for metric in COLUMNS])
+            for name in SUITES
+            if name in trained
+        ],
+        open_tasks={name: each for name, each in tables.open_tasks().items() if name in scored},
+        transfer_titles=tables.transfer_titles(),
+        transfers=tables.transfers(metrics),
+        practice=tables.practice_by_other_runs(evaluations),
+        replay=tables.replay({name: forgetting_of_runs(submissions / name) for name in REPLAY}),
+        landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
+        missing={
+            group.name: [name for name, values in finals.items() if math.isnan(values[place].mean)]
+            for place, group in enumerate(CORE)
+        },
+        never=[group.name for group in GROUPS.values() if group.id not in trained],
+    )
+    write_text(PAGE, text + "\n")

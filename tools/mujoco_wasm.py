@@ -1,0 +1,57 @@
+"""Fetches MuJoCo for the browser with ``npm``, for the page Play: ``make site-assets``."""
+
+from __future__ import annotations
+
+import gzip
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+from pathlib import Path
+
+from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.site.play.mujoco_wasm import FOLDER, PACKAGE, SHA256, VERSION, check, load, read_file
+
+
+def fetch(folder: Path) -> None:
+    """Fetches the package with npm, checks the two files and writes them.
+
+    Raises ``BenchError`` if npm is missing or fails, or a file is not the pinned one.
+    """
+    npm = shutil.which("npm")
+    if npm is None:
+        raise BenchError("no-npm", "npm is not installed.", hint="Install Node.js, which has npm.")
+    with tempfile.TemporaryDirectory() as scratch:
+        done = subprocess.run(
+            [npm, "pack", "--silent", f"{PACKAGE}@{VERSION}"],
+            cwd=scratch, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        archives = list(Path(scratch).glob("*.tgz"))
+        if done.returncode or len(archives) != 1:
+            raise BenchError("no-package", f"npm failed: {done.stderr.strip()[-300:]}", PACKAGE)
+        with tarfile.open(archives[0]) as archive:
+            archive.extractall(scratch, filter="data")
+        contents = {name: read_file(Path(scratch) / "package" / name) for name in SHA256}
+    for name, content in contents.items():
+        check(name, content, folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "mujoco.js").write_bytes(contents["mujoco.js"])
+    (folder / "mujoco.wasm.gz").write_bytes(gzip.compress(contents["mujoco.wasm"], 9, mtime=0))
+
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Fetches the files into ``.site-assets``, unless they are there."""
+    folder = Path(argv[0]) if argv else FOLDER
+    try:
+        is_there = load(folder) is not None
+    except BenchError:
+        is_there = False
+    if not is_there:
+        fetch(folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,1 @@
+"""Tunes every method by one rule: README.md."""
