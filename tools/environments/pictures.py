@@ -16,7 +16,7 @@ from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
 from gym_extensions.catalog.variations import LimbScale, MovingGoal, RangeSensor, TrackingGoal, Wall
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.navigation.geometry import arena
-from gym_extensions.envs.navigation.rendering import background
+from gym_extensions.envs.navigation.sensors import background
 from gym_extensions.envs.range_beams import FANS, readings
 from gym_extensions.errors import BenchError
 

@@ -105,7 +105,7 @@ class Field:
         return f"{self.low:.6g} … {self.high:.6g}"
 
 
-class _TaskEntry(msgspec.Struct):
+class _TaskFacts(msgspec.Struct):
     """A task in the file. Tables, skeletons and maps that several tasks share are named by their index."""
 
     differences: tuple[str, ...]
@@ -120,17 +120,17 @@ class _Content(msgspec.Struct):
     maps: list[tuple[Rectangle, ...]]
     skeletons: list[Skeleton]
     tables: list[tuple[Row, ...]]
-    tasks: dict[str, _TaskEntry]
+    tasks: dict[str, _TaskFacts]
 
 
 def read_descriptions(text: str | bytes) -> dict[str, Description]:
     """The description of every task, by its id, from the text of ``descriptions.json``."""
     content, found = msgspec.json.decode(text, type=_Content), {}
-    for task_id, submission in content.tasks.items():
-        tables = content.tables[submission.actions], content.tables[submission.observations]
-        skeleton = None if submission.skeleton is None else content.skeletons[submission.skeleton]
-        obstacles = () if submission.map is None else content.maps[submission.map]
-        found[task_id] = Description(submission.differences, *tables, skeleton, obstacles, submission.goal)
+    for task_id, facts in content.tasks.items():
+        tables = content.tables[facts.actions], content.tables[facts.observations]
+        skeleton = None if facts.skeleton is None else content.skeletons[facts.skeleton]
+        obstacles = () if facts.map is None else content.maps[facts.map]
+        found[task_id] = Description(facts.differences, *tables, skeleton, obstacles, facts.goal)
     return found
 
 
@@ -156,7 +156,7 @@ def summary(task: Task) -> str:
         )
     prose = task.body.prose
     groups = [group.id for group in GROUPS.values() if task in group.tasks]
-    submissions = {
+    rows = {
         "base": task.base,
         "what": prose.summary,
         "differs": " ".join(facts.differences) or "nothing",
@@ -170,7 +170,7 @@ def summary(task: Task) -> str:
         "versions": "; ".join(f"v{number}: {text}" for number, text in versions(task).items()),
         "fingerprint": published(task.id),
     }
-    lines = [task.id, *(f"  {name:<13}{value}" for name, value in submissions.items())]
+    lines = [task.id, *(f"  {name:<13}{value}" for name, value in rows.items())]
     lines += ["", *_text_table("action", facts.actions), ""]
     seen = facts.observations
     lines += _text_table("observation", seen) if seen else [f"observation: {PICTURE}"]

@@ -19,7 +19,7 @@ from gym_extensions.errors import BenchError, require_known
 if TYPE_CHECKING:
     import mujoco
 
-    from gym_extensions.catalog.bodies import Body, Feet
+    from gym_extensions.catalog.bodies import Body
 
 __all__ = [
     "Gravity",
@@ -186,13 +186,20 @@ class LimbScale(Variation):
         require_known("part", self.part, body.parts)
         geoms = [spec.geom(name) for name in body.parts[self.part]]
         before = {geom.name: mass(geom) for geom in geoms}
-        _raise_total(spec, (self.factor - 1) * sum(before.values()))
+        # HalfCheetah's compiler scales all masses to a total, which rises so that no other mass moves.
+        total = float(spec.compiler.settotalmass)
+        if total > 0:
+            increase = (self.factor - 1) * sum(before.values())
+            masses = math.fsum(mass(geom) for geom in spec.geoms)
+            spec.compiler.settotalmass = total + increase * total / masses
         for geom in geoms:
             geom.size[0] *= self.factor
             geom.mass = self.factor * before[geom.name]
-        if body.feet is not None and _overlap(spec, body.feet):
-            first, second = body.feet.names
-            spec.add_exclude(bodyname1=first, bodyname2=second)
+        # Feet that touch in the rest pose and may collide would start an episode with a kick.
+        if (feet := body.feet) is not None and not spec.excludes:
+            first, second = feet.names
+            if float(spec.geom(first).size[0]) + float(spec.geom(second).size[0]) > feet.distance:
+                spec.add_exclude(bodyname1=first, bodyname2=second)
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         geoms = [spec.geom(name) for name in body.parts[self.part]]
@@ -217,19 +224,6 @@ def mass(geom: mujoco.MjsGeom) -> float:
     elif geom.type.name != "mjGEOM_CAPSULE":
         return 0.0  # the floor; the base bodies have no other shapes
     return float(geom.density) * math.pi * radius**2 * (2 * half_length + 4 / 3 * radius)
-
-
-def _raise_total(spec: mujoco.MjSpec, increase: float) -> None:
-    """Raises the total to which HalfCheetah's compiler scales all masses, so that no other mass moves."""
-    total = float(spec.compiler.settotalmass)
-    if total > 0:
-        spec.compiler.settotalmass = total + increase * total / math.fsum(mass(geom) for geom in spec.geoms)
-
-
-def _overlap(spec: mujoco.MjSpec, feet: Feet) -> bool:
-    """Whether the feet touch in the rest pose and may collide, so that an episode would start with a kick."""
-    radii = [float(spec.geom(name).size[0]) for name in feet.names]
-    return not spec.excludes and sum(radii) > feet.distance
 
 
 WALL = "wall"

@@ -230,11 +230,10 @@ def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
         )
     rows, changed = dict[str, Any](), []
     for task in TASKS.values():
-        submission = old["tasks"].get(task.id)
-        if submission is None or (replace and any(True for _ in _task_differences(task, submission))):
-            submission = row(task)
+        rows[task.id] = published = old["tasks"].get(task.id)
+        if published is None or (replace and any(True for _ in _task_differences(task, published))):
+            rows[task.id] = row(task)
             changed.append(task.id)
-        rows[task.id] = submission
     return {"format": fingerprints.FORMAT, "engine": engine(), "tasks": rows}, changed
 
 

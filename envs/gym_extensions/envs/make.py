@@ -94,7 +94,12 @@ def make_vec(
         raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
     count = whole_number("num_envs", num_envs, "bad-count", WHERE)
     threads = whole_number("num_threads", num_threads, "bad-count", WHERE)
-    mode = _autoreset_mode(autoreset_mode)
+    try:
+        mode = AutoresetMode(autoreset_mode)
+    except ValueError:
+        hint = f"Choose one of {', '.join(each.value for each in AutoresetMode)}."
+        message = f"autoreset_mode is {autoreset_mode!r}."
+        raise BenchError("bad-autoreset-mode", message, WHERE, hint) from None
     distinct = [resolve(task) for task in requested][:count]
     copies = [distinct[index % len(distinct)] for index in range(count)]
     families = {task.body.family for task in distinct}
@@ -108,14 +113,6 @@ def make_vec(
     templates = {task: construct_mujoco(task).template() for task in distinct}
     _check_spaces(templates)
     return MujocoVectorEnv([templates[task] for task in copies], threads, mode)
-
-
-def _autoreset_mode(mode: Any) -> AutoresetMode:
-    try:
-        return AutoresetMode(mode)
-    except ValueError:
-        hint = f"Choose one of {', '.join(each.value for each in AutoresetMode)}."
-        raise BenchError("bad-autoreset-mode", f"autoreset_mode is {mode!r}.", WHERE, hint) from None
 
 
 def _check_spaces(environments: Mapping[Task, Template | gym.Env[Any, Any]]) -> None:
@@ -253,6 +250,5 @@ def register() -> None:
     """Registers each published id once, for ``gymnasium.make`` and ``gymnasium.make_vec``."""
     for task in TASKS.values():
         if task.id not in gym.registry:
-            submission = f"{__name__}:{task.id.removeprefix(f'{NAMESPACE}/')}"
-            limit = task.max_steps
-            gym.register(task.id, submission, vector_entry_point=submission + VECTOR, max_episode_steps=limit)
+            point, limit = f"{__name__}:{task.id.removeprefix(f'{NAMESPACE}/')}", task.max_steps
+            gym.register(task.id, point, vector_entry_point=point + VECTOR, max_episode_steps=limit)

@@ -81,15 +81,12 @@ def run_episodes(
         for index in np.flatnonzero(running).tolist():
             rewards[index].append(float(reward[index]))
             if resetting[index]:
+                is_defined = IS_SUCCESS in infos and infos[f"_{IS_SUCCESS}"][index]
+                success = bool(infos[IS_SUCCESS][index]) if is_defined else None
                 result = len(rewards[index]), math.fsum(rewards[index]), bool(terminated[index])
-                outcomes[index] = Outcome(*result, _success(infos, index))
+                outcomes[index] = Outcome(*result, success)
                 running[index] = False
     return [outcomes[index] for index in range(len(seeds))]
-
-
-def _success(infos: dict[str, Any], index: int) -> bool | None:
-    is_defined = IS_SUCCESS in infos and infos[f"_{IS_SUCCESS}"][index]
-    return bool(infos[IS_SUCCESS][index]) if is_defined else None
 
 
 def clip_actions(

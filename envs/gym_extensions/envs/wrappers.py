@@ -44,7 +44,7 @@ class TaskId(gym.ObservationWrapper[Any, Any, Any], gym.utils.RecordConstructorA
 
     Args:
         env: an environment of one of the tasks.
-        tasks: a group, or the tasks in the order of the vector's submissions.
+        tasks: a group, or the tasks in the order of the vector's elements.
     """
 
     def __init__(self, env: gym.Env[Any, Any], tasks: Tasks) -> None:
@@ -63,7 +63,7 @@ class VectorTaskId(VectorObservationWrapper):
 
     Args:
         env: a vector environment of the tasks.
-        tasks: a group, or the tasks in the order of the vector's submissions.
+        tasks: a group, or the tasks in the order of the vector's elements.
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], tasks: Tasks) -> None:

@@ -50,7 +50,7 @@ IMPLEMENTATIONS: dict[str, Implementation] = {
     "Pusher": Implementation(arms.PusherRules, 5, _ARM),
     "Striker": Implementation(arms.StrikerRules, 5, _ARM),
 }
-"""One submission per body of the catalog that has a MuJoCo model."""
+"""One row per body of the catalog that has a MuJoCo model."""
 
 ONLY = np.zeros(1, np.intp)
 """The index of the one environment, for rules and effects, which act on many."""
@@ -108,14 +108,13 @@ class TaskEnv(IndependentCopies, MujocoEnv):
     def template(self) -> Template:
         start = self.init_qpos.copy(), self.init_qvel.copy()
         spaces = self.observation_space, self.action_space
-        lift = self._root_lift() if self.task.body.beams is not None else 0.0
+        lift = 0.0
+        if self.task.body.beams is not None:
+            torso = self.model.body("torso").id
+            joint = self.model.body_jntadr[torso]
+            if self.model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+                lift = float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
         return Template(self.task, self.model, self.frame_skip, *start, *spaces, lift)
-
-    def _root_lift(self) -> float:
-        torso = self.model.body("torso").id
-        joint = self.model.body_jntadr[torso]
-        free = self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-        return 0.0 if free else float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
 
     def field(self, name: str) -> Array:
         """A live field of ``mjData`` with a leading axis, as rules and effects use it."""

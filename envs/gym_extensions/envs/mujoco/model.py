@@ -80,20 +80,16 @@ def rebuild_striker(spec: mujoco.MjSpec) -> None:
     """
     for motor in spec.actuators:
         motor.ctrlrange = (-CTRL_RANGE, CTRL_RANGE)
-    _paddle(spec)
-    _ball(spec)
-    _goal(spec)
-    for geom in spec.geoms:
-        geom.friction = (0, 0, 0)
-
-
-def _paddle(spec: mujoco.MjSpec) -> None:
     tips = spec.body("tips_arm")
-    # The cross-bar is the first of the fork's three capsules, the prongs follow.
+    # The cross-bar is the first of the fork's three capsules, the prongs follow. A paddle replaces them.
     for geom in [*tips.geoms, *spec.body("r_wrist_roll_link").geoms[-PRONGS:]]:
         spec.delete(geom)
     shape = {"type": mujoco.mjtGeom.mjGEOM_BOX, "pos": (0.017, 0, 0), "size": (0.003, 0.12, 0.05)}
     tips.add_geom(name="paddle", contype=1, conaffinity=1, **shape)
+    _ball(spec)
+    _goal(spec)
+    for geom in spec.geoms:
+        geom.friction = (0, 0, 0)
 
 
 def _ball(spec: mujoco.MjSpec) -> None:

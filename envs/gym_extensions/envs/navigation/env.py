@@ -21,17 +21,8 @@ from gym_extensions.envs.interfaces import (
     check_actions,
     require_reset,
 )
+from gym_extensions.envs.navigation import sensors
 from gym_extensions.envs.navigation.geometry import Arena, advance, arena, map_bytes, touches
-from gym_extensions.envs.navigation.rendering import background, draw_agents
-from gym_extensions.envs.navigation.sensors import (
-    BEAMS,
-    FIELDS,
-    PIXEL,
-    action_space,
-    cast_ranges,
-    find_nearest,
-    observation_space,
-)
 from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
 from gym_extensions.errors import BenchError
 
@@ -75,10 +66,12 @@ class World:
         if family == "image":
             keys = [(number, arena.goal) for number, arena in zip(self._map_of.tolist(), arenas, strict=True)]
             distinct = dict(zip(keys, arenas, strict=True))
-            self._backgrounds = np.stack([background(arena, PIXEL) for arena in distinct.values()])
+            self._backgrounds = np.stack(
+                [sensors.background(arena, sensors.PIXEL) for arena in distinct.values()]
+            )
             self._background_of = np.array([list(distinct).index(key) for key in keys])
         else:
-            width = sum(field.count for field in FIELDS[family])
+            width = sum(field.count for field in sensors.FIELDS[family])
             self._numbers = np.zeros((count, width), dtype=np.float32)
             if family in ("state-goal", "range-known"):
                 self._numbers[:, -2:] = self._goals  # they never change
@@ -100,16 +93,16 @@ class World:
         """Returns every agent's observation, (agents, …). Every agent has been placed."""
         if self.family == "image":
             pictures = self._backgrounds[self._background_of]
-            draw_agents(pictures, self.positions, PIXEL)
+            sensors.draw_agents(pictures, self.positions, sensors.PIXEL)
             return pictures
         numbers = self._numbers
         if self.family.startswith("range"):
-            cast_ranges(self._solids, self._map_of, self.positions, numbers)
+            sensors.cast_ranges(self._solids, self._map_of, self.positions, numbers)
             if self.family == "range-known":
-                numbers[:, BEAMS : BEAMS + 2] = self.positions
+                numbers[:, sensors.BEAMS : sensors.BEAMS + 2] = self.positions
         else:
             numbers[:, :2] = self.positions
-            find_nearest(self._solids, self._map_of, self.positions, numbers)
+            sensors.find_nearest(self._solids, self._map_of, self.positions, numbers)
         return numbers.copy()
 
     def draw_start(self, agent: int, generator: np.random.Generator) -> None:
@@ -180,8 +173,8 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         found = course(task)
         self.task, self.render_mode = task, render_mode
         self.arena = arena(found.map, found.goal)
-        self.observation_space = observation_space(found.family)
-        self.action_space: gym.spaces.Space[Any] = action_space()
+        self.observation_space = sensors.observation_space(found.family)
+        self.action_space: gym.spaces.Space[Any] = sensors.action_space()
         self._world = World([self.arena], found.family)
         self._is_set = False
         self._background: NDArray[np.uint8] | None = None
@@ -232,9 +225,9 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
             return None
         require_reset(self._is_set, self.task.id)
         if self._background is None:
-            self._background = background(self.arena, RENDER_PIXEL)
+            self._background = sensors.background(self.arena, RENDER_PIXEL)
         frame = self._background[None].copy()
-        draw_agents(frame, self._world.positions, RENDER_PIXEL)
+        sensors.draw_agents(frame, self._world.positions, RENDER_PIXEL)
         return frame[0]
 
 
@@ -252,7 +245,9 @@ class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], N
         if len(families) > 1:
             message = f"The tasks have different observations: {', '.join(families)}."
             raise BenchError("different-spaces", message, WHERE, "Give tasks of one navigation family.")
-        super().__init__(tasks, (observation_space(families[0]), action_space()), autoreset_mode)
+        super().__init__(
+            tasks, (sensors.observation_space(families[0]), sensors.action_space()), autoreset_mode
+        )
         self._world = World([arena(each.map, each.goal) for each in courses], families[0])
         self._arrivals = np.zeros(len(tasks), np.bool_)
 

@@ -52,7 +52,7 @@ def steps_to_go(solid: Any, goal_x: float, goal_y: float) -> Any:
     """Returns the fewest steps to the goal from every lattice point over lattice points, −1 without a path.
 
     Breadth-first from the goal's disc. A step is any displacement of at most 5 units in x and in y whose
-    segment is free. Submission [j, i] belongs to the point ((i + ½) / FINENESS, (j + ½) / FINENESS).
+    segment is free. Element [j, i] belongs to the point ((i + ½) / FINENESS, (j + ½) / FINENESS).
     """
     height = int((solid.shape[0] - 2) * CELL) * FINENESS
     width = int((solid.shape[1] - 2) * CELL) * FINENESS

@@ -1,4 +1,4 @@
-"""What agents observe: the nearest obstacle, ranges along sixteen beams, and the spaces."""
+"""What agents observe: the closest obstacle, ranges along beams, pictures from above, and the spaces."""
 
 from __future__ import annotations
 
@@ -7,9 +7,20 @@ from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
+from numpy.typing import NDArray
 
 from gym_extensions.catalog.descriptions import Field
-from gym_extensions.envs.navigation.geometry import CELL, HEIGHT, MAX_SPEED, WIDTH, compiled
+from gym_extensions.envs.navigation.geometry import (
+    AGENT_RADIUS,
+    CELL,
+    GOAL_RADIUS,
+    HEIGHT,
+    MAX_SPEED,
+    WIDTH,
+    Arena,
+    compiled,
+    touches,
+)
 
 
 @compiled
@@ -161,6 +172,55 @@ def cast_ranges(solids: Any, map_of: Any, positions: Any, ranges: Any) -> None:
 
 PIXEL = 4.0
 """Side of a pixel of an image observation, in units."""
+FREE_COLOR, OBSTACLE_COLOR = (255, 255, 255), (204, 153, 102)
+GOAL_COLOR = (255, 0, 0)
+"""The agent's disc is black: the compiled code writes zeros."""
+
+
+@compiled
+def _in_obstacles(solid: Any, x: Any, y: Any) -> Any:
+    """Which points of a lattice are in an obstacle, (len(y), len(x))."""
+    inside = np.zeros((len(y), len(x)), dtype=np.bool_)
+    for row in range(len(y)):
+        for column in range(len(x)):
+            inside[row, column] = touches(solid, x[column], y[row])
+    return inside
+
+
+def background(arena: Arena, pixel: float) -> NDArray[np.uint8]:
+    """Draws the map and the goal's disc without an agent, (height / pixel, width / pixel, 3).
+
+    A pixel shows what is at its center. The first row is the top of the map. ``pixel`` is its side in units.
+    """
+    width, height = arena.grid.size
+    x = (np.arange(round(width / pixel)) + 0.5) * pixel
+    y = height - (np.arange(round(height / pixel)) + 0.5) * pixel
+    picture = np.empty((len(y), len(x), 3), dtype=np.uint8)
+    picture[:] = FREE_COLOR
+    picture[_in_obstacles(arena.grid.solid, x, y)] = OBSTACLE_COLOR
+    goal_x, goal_y = arena.goal
+    picture[(x[None, :] - goal_x) ** 2 + (y[:, None] - goal_y) ** 2 <= GOAL_RADIUS**2] = GOAL_COLOR
+    return picture
+
+
+@compiled
+def _disc(picture: Any, x: float, y: float, pixel: float) -> None:
+    """Colors the pixels whose centers are in the agent's disc black."""
+    rows, columns, _ = picture.shape
+    left, right = x - AGENT_RADIUS, x + AGENT_RADIUS
+    top, bottom = rows * pixel - y - AGENT_RADIUS, rows * pixel - y + AGENT_RADIUS
+    for row in range(max(math.floor(top / pixel), 0), min(math.ceil(bottom / pixel), rows)):
+        for column in range(max(math.floor(left / pixel), 0), min(math.ceil(right / pixel), columns)):
+            gap_x, gap_y = (column + 0.5) * pixel - x, (rows - row - 0.5) * pixel - y
+            if gap_x * gap_x + gap_y * gap_y <= AGENT_RADIUS * AGENT_RADIUS:
+                picture[row, column] = 0
+
+
+@compiled
+def draw_agents(pictures: Any, positions: Any, pixel: float) -> None:
+    """Draws each agent's disc at its position in units into its background (agents, rows, columns, 3)."""
+    for agent in range(len(positions)):
+        _disc(pictures[agent], positions[agent, 0], positions[agent, 1], pixel)
 
 
 AGENT = (Field("x of the agent", "unit", 0.0, WIDTH), Field("y of the agent", "unit", 0.0, HEIGHT))
@@ -179,17 +239,15 @@ FIELDS: dict[str, tuple[Field, ...]] = {
     "range": RANGES,
     "range-known": RANGES + AGENT + GOAL,
 }
-"""The submissions of each family, in order; the family ``image`` is a picture."""
+"""The numbers that each family observes, in order; the family ``image`` is a picture."""
 
 
 def observation_space(family: str) -> Box:
     """Returns the observation space of a family."""
     if family == "image":
         return Box(0, 255, (round(HEIGHT / PIXEL), round(WIDTH / PIXEL), 3), np.uint8)
-    submissions = [field for field in FIELDS[family] for _ in range(field.count)]
-    low, high = (
-        np.array([getattr(each, end) for each in submissions], np.float32) for end in ("low", "high")
-    )
+    numbers = [field for field in FIELDS[family] for _ in range(field.count)]
+    low, high = (np.array([getattr(each, end) for each in numbers], np.float32) for end in ("low", "high"))
     return Box(low, high, dtype=np.float32)
 
 
