@@ -222,6 +222,7 @@ def _body(body: Body) -> dict[str, Any]:
         "parts": body.parts,
         "feet": {"names": body.feet.names, "distance": body.feet.distance} if body.feet else None,
         "beams": body.beams,
+        "velocity_limit": body.velocity_limit,
         "wall": {
             "half": wall.half_sizes,
             "height": wall.centre_height,

@@ -1,7 +1,37 @@
-// Draws bodies of a plane on a canvas, for Watch and Play. Shapes are [role, radius, x1, y1, x2, y2] in m, y up.
+// What Watch and Play share: drawings of bodies of a plane, the directions of a camera, the speed, and a clock.
+// Shapes are [role, radius, x1, y1, x2, y2] in m, y up.
 "use strict";
 globalThis.figure = (() => {
-  const FREE_BEAM = 0.25;
+  const FREE_BEAM = 0.25, SPEEDS = [0.25, 0.5, 1, 2, 4];
+  const LIMBS = { body: "--accent", far: "--ring", changed: "--loss" };
+  const calm = matchMedia("(prefers-reduced-motion: reduce)");
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+  // The directions to the right, up and ahead of a camera, angles in radians.
+  function directions(azimuth, elevation) {
+    const flat = Math.cos(elevation), high = Math.sin(elevation), x = Math.cos(azimuth), y = Math.sin(azimuth);
+    return { right: [y, -x, 0], up: [-high * x, -high * y, flat], ahead: [flat * x, flat * y, high] };
+  }
+
+  // The menu of speeds.
+  function speeds(select) {
+    for (const speed of SPEEDS) select.add(new Option(`${speed} ×`, speed, speed === 1, speed === 1));
+  }
+
+  // A switch that starts or stops calling `each` with the seconds since the last frame.
+  function clock(each) {
+    let request = 0, before = 0;
+    const frame = (now) => {
+      const elapsed = (now - before) / 1000;
+      before = now;
+      request = requestAnimationFrame(frame);
+      each(elapsed);
+    };
+    return (on) => {
+      cancelAnimationFrame(request);
+      if (on) request = requestAnimationFrame((now) => { before = now; frame(now); });
+    };
+  }
 
   // The part of a beam before it enters a wall, from 0 to 1; 0 if it misses.
   function enter(start, along, [, , ...corners]) {
@@ -70,7 +100,7 @@ globalThis.figure = (() => {
       } else if (role === "goal" || role === "object") {
         disc(X(x1), Y(y1), radius * scale, role === "goal" ? "--gain" : "--cold");
       } else {
-        pen.strokeStyle = colour({ body: "--accent", far: "--ring", changed: "--loss" }[role]);
+        pen.strokeStyle = colour(LIMBS[role]);
         pen.lineWidth = Math.max(2 * radius * scale, 1);
         pen.beginPath();
         pen.moveTo(X(x1), Y(y1));
@@ -80,5 +110,5 @@ globalThis.figure = (() => {
     }
   }
 
-  return { view, floor, shapes };
+  return { LIMBS, calm, dot, directions, speeds, clock, view, floor, shapes };
 })();

@@ -3,8 +3,7 @@
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const SPEEDS = [0.25, 0.5, 1, 2, 4];
-  const calm = matchMedia("(prefers-reduced-motion: reduce)");
+  const { dot } = figure;
 
   // The coordinates of a clip: an array of numbers per frame.
   function decode([frames, motion], unit) {
@@ -30,7 +29,6 @@
       [s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)],
       [s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)]];
   }
-  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const turned = (m, v) => m.map((row) => dot(row, v));
   const sum = (a, b, k = 1) => a.map((value, i) => value + k * b[i]);
   const product = (a, b) => a.map((row) => [0, 1, 2].map((j) => row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]));
@@ -38,9 +36,7 @@
 
   // The shapes of a skeleton as [role, radius, x1, y1, x2, y2] in m, y up.
   function placed([view, links], q) {
-    const [around, above] = view.map((degrees) => degrees * Math.PI / 180);
-    const right = [Math.sin(around), -Math.cos(around), 0];
-    const up = [-Math.sin(above) * Math.cos(around), -Math.sin(above) * Math.sin(around), Math.cos(above)];
+    const { right, up } = figure.directions(...view.map((degrees) => degrees * Math.PI / 180));
     const poses = [], shapes = [];
     for (const [parent, position, quaternion, joints, content] of links) {
       const base = poses[parent] || WORLD;
@@ -135,11 +131,11 @@
       + '<label>Speed <select></select></label> <output></output>';
     const [range, select, output] = controls.querySelectorAll("input, select, output");
     range.max = frames - 1;
-    for (const speed of SPEEDS) select.add(new Option(`${speed} ×`, speed, speed === 1, speed === 1));
+    figure.speeds(select);
     button.after(controls);
     section.classList.add("playing");
 
-    let time = 0, before = 0, running = false;
+    let time = 0, running = false;
     function show() {
       const shown = skeleton ? `${(time / task.rate).toFixed(1)} s` : `${Math.round(100 * time / (frames - 1 || 1))} %`;
       canvases.forEach((canvas, i) => draw(canvas, task.rows[i], Math.min(time, task.rows[i].length - 1)));
@@ -147,24 +143,19 @@
       range.setAttribute("aria-valuetext", shown);
       output.value = shown;
     }
+    const clock = figure.clock((elapsed) => {
+      time += elapsed * task.rate * select.value;
+      if (time >= frames - 1) {
+        time = figure.calm.matches ? frames - 1 : 0;
+        if (figure.calm.matches) run(false);
+      }
+      show();
+    });
     function run(on) {
       if (on && time >= frames - 1) time = 0;
       running = on;
       button.textContent = on ? "Pause" : "Replay";
-      if (on) requestAnimationFrame((now) => { before = now; tick(now); });
-    }
-    function tick(now) {
-      if (!running) return;
-      time += (now - before) / 1000 * task.rate * select.value;
-      before = now;
-      if (time >= frames - 1) {
-        if (calm.matches) {
-          time = frames - 1;
-          run(false);
-        } else time = 0;
-      }
-      show();
-      requestAnimationFrame(tick);
+      clock(on);
     }
     range.addEventListener("input", () => { run(false); time = +range.value; show(); });
     addEventListener("resize", show);

@@ -4,10 +4,9 @@ import { beams } from "./rules.js";
 import { World } from "./world.js";
 import { camera, drawSpace } from "./space.js";
 
-const SPEEDS = [0.25, 0.5, 1, 2, 4], PUSH = 0.15, PUSH_REACH = 1, LONGEST_FRAME = 0.1, MOST_WORK = 40;
+const PUSH = 0.15, PUSH_REACH = 1, LONGEST_FRAME = 0.1, MOST_WORK = 40;
 const EXPERT = "/expert"; // no name of a submission has a slash
 const BOX = [-1.7, -0.2, 1.9, 2], NEAR = 0.4, PAUSE = 1.5;
-const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const by = (id) => document.getElementById(`play-${id}`);
 const fill = (select, rows) => select.replaceChildren(...rows.map(([value, text]) => new Option(text, value)));
 const normal = () => Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
@@ -142,7 +141,7 @@ class Side {
       ? [role, 0, a[0] - b[0], a[2] - b[2], a[0] + b[0], a[2] + b[2]] : [role, radius, a[0], a[2], b[0], b[2]]));
     this.top = Math.max(this.top, ...flat.filter(([role]) => role !== "wall").map((shape) => Math.max(shape[3], shape[5]) + 0.2));
     this.view = figure.view(this.canvas, [BOX[0], BOX[1], BOX[2], this.top], qpos[0]);
-    if (world.settings.wall !== null && policy.inputs > world.rules.observe(world.data, world.model).length) {
+    if (world.settings.wall !== null && policy.inputs > world.observe().length) {
       const [origin, directions] = beams(world.body.beams, qpos, world.lift);
       flat.push(...directions.map((d) => ["beam", 0, origin[0], origin[2], origin[0] + 10 * d[0], origin[2] + 10 * d[2]]));
     }
@@ -198,8 +197,7 @@ class Panel {
         .sort((a, b) => place(a) - place(b));
     }
     fill(by("group"), index.groups.map(({ id }) => [id, id]));
-    fill(by("speed"), SPEEDS.map((speed) => [speed, `${speed} ×`]));
-    by("speed").value = 1;
+    figure.speeds(by("speed"));
   }
 
   get group() {
@@ -237,7 +235,7 @@ class Panel {
     if (wanted.submission && !runs.some(([number]) => !wanted.run || String(number) === wanted.run)) {
       this.missing = `This site does not offer ${wanted.run ? `run ${wanted.run} of ` : ""}${wanted.submission} here. `;
     }
-    requestAnimationFrame((now) => this.frame(now));
+    figure.clock((elapsed) => this.frame(Math.min(elapsed, LONGEST_FRAME)))(true);
   }
 
   // `wanted` is what a link to this page asks for: a task; a submission and its run, after a stage and at the end.
@@ -315,14 +313,10 @@ class Panel {
     by("run").textContent = on ? "Pause" : "Play";
   }
 
-  frame(now) {
-    const elapsed = Math.min((now - (this.before ?? now)) / 1000, LONGEST_FRAME);
-    this.before = now;
-    if (this.ready) {
-      if (this.running) this.advance(elapsed);
-      this.show();
-    }
-    requestAnimationFrame((next) => this.frame(next));
+  frame(elapsed) {
+    if (!this.ready) return;
+    if (this.running) this.advance(elapsed);
+    this.show();
   }
 
   advance(elapsed) {
@@ -340,7 +334,7 @@ class Panel {
       this.work[1] += (performance.now() - begin) / 1000;
     }
     this.over = active.length ? 0 : this.over + elapsed;
-    if (this.over > PAUSE && !calm.matches) this.restart();
+    if (this.over > PAUSE && !figure.calm.matches) this.restart();
   }
 
   show() {

@@ -4,8 +4,8 @@ const within = (value, [low, high]) => value > low && value < high;
 const uniform = (size) => () => size * (2 * Math.random() - 1);
 const normal = (size) => () => size * Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
 
-// Forward speed, a bonus while healthy, and a cost on the action. Velocities are clipped to `limit`.
-function planar({ skip, cost, noise, limit = Infinity, health = null }) {
+// Forward speed, a bonus while healthy, and a cost on the action. Velocities are clipped to the body's limit.
+function planar({ skip, cost, noise, health = null }) {
   const healthy = ({ qpos, qvel }) => !health || (
     within(qpos[1], health.height) && within(qpos[2], health.angle)
     && (!health.state || [...qpos.slice(2), ...qvel].every((x) => Math.abs(x) < health.state)));
@@ -13,7 +13,9 @@ function planar({ skip, cost, noise, limit = Infinity, health = null }) {
     skip,
     noise,
     mark: ({ qpos }) => qpos[0],
-    observe: ({ qpos, qvel }) => [...qpos.slice(1), ...qvel.map((v) => Math.min(Math.max(v, -limit), limit))],
+    observe({ qpos, qvel }, model, { velocity_limit: limit }) {
+      return [...qpos.slice(1), ...(limit ? qvel.map((v) => Math.min(Math.max(v, -limit), limit)) : qvel)];
+    },
     reward(data, action, { before, dt }) {
       const fit = healthy(data);
       return [(data.qpos[0] - before) / dt + (health && fit ? 1 : 0) - cost * sumOfSquares(action), !fit];
@@ -57,8 +59,8 @@ function humanoid(gain, canFall) {
 
 const small = { qpos: uniform(0.005), qvel: uniform(0.005) };
 export const RULES = {
-  Hopper: planar({ skip: 4, cost: 1e-3, noise: small, limit: 10, health: { height: [0.7, Infinity], angle: [-0.2, 0.2], state: 100 } }),
-  Walker2d: planar({ skip: 4, cost: 1e-3, noise: small, limit: 10, health: { height: [0.8, 2], angle: [-1, 1] } }),
+  Hopper: planar({ skip: 4, cost: 1e-3, noise: small, health: { height: [0.7, Infinity], angle: [-0.2, 0.2], state: 100 } }),
+  Walker2d: planar({ skip: 4, cost: 1e-3, noise: small, health: { height: [0.8, 2], angle: [-1, 1] } }),
   HalfCheetah: planar({ skip: 5, cost: 0.1, noise: { qpos: uniform(0.1), qvel: normal(0.1) } }),
   Humanoid: humanoid((lift, speed, upright) => 1.25 * speed + (upright ? 5 : 0), true),
   HumanoidStandup: humanoid((lift) => lift + 1, false),

@@ -4,11 +4,8 @@ const AZIMUTH = 2.1, ELEVATION = -0.2, DISTANCE = 4.6, FOCUS = 3.1, HEIGHT = 0.8
 // A camera that looks at (x, y) at the height of a torso: project(point) is [x, y, depth] in pixels and m.
 export function camera(canvas, [x, y]) {
   const width = canvas.clientWidth, height = canvas.clientHeight, zoom = FOCUS * height / 2;
-  const flat = Math.cos(ELEVATION), ahead = [flat * Math.cos(AZIMUTH), flat * Math.sin(AZIMUTH), Math.sin(ELEVATION)];
-  const right = [Math.sin(AZIMUTH), -Math.cos(AZIMUTH), 0];
-  const up = [-Math.sin(ELEVATION) * Math.cos(AZIMUTH), -Math.sin(ELEVATION) * Math.sin(AZIMUTH), flat];
+  const { right, up, ahead } = figure.directions(AZIMUTH, ELEVATION), { dot } = figure;
   const eye = [x, y, HEIGHT].map((value, i) => value - DISTANCE * ahead[i]);
-  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   return {
     zoom,
     project(point) {
@@ -49,7 +46,7 @@ export function drawSpace(view, shapes, place) {
       drawBox(view, project, start, end);
       continue;
     }
-    const base = colour({ body: "--accent", far: "--ring", changed: "--loss" }[role]), thickness = 2 * radius * zoom / depth;
+    const base = colour(figure.LIMBS[role]), thickness = 2 * radius * zoom / depth;
     const near = Math.min(Math.max((DISTANCE + 0.5 - depth), 0), 1);
     line(start, end, thickness + 2, colour("--paper"));
     line(start, end, thickness, mixed(base, colour("--ink"), 0.72 + 0.28 * near));

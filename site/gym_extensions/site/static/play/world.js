@@ -1,7 +1,7 @@
 // A body in a world that can be changed while it runs: gravity, limbs, a wall, and a hand that pulls.
 import { RULES, beams, readings } from "./rules.js";
 
-const GRAVITY = 9.81, PARKED = -100;
+const PARKED = -100;
 const PULL = 25, STRONGEST = 12; // of a hand, per kg: N/m, and N
 
 export class World {
@@ -17,7 +17,7 @@ export class World {
     const before = JSON.stringify(this.settings.limbs);
     this.settings = { ...this.settings, ...settings };
     if (JSON.stringify(this.settings.limbs) !== before) this.build();
-    this.model.opt.gravity.set([0, 0, -Number((GRAVITY * this.settings.gravity).toPrecision(15))]);
+    this.model.opt.gravity.set([0, 0, Number((this.gravity * this.settings.gravity).toPrecision(15))]);
     this.placeWall();
   }
 
@@ -55,6 +55,7 @@ export class World {
     const torso = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY.value, "torso"), joint = model.body_jntadr[torso];
     this.lift = model.jnt_type[joint] === 0 ? 0 : model.body_pos[3 * torso + 2] - model.qpos0[joint + 1];
     this.torso = torso;
+    this.gravity = model.opt.gravity[2];
     this.dt = model.opt.timestep * this.rules.skip;
     this.kilograms = model.body_mass.reduce((sum, kg) => sum + kg, 0);
     this.names = Array.from({ length: model.ngeom }, (_, id) => mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM.value, id));
@@ -99,7 +100,7 @@ export class World {
 
   // The observation of a policy with this many inputs; with ten more than the body's, the range beams follow.
   observe(inputs = null) {
-    const values = this.rules.observe(this.data, this.model);
+    const values = this.rules.observe(this.data, this.model, this.body);
     if (inputs === values.length + 10) {
       const fan = beams(this.body.beams, this.data.qpos, this.lift);
       values.push(...(this.settings.wall === null ? fan[1].map(() => 0) : readings(fan, [...this.data.mocap_pos], this.body.wall.half)));
