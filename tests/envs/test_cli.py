@@ -10,6 +10,8 @@ import sys
 import pytest
 
 from gym_extensions.catalog import fingerprints
+from gym_extensions.catalog.descriptions import summary
+from gym_extensions.catalog.tasks import task
 from gym_extensions.envs import cli
 
 
@@ -23,6 +25,16 @@ def test_list_prints_the_tasks_of_a_group_in_training_order(capsys: pytest.Captu
         "  gym_extensions/HopperGravityOneAndQuarter-v0",
         "  gym_extensions/HopperGravityOneAndHalf-v0",
     ]
+
+
+def test_show_prints_the_summary(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "StrikerMovingStart"]) == 0
+    text = capsys.readouterr().out
+    assert text == summary(task("StrikerMovingStart")) + "\n"
+    for fact in ("100 steps", "striker-v0", "x ~ U(0.43, 0.55)", "motor of r_wrist_roll_joint", "-3 … 3"):
+        assert fact in text
+    assert "smallest distance between ball and goal" in text
+    assert "22     z of the goal" in text
 
 
 def test_check_succeeds_when_tasks_match(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""The pages of docs/environments, ``envs show``, and the descriptions and pictures of tasks."""
+"""The pages of docs/environments, and the descriptions of tasks."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ import pytest
 from gymnasium.spaces import Box
 
 from gym_extensions.catalog import descriptions
-from gym_extensions.catalog.descriptions import summary
 from gym_extensions.catalog.tasks import TASKS, task
-from gym_extensions.envs import cli, make
+from gym_extensions.envs import make
 from gym_extensions.envs.make import construct_mujoco
 from tools.environments.__main__ import main
 from tools.environments.describe import action_fields, observation_fields, table
@@ -71,16 +70,6 @@ def test_the_submission_at_an_index_has_the_value_that_the_table_describes() -> 
     assert rows["253"] == "torque of the motor of abdomen_z"
     assert rows["348"].startswith("range beam at -45°")
     assert list(rows)[-1] == "357"
-
-
-def test_show_prints_the_summary(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["show", "StrikerMovingStart"]) == 0
-    text = capsys.readouterr().out
-    assert text == summary(task("StrikerMovingStart")) + "\n"
-    for fact in ("100 steps", "striker-v0", "x ~ U(0.43, 0.55)", "motor of r_wrist_roll_joint", "-3 … 3"):
-        assert fact in text
-    assert "smallest distance between ball and goal" in text
-    assert "22     z of the goal" in text
 
 
 def test_the_example_of_the_python_api_runs(text_by_name: dict[str, str]) -> None:

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from gym_extensions.documents import JsonDocument, about
+import msgspec
+
+from gym_extensions.catalog.protocol import REPORTS
+from gym_extensions.documents import DIALECT, JsonDocument, about, json_schema
 from gym_extensions.scoring.output.board_frames import board_frame, to_csv
-from gym_extensions.scoring.output.schema import schema_texts
 from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard
 from gym_extensions.site.pages.groups import Group, groups
 from gym_extensions.site.pages.page import File, Render
+from gym_extensions.submissions.layout import MANIFEST
+from gym_extensions.submissions.manifest import Manifest
+from gym_extensions.submissions.poses import Poses
 from gym_extensions.submissions.review import Level
 
 
@@ -102,7 +108,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         yield paths.board_data(board.id, "csv"), to_csv(board_frame(board.scored))
     for group in members:
         yield paths.group_data(group.id), _group_document(group, site, boards).to_json()
-    for name, text in schema_texts(index=Index, group=GroupDocument).items():
+    for name, text in schema_texts().items():
         yield f"schemas/{name}", text
 
 
@@ -128,3 +134,32 @@ def _group_document(group: Group, site: Leaderboard, boards: dict[str, IndexBoar
         reference=used or known,
         boards=tuple(boards[board.id] for board in group.boards),
     )
+
+
+DOCUMENTS: dict[str, type[JsonDocument]] = {
+    "scorecard": ScorecardDocument,
+    "boards": BoardsDocument,
+    "poses": Poses,
+    "index": Index,
+    "group": GroupDocument,
+}
+"""The published documents by the name of their schema."""
+
+
+def schema_texts() -> dict[str, str]:
+    """The JSON Schema of every document, and of submission.toml read as JSON, by its file's name."""
+    schemas = {"submission": msgspec.json.schema(Manifest)}
+    parts = schemas["submission"]["$defs"]
+    for part in parts.values():
+        part["additionalProperties"] = False
+    parts["Observes"]["required"] = sorted(parts["Observes"]["properties"])
+    manifest = parts["Manifest"]
+    manifest["properties"]["reported"]["enum"] = list(REPORTS)
+    manifest["required"] = sorted({*manifest["required"], "format"})
+    manifest |= {"if": {"not": {"required": ["reported"]}}, "then": {"required": ["tuning"]}}
+    schemas["submission"] |= {"$schema": DIALECT, "title": MANIFEST}
+    schemas |= {name: json_schema(document) for name, document in DOCUMENTS.items()}
+    return {
+        f"{name}.json": json.dumps(schema, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+        for name, schema in schemas.items()
+    }

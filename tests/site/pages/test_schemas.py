@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
-from gym_extensions.scoring.output.schema import schema_texts
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.scorecard import ScorecardDocument
+from gym_extensions.site.pages.data import schema_texts
 
 ROOT = Path(__file__).parents[3]
 SUBMISSIONS = sorted(path.parent for path in ROOT.glob("submissions/*/submission.toml"))
