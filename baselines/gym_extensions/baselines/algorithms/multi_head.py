@@ -79,13 +79,17 @@ class MultiHead(Trpo):
     description = "The reference agent with an output layer and log σ per task; it observes the task."
     parent = Trpo.name
     observes = Observes(task_in_training=True, task_in_evaluation=True, boundaries=True)
+    shares_hidden_layers = True
+    """Whether the tasks share all layers but the last; else they share none."""
 
     def __init__(self, *arguments: Any, copy_head: bool = False, **settings: Any) -> None:
         """With ``copy_head`` a task starts with the output layer and log σ of the task before."""
         super().__init__(*arguments, **settings)
         self._copy_head = copy_head
-        # The parameters of the hidden layers come first in the flat vector.
-        self._hidden = policies.parameter_count(self._architecture.sizes[:-1])
+        sizes = self._architecture.sizes
+        self._shared = len(sizes) - 2 if self.shares_hidden_layers else 0
+        # The parameters of the shared layers come first in the flat vector.
+        self._hidden = policies.parameter_count(sizes[: self._shared + 1])
         self._heads: Heads = {}
         self._task = self._number = 0
 
@@ -128,11 +132,12 @@ class MultiHead(Trpo):
         policy = policies.exported(
             self._architecture, whole[0], rows[0].moments, box, deterministic=is_deterministic
         )
-        outputs = [policies.layers(sizes, theta)[-1] for theta in whole]
+        own = zip(*(policies.layers(sizes, theta)[self._shared :] for theta in whole), strict=True)
+        stacks = [[np.stack(part) for part in zip(*layer, strict=True)] for layer in own]
         policy = replace(
             policy,
-            weights=(*policy.weights[:-1], np.stack([weights for weights, _ in outputs])),
-            biases=(*policy.biases[:-1], np.stack([bias for _, bias in outputs])),
+            weights=(*policy.weights[: self._shared], *(weights for weights, _ in stacks)),
+            biases=(*policy.biases[: self._shared], *(biases for _, biases in stacks)),
             log_sigma=np.stack([theta[-sizes[-1] :] for theta in whole]),
         )
         if policy.observation_mean is not None:

@@ -15,7 +15,7 @@ from .goals import GOALS, Goals, in_task, learned, make
 
 PENALTIES = ("l2", "l2-init", "online-ewc", "cloning")
 TASK_AWARE = ("multi-head", "packnet")
-METHODS = (*PENALTIES, "reset", *TASK_AWARE)
+METHODS = (*PENALTIES, "reset", *TASK_AWARE, "snapshots")
 SEEN = np.random.default_rng(9).standard_normal((50, 3)).astype(np.float32)
 
 
@@ -32,7 +32,7 @@ def test_a_coefficient_of_zero_is_trpo_bit_by_bit(name: str, tmp_path: Path) -> 
     assert {key: method[key].tobytes() for key in plain} == {key: plain[key].tobytes() for key in plain}
 
 
-@pytest.mark.parametrize("name", ["l2", "online-ewc", "cloning", "reset", "multi-head"])
+@pytest.mark.parametrize("name", ["l2", "online-ewc", "cloning", "reset", "multi-head", "snapshots"])
 def test_the_first_task_is_learned_as_by_trpo(name: str, tmp_path: Path) -> None:
     plain, method = (saved(learned(agent, 1), tmp_path / "agent.npz") for agent in ("trpo", name))
     assert np.array_equal(plain["policy"], method["policy"])
@@ -144,7 +144,7 @@ def test_the_card_states_coefficient_stored_states_and_heads() -> None:
     assert stored == dict.fromkeys(cards, 0) | {"online-ewc": 400, "cloning": 800}
     head = 8 * 2 + 2 + 2
     assert {name: card.parameters - cards["trpo"].parameters for name, card in cards.items()} == (
-        dict.fromkeys(cards, 0) | dict.fromkeys(TASK_AWARE, head)
+        dict.fromkeys(cards, 0) | dict.fromkeys(TASK_AWARE, head) | {"snapshots": len(make("trpo")._theta)}
     )
 
 
@@ -153,7 +153,7 @@ def test_the_policy_as_arrays_acts_as_the_agent_in_every_task(name: str) -> None
     agent = learned(name, 2)
     policy = agent.policy()
     for task in range(3):
-        acted = agent.act(SEEN, in_task(task)) if name in TASK_AWARE else agent.act(SEEN)
+        acted = agent.act(SEEN, in_task(task)) if agent.observes.task_in_evaluation else agent.act(SEEN)
         np.testing.assert_allclose(policy.act(SEEN, task=task), acted, rtol=1e-6, atol=1e-6)
 
 
@@ -173,3 +173,18 @@ def test_each_learns_from_the_training_context_of_a_run(name: str) -> None:
         env = TrainingEnv(Goals(stage - 1), [task], steps=400, batch_steps=200, seed=0, **shown)
         agent.learn(env, 400)
     assert agent.card().stored_steps >= 200
+
+
+def test_snapshots_learns_as_trpo_and_keeps_the_policy_of_every_task_bit_by_bit() -> None:
+    plain, kept = make("trpo"), make("snapshots")
+    actions = []
+    for task in range(3):
+        plain.learn(Goals(task), 1_200)
+        kept.learn(Goals(task), 1_200)
+        actions.append(plain.policy().act(SEEN))
+        present = kept.policy().act(SEEN, task=2)  # not learned before the last stage
+        assert np.array_equal(present, actions[-1])
+    for task, before in enumerate(actions):
+        assert np.array_equal(kept.policy().act(SEEN, task=task), before)
+        assert np.array_equal(kept.act(SEEN, in_task(task)), before)
+    assert kept.card().parameters == plain.card().parameters + 2 * len(plain._theta)
