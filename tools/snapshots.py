@@ -35,8 +35,9 @@ def stacked(policies: Sequence[Policy]) -> Policy:
     values: dict[str, Any] = {}
     for name in (field.name for field in fields(Policy)):
         rows = [getattr(policy, name) for policy in policies]
-        if name in LAYER_FIELDS:
-            values[name] = tuple(np.stack(layer) for layer in zip(*rows, strict=True))
+        if name in LAYER_FIELDS:  # a layer without a mask has None
+            layers = zip(*rows, strict=True)
+            values[name] = tuple(None if layer[0] is None else np.stack(layer) for layer in layers)
         else:
             values[name] = np.stack(rows) if KEYS[name].has_tasks and rows[0] is not None else rows[0]
     return Policy(**values)

@@ -34,14 +34,18 @@ def run_sketches(submitted: SubmittedGroup, protocol: str) -> tuple[Sketch, ...]
 def episode_sketches(log: Log) -> tuple[Sketch, ...]:
     """The sketch of each run: the 16 smallest digests of its episodes after the last stage, sorted.
 
-    An episode's digest is the first eight hexadecimal digits of the SHA-256 of its task's index, number,
-    length, return (five significant digits) and end. Two sketches estimate the Jaccard index of the episodes
-    of two runs: the number of common ones per episode that either has.
+    Where there are several tasks, the last one does not count: methods that only differ in what they keep of
+    earlier tasks rightly have equal episodes on it. An episode's digest is the first eight hexadecimal digits
+    of the SHA-256 of its task's index, number, length, return (five significant digits) and end. Two sketches
+    estimate the Jaccard index of the episodes of two runs: the number of common ones per episode that either
+    has.
 
     Source: E. Cohen and H. Kaplan, Summarizing data using bottom-k sketches, PODC 2007.
     """
     digests: dict[int, set[str]] = {run: set() for run in log.runs}
     last = log.rows[log.rows["stage"] == log.rows["stage"].max()]
+    earlier = last[last["position"] < last["position"].max()]
+    last = earlier if len(earlier) else last
     columns = ("run", "position", "episode", "length", "return", "terminated")
     for run, *key, return_, terminated in zip(*(last[name].tolist() for name in columns), strict=True):
         episode = (*key, f"{return_:.{SIGNIFICANT_DIGITS - 1}e}", terminated)
