@@ -1,6 +1,6 @@
 """Records the submission ``snapshots`` from the stored policies of another one, without training.
 
-    python tools/snapshots.py submissions/trpo --groups core --runs 0-9 --out submissions/snapshots
+    python -m tools.snapshots submissions/trpo --groups core --runs 0-9 --out submissions/snapshots
 
 After stage s, a task that was learned has the policy that the source stored right after learning it; every
 other task has the source's present policy. That is what the agent ``snapshots`` has after it learned as the
@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from gym_extensions.baselines import Card, Observes, record
-from gym_extensions.baselines.training.arguments import parse_groups, parse_runs
+from gym_extensions.baselines.cli import parse_runs
+from gym_extensions.baselines.training.jobs import parse_groups
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.policies import Policy, load
 from gym_extensions.submissions.layout import DOCUMENT, MANIFEST, run_file

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from tools.snapshots import stacked
 
 from gym_extensions.policies import Policy
+from tools.snapshots import stacked
 
 
 def policy(seed: int) -> Policy:
