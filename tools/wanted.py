@@ -17,12 +17,12 @@ from statistics import NormalDist
 
 from gym_extensions.baselines.submission import finished_runs
 from gym_extensions.catalog.groups import CORE, CORES, group
-from gym_extensions.curation.pull_request_rules import is_of_this_project
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.pipeline import find_submissions, make_scorer, scorecards
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, core_board
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.verification.after_merge import is_of_this_project
 
 NORMAL = NormalDist()
 

@@ -20,7 +20,10 @@ COMMANDS = {
     "export": ("gym_extensions.export.cli:main", "write results in the formats of other projects"),
     "site": ("gym_extensions.site.cli:main", "build the pages of the leaderboard"),
     "check-pr": ("gym_extensions.curation.cli:check_pr", "check a pull request with a submission"),
-    "maintain": ("gym_extensions.curation.cli:maintain", "review submissions and measure the references"),
+    "maintain": (
+        "gym_extensions.curation.cli:maintain",
+        "store decisions, measure landscapes and references",
+    ),
 }
 """The module and function of each sub-command, and what it does."""
 

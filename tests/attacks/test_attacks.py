@@ -20,6 +20,7 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.files import AnyPolicy, Key, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import PolicyFile
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.verify import verify
@@ -224,7 +225,7 @@ ATTACKS = (
 
 def stop_of(submission: Path, cache: Path) -> str:
     """What stops a submission, or ``verified``."""
-    report = verify(submission, VALUE, Store(cache / "verify"), Fetcher(cache / "policies"))
+    report = verify(read(submission), VALUE, Store(cache / "verify"), Fetcher(cache / "policies"))
     if report.problems:
         return " ".join(problem.rule for problem in report.problems)
     found = report.verification

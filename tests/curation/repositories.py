@@ -12,10 +12,10 @@ import numpy as np
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import GateReport
-from gym_extensions.curation.git import Repository
 from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.run import PolicyFile, read_run, write_run
+from gym_extensions.verification.git import Repository
 
 from .. import conftest
 from ..conftest import MANIFEST

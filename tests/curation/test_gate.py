@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation import git as plumbing
-from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
+from gym_extensions.verification import git as plumbing
+from gym_extensions.verification.git import Repository
 from gym_extensions.verification.limits import Limits
 
 from .plays import NEW, PLAYS, index

@@ -16,7 +16,6 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import GateReport
-from gym_extensions.curation.git import Repository
 from gym_extensions.references import Reference, References
 from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.submission.scorer import score
@@ -24,6 +23,8 @@ from gym_extensions.submissions.policies.files import policy_keys
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import read_review
 from gym_extensions.submissions.run import read_run
+from gym_extensions.verification.cli import main as verify
+from gym_extensions.verification.git import Repository
 
 from ..verification import made_submissions as submissions
 from ..verification.made_submissions import (
@@ -97,9 +98,9 @@ class Project:
         """Runs both jobs of the review on main, commits the review, and gives the submission's level."""
         record = self.records / "new.toml"
         record.unlink(missing_ok=True)
-        maintain(["review", str(submission), *self.options, *options, "--record", str(self.records)])
+        verify([str(submission), *self.options, *options, "--record", str(self.records)])
         if record.exists():
-            assert maintain(["review", str(submission), "--take", str(record)]) == 0
+            assert verify([str(submission), "--take", str(record)]) == 0
             assert git(self.main, "status", "--porcelain").split()[1] == "submissions/new/review.toml"
         commit(self.main, message="review")
         return level_of(submission)
@@ -227,7 +228,7 @@ def test_the_job_trains_a_run_of_an_agent_of_this_project_again(project: Project
     shutil.rmtree(tmp_path / "trained" / ".progress")
     project.submit(tmp_path / "trained")
     submission = project.merge()
-    assert project.review(submission, "--retrain-own") == "reproduced"
+    assert project.review(submission, "--retrain") == "reproduced"
 
 
 def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
@@ -238,17 +239,17 @@ def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
     manifest = tmp_path / "trained/submission.toml"
     manifest.write_text(manifest.read_text().replace("[hyperparameters]", "[hyperparameters]\nrate = 1"))
     project.submit(tmp_path / "trained")
-    assert project.review(project.merge(), "--retrain-own") == "verified"
+    assert project.review(project.merge(), "--retrain") == "verified"
 
 
 def test_a_maintainer_decides_by_name_and_reason(tmp_path: Path) -> None:
     submission = copy(honest(), tmp_path / "new")
     for action in ("accepted", "challenged"):
-        options = ["--decision", action, "--by", "A. Maintainer", "--reason", "A reason."]
-        assert maintain(["review", str(submission), *options]) == 0
-    assert maintain(["review", str(submission), "--decision", "withdrawn"]) == 2
+        options = ["--by", "A. Maintainer", "--reason", "A reason."]
+        assert maintain(["decide", str(submission), action, *options]) == 0
+    assert maintain(["decide", str(submission), "withdrawn", "--by", "A. Maintainer", "--reason", " "]) == 2
     with pytest.raises(SystemExit):
-        maintain(["review", str(submission), "--by", "A. Maintainer", "--reason", "A reason."])
+        maintain(["decide", str(submission), "withdrawn", "--by", "A. Maintainer"])
     assert [each.action for each in read_review(submission).decisions] == ["accepted", "challenged"]
 
 
@@ -287,7 +288,7 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(
 ) -> None:
     project.submit(honest())
     submission = project.merge()
-    maintain(["review", str(submission), *project.options, "--record", str(project.records)])
+    verify([str(submission), *project.options, "--record", str(project.records)])
     record = project.records / "new.toml"
     text = record.read_text()
     value = git(project.main, "rev-parse", "HEAD")
@@ -299,17 +300,17 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(
     }
     for reason, content in forged.items():
         record.write_text(content)
-        assert maintain(["review", str(submission), "--take", str(record)]) == 2
+        assert verify([str(submission), "--take", str(record)]) == 2
         assert reason in capsys.readouterr().err
     assert not (submission / "review.toml").exists()
 
 
-@pytest.mark.parametrize("command", [["landscapes"], ["wanted"], ["review"]])
+@pytest.mark.parametrize("command", [["landscapes"], ["wanted"]])
 def test_a_folder_that_does_not_exist_is_named(command: list[str], tmp_path: Path) -> None:
     assert maintain([*command, str(tmp_path / "typo")]) == 2
 
 
 def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:
     submission = copy(honest(), project.main / "submissions" / "new")
-    assert maintain(["review", str(submission), *project.options]) == 2
+    assert verify([str(submission), *project.options, "--write"]) == 2
     assert not (submission / "review.toml").exists()

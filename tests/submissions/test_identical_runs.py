@@ -15,7 +15,7 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.submission import SubmittedGroup, first_identical_runs, scored_runs
+from gym_extensions.submissions.submission import SubmittedGroup, first_identical_runs, scored_group
 
 HOPPER = group("hopper-gravity")
 
@@ -33,7 +33,7 @@ def log(protocol: str, returns: Mapping[int, float]) -> Log:
 def merge(**returns: Mapping[int, float]) -> tuple[dict[str, tuple[int, ...]], tuple[str, ...]]:
     """The runs of each log that remain, and the notes."""
     logs = {protocol: log(protocol, values) for protocol, values in returns.items()}
-    merged = scored_runs(SubmittedGroup(HOPPER, logs), merge=True)
+    merged = scored_group(SubmittedGroup(HOPPER, logs), merge=True)
     return {protocol: log.runs for protocol, log in merged.logs.items()}, merged.notes
 
 

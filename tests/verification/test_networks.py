@@ -22,7 +22,7 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import read_review
 from gym_extensions.submissions.run import PolicyFile, read_run
 from gym_extensions.verification import episodes
-from gym_extensions.verification.verify import repetition, runs_of
+from gym_extensions.verification.verify import logged_runs, repetition
 from gym_extensions.versions import version
 
 from ..submissions.policies.networks import endless
@@ -64,7 +64,7 @@ def test_the_documented_module_of_pytorch_becomes_a_verified_submission(submissi
 def test_a_return_of_a_network_is_repeated_within_a_tolerance(
     submission: Path, factor: float, is_repeated: bool
 ) -> None:
-    (run,) = runs_of(read(submission, merge_runs=False)).values()
+    (run,) = logged_runs(read(submission)).values()
     outcomes = tuple(
         tuple(each._replace(return_=each.return_ * factor) for each in part) for part in run.logged.values()
     )
@@ -129,8 +129,8 @@ def test_where_the_runtime_is_missing_nothing_is_decided(
     submission: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    found = read(submission, merge_runs=False)
-    (run,) = runs_of(found).values()
-    request = run.request(found, submission, run.prescribed[:1])
+    found = read(submission)
+    (run,) = logged_runs(found).values()
+    request = run.request(found, run.prescribed[:1])
     with pytest.raises(BenchError, match=r"gym-extensions\[onnx\]"):
         episodes.played(request, group("hopper-wall"))

@@ -17,7 +17,7 @@ from gym_extensions.submissions.review import read_review
 from gym_extensions.submissions.run import file_sha256, read_run
 from gym_extensions.verification import retrain
 from gym_extensions.verification.retrain import Cells, compare_cells, drawn_run, train_again
-from gym_extensions.verification.verify import runs_of
+from gym_extensions.verification.verify import logged_runs
 
 from ..baselines.conftest import QUICK_TOML
 from . import made_submissions as submissions
@@ -160,8 +160,8 @@ def test_training_is_tried_with_one_thread_and_with_all(
     monkeypatch.setattr(retrain, "threadpool_info", lambda: [{"num_threads": 1}, {"num_threads": 8}])
     monkeypatch.setattr(retrain, "threadpool_limits", limits)
     monkeypatch.setattr(retrain, "retrain", trained)
-    found = read(submission, with_custom([workshop / "quick.toml"]), merge_runs=False)
-    assert train_again(submission, runs_of(found)[RUN]).is_same
+    found = read(submission, with_custom([workshop / "quick.toml"]))
+    assert train_again(submission, logged_runs(found)[RUN]).is_same
     assert tried == [1, 8]
 
 

@@ -15,6 +15,7 @@ from gym_extensions.submissions.policies.files import policy_keys, read_policies
 from gym_extensions.submissions.poses import load_submission
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import read_review
+from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import cli as verification_cli, episodes
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify import Report, verify as verify_submission
@@ -64,7 +65,7 @@ def _means(submission: Path) -> tuple[tuple[float, ...], ...]:
 def test_without_seeds_nothing_is_recorded(submission: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(submission), "--cache", str(submission.parent / "cache")]) == 0
     assert "not stored" in capsys.readouterr().out
-    assert main([str(submission), "--write"]) == 2
+    assert main([str(submission), "--write"]) == 2, "it is in no commit"
     assert not (submission / "review.toml").exists()
 
 
@@ -135,10 +136,10 @@ def test_a_submission_that_cannot_be_verified_now_does_not_stop_the_next(
 ) -> None:
     first = copy(submission, submission.parent / "first")
 
-    def away(path: Path, *arguments: Any, **keywords: Any) -> Report:
-        if path == first:
+    def away(submission: Submission, *arguments: Any, **keywords: Any) -> Report:
+        if submission.path == first:
             raise BenchError("not-fetched", "The server does not answer.", "first")
-        return verify_submission(path, *arguments, **keywords)
+        return verify_submission(submission, *arguments, **keywords)
 
     monkeypatch.setattr(verification_cli, "verify", away)
     assert (

@@ -5,26 +5,22 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import get_args
 
-from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.curation import after_merge
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import comment, read_report
-from gym_extensions.curation.git import Repository
 from gym_extensions.curation.pull_request_rules import RULES
 from gym_extensions.errors import BenchError, reports_mistakes, working
-from gym_extensions.files import write_text
 from gym_extensions.scoring.cli import print_text
 from gym_extensions.submissions.fetch import Fetcher
-from gym_extensions.submissions.layout import DOCUMENT, MANIFEST, submission_folders
-from gym_extensions.submissions.review import Action, Review, review_text
-from gym_extensions.submissions.run import read_run
+from gym_extensions.submissions.layout import MANIFEST, submission_folders
+from gym_extensions.submissions.manifest import LONG
+from gym_extensions.submissions.review import Action, Decision, add_decision
 from gym_extensions.verification import cli as verification
+from gym_extensions.verification.git import Repository
 from gym_extensions.verification.landscape_recorder import measure_all
-from gym_extensions.verification.verify import add_verifications
 
 
 def gate_parser() -> argparse.ArgumentParser:
@@ -75,25 +71,16 @@ def maintain_parser() -> argparse.ArgumentParser:
     """The arguments of ``maintain``."""
     command = argparse.ArgumentParser(prog="gym-extensions maintain", description="What maintainers do.")
     parts = command.add_subparsers(dest="command", required=True)
-    review = parts.add_parser(
-        "review",
-        help="verify what was merged, or store a decision",
-        description="Verify every run that has no verdict yet, with seeds from the commit that "
-        "merged it, and write the result into its review. With --decision, store a decision of a maintainer.",
-        epilog="Exit status: 0 verified or recorded, 1 a submission is not verified, 2 wrong usage.",
+    decide = parts.add_parser(
+        "decide",
+        help="store a decision about a submission",
+        description="Store a decision, with who made it and why, in the review of a submission.",
     )
-    add = review.add_argument
-    add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=verification.SUBMISSION_HELP)
-    verification.add_options(review)
-    only = review.add_mutually_exclusive_group().add_argument
-    only("--record", type=Path, metavar="DIR", help="write the result to a file in DIR, not to the review")
-    only("--take", type=Path, metavar="FILE", help="check a file of --record, and add it to the review")
-    only("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
-    only("--decision", choices=get_args(Action), help="the decision")
-    add("--by", default="", metavar="NAME", help="who decides")
-    add("--reason", default="", metavar="TEXT", help="why")
-    help_ = "also train one randomly chosen run again (reference agents with a budget of at most 300k)"
-    add("--retrain-own", action="store_true", help=help_)
+    add = decide.add_argument
+    add("submission", type=Path, metavar="SUBMISSION", help="a submission's folder")
+    add("decision", choices=get_args(Action), help="the decision")
+    add("--by", required=True, metavar="NAME", help="who decides")
+    add("--reason", required=True, metavar="TEXT", help="why")
     landscapes = parts.add_parser(
         "landscapes",
         help="measure policies in worlds between and beyond those that they were trained in",
@@ -123,10 +110,17 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         from gym_extensions.baselines.references import main as references  # loads the agents
 
         return references(arguments[1:])
-    command = maintain_parser()
-    options = command.parse_args(arguments)
-    if options.command == "review":
-        return _review(command, options)
+    options = maintain_parser().parse_args(arguments)
+    if options.command == "decide":
+        for option, text in (("--by", options.by), ("--reason", options.reason)):
+            if not text.strip() or len(text) > LONG:
+                message = f"It is empty or has more than {LONG} characters."
+                raise BenchError("no-reason", message, option, "Say who decides, and why.")
+        (submission,) = _existing([options.submission])
+        today = datetime.now(UTC).date().isoformat()
+        stated = {"by": options.by, "date": today, "reason": options.reason}
+        add_decision(submission, Decision(action=options.decision, **stated))
+        return 0
     fetcher = Fetcher(options.cache / "policies", options.public_only)
     submissions = _existing(options.submissions)
     for line in measure_all(submissions, options.groups, fetcher, options.jobs, options.again):
@@ -141,68 +135,3 @@ def _existing(paths: list[Path]) -> list[Path]:
         if not (folder / MANIFEST).is_file():
             raise BenchError("no-such-folder", f"It has no {MANIFEST}.", str(folder), "Name a submission.")
     return folders
-
-
-def _review(command: argparse.ArgumentParser, options: argparse.Namespace) -> int:
-    submissions = submission_folders(options.submissions)
-    if (options.decision or options.take) and len(submissions) != 1:
-        command.error("--decision and --take are about one submission")
-    if (options.by or options.reason) and not options.decision:
-        command.error("--by and --reason belong to --decision")
-    if options.decision:
-        after_merge.decide(_existing(submissions)[0], options.decision, options.by, options.reason)
-        return 0
-    if options.take:
-        after_merge.take(submissions[0], options.take)
-        return 0
-    status = 0
-    for each in submissions:
-        try:
-            found = review_submission(each, options)
-        except (BenchError, OSError) as error:
-            print(f"error: {error}", file=sys.stderr)
-            found = 2
-        except KeyboardInterrupt:
-            print("Interrupted. What is finished is kept: repeat the command.", file=sys.stderr)
-            return 130
-        status = max(status, found)
-    return status
-
-
-def review_submission(submission: Path, options: argparse.Namespace) -> int:
-    """Verifies the undecided runs of a submission, records the result, and returns the exit status.
-
-    Raises:
-        BenchError: the submission has problems, or cannot be verified at the moment. Nothing is recorded
-            then.
-    """
-    runs = after_merge.undecided_runs(submission)
-    if not runs:
-        print(f"{submission.name}: {verification.NOTHING_LEFT}")
-        return 0
-    if options.fetch:
-        fetcher = Fetcher(options.cache / "policies", options.public_only)
-        for name in runs:
-            policies = read_run(submission / f"{name}{DOCUMENT}").policies
-            if policies is not None and policies.url:
-                fetcher.fetch(policies, name)
-        return 0
-    status, found = 0, []
-    for value, names in after_merge.runs_by_commit(submission, runs).items():
-        report = verification.verified(submission, value, options, only=names)
-        if options.retrain_own and after_merge.is_trained_again(submission):
-            from gym_extensions.verification import retrain  # loads the agents
-
-            try:
-                report = retrain.retrained(submission, report, GROUPS)
-            except BenchError as error:  # what was verified counts
-                report = replace(report, retraining=f"not possible: {error}")
-        print("\n".join(verification.lines_of(report)))
-        status |= not verification.is_verified(report)
-        found += [report.verification] if report.verification else []
-        if options.record:
-            write_text(options.record / f"{submission.name}.toml", review_text(Review(verifications=found)))
-        elif report.verification:
-            add_verifications(submission, report.verification)
-            verification.write_poses(submission, report)
-    return status

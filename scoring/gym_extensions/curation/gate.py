@@ -14,7 +14,6 @@ from typing import Any
 import msgspec
 
 from gym_extensions.curation import gate_report as reports
-from gym_extensions.curation.git import MACHINE_ERRORS, Repository
 from gym_extensions.curation.pull_request_rules import RULES, PullRequest, is_data
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
@@ -28,9 +27,10 @@ from gym_extensions.submissions.review import CLAIMED, REPORTED
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.episodes import Cell, played
+from gym_extensions.verification.git import MACHINE_ERRORS, Repository
 from gym_extensions.verification.limits import Limits, answers
 from gym_extensions.verification.new_seeds import files_digest
-from gym_extensions.verification.verify import SAMPLED, Run, repetition, runs_of
+from gym_extensions.verification.verify import SAMPLED, LoggedRun, logged_runs, repetition
 
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
 """Of the process that reads the files of a submission."""
@@ -122,22 +122,22 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: reads and scores a submission, and repeats a sample of its
     episodes.
     """
-    yield msgspec.to_builtins(_judge_submission(call))
+    yield msgspec.to_builtins(judgement_of(call))
 
 
 Judgement = dict[str, Any]
 """What is found out about a submission: some of ``JUDGED``, and the ``problems``."""
 
 
-def _judge_submission(call: Mapping[str, Any]) -> Judgement:
-    folder, donated = Path(call["folder"]), frozenset(call["donated"])
-    card = score(read(folder, policies=True), load_references())
-    whole = read(folder, merge_runs=False)
-    if problems := card.problems or tuple(donation_problems(whole, donated)):
+def judgement_of(call: Mapping[str, Any]) -> Judgement:
+    """What is found out about the submission of the call."""
+    submission, donated = read(Path(call["folder"]), policies=True), frozenset(call["donated"])
+    card = score(submission, load_references())
+    if problems := card.problems or tuple(donation_problems(submission, donated)):
         return {"problems": problems}
     if card.level == REPORTED:
         return {"level": REPORTED, "notes": list(card.notes)}
-    found = repeated_sample(whole, folder, donated)
+    found = repeated_sample(submission, donated)
     scores = []
     for group, protocols in card.groups.items():
         for protocol, each in protocols.items():
@@ -154,7 +154,7 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
     A run publishes its policies, and was trained with versions of the packages, and about as many steps, as a
     run of the submission.
     """
-    documents = {name: run.document for name, run in runs_of(submission).items()}
+    documents = {name: run.document for name, run in logged_runs(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]
     versions = [_agent_versions(document) for document in own]
     for name in sorted(donated):
@@ -187,14 +187,14 @@ def _agent_versions(document: RunDocument) -> dict[str, str]:
     return {"gym_extensions": minor, "gymnasium": used.gymnasium, "mujoco": used.mujoco} | document.packages
 
 
-def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> Judgement:
+def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
 
     The cells are those whose SHA-256 with the digest of all files is lowest. An episode that differs is a
     problem if the run states the processor kernels and versions of this machine, and a note otherwise.
     """
     assert submission.manifest is not None, "it has no problems"
-    known = runs_of(submission)
+    known = logged_runs(submission)
     without = sum(run.document.policies is None for run in known.values())
     if submission.manifest.protocol.evaluation == SAMPLED:
         notes = ["The policies sample their actions, so no episode can be repeated."]
@@ -208,7 +208,7 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> 
             runs.append(run)
     digest = files_digest({run.name: run.document.digest for run in runs})
 
-    def draw(item: tuple[Run, Cell]) -> str:
+    def draw(item: tuple[LoggedRun, Cell]) -> str:
         run, cell = item
         return sha256(f"{digest}/{run.name}/{cell.stage}/{cell.task}".encode()).hexdigest()
 
@@ -220,7 +220,7 @@ def repeated_sample(submission: Submission, folder: Path, donated: Set[str]) -> 
         for run, cell in members:
             if draw((run, cell)) not in drawn or time.monotonic() > end:
                 continue
-            request = run.request(submission, folder, (cell,))
+            request = run.request(submission, (cell,))
             result = repetition(run, (cell,), played(request, group))
             repeated, episodes = repeated + result.repeated, episodes + result.episodes
             if result.difference and run.other_machine:

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
-from gym_extensions.curation.git import SUBMODULE, Repository, TreeEntry
 from gym_extensions.submissions import layout
-from gym_extensions.submissions.manifest import RECORDED, Protocol, manifest_of, parse
+from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.problem import Finding, Rule, rule as registered
+from gym_extensions.verification.after_merge import is_of_this_project
+from gym_extensions.verification.git import SUBMODULE, Repository, TreeEntry
 
 SUBMISSIONS = "submissions"
 OLD_RECORDS = "records"
@@ -37,12 +37,7 @@ MAX_PATH = 200
 """Characters of a path."""
 
 
-def is_of_this_project(protocol: Protocol) -> bool:
-    """Whether the recorder trained an agent of this project, so that anybody can train its runs."""
-    return protocol.steps == RECORDED and protocol.algorithm in algorithms.names()
-
-
-class Change(NamedTuple):
+class ChangedFile(NamedTuple):
     """A changed file: git's letter (``A`` added, ``M`` modified, ``D`` deleted, ``T`` of another type, ``R``
     renamed), the new file mode, the path, and the old path of a renamed file.
     """
@@ -63,7 +58,7 @@ class PullRequest:
     head: str
 
     @cached_property
-    def changes(self) -> tuple[Change, ...]:
+    def changes(self) -> tuple[ChangedFile, ...]:
         """Its changed files, sorted by path. Files that moved with the same content are renames."""
         arguments = ("-r", "-z", "--raw", "--no-ext-diff", "--no-textconv", "-M100%", self.start, self.head)
         fields = iter(self.repository.run("diff-tree", *arguments).split(b"\0"))
@@ -71,7 +66,7 @@ class PullRequest:
         for meta in filter(None, fields):
             _, mode, _, _, status = meta.decode().split()
             paths = [os.fsdecode(next(fields)) for _ in range(2 if status[0] in RENAMES else 1)]
-            changes.append(Change(status[0], mode, paths[-1], source=paths[0] if len(paths) > 1 else ""))
+            changes.append(ChangedFile(status[0], mode, paths[-1], source=paths[0] if len(paths) > 1 else ""))
         return tuple(sorted(changes, key=lambda change: change.path))
 
     @cached_property

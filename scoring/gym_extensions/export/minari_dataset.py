@@ -106,7 +106,7 @@ def _play(env: Any, policy: AnyPolicy, position: int, seed: int, noise: np.rando
 
 def _verified(submission: Path, tasks: TaskGroup, protocol: str, run: int) -> Manifest:
     """The manifest of a submission that has the run, with a verification that passed."""
-    found = read(submission, GROUPS, only=(tasks.name,), merge_runs=False)
+    found = read(submission, GROUPS, only=(tasks.name,))
     refuse_problems(submission, found.problems)
     group = found.groups.get(tasks.id)
     key = run_key(tasks.name, protocol, run)

@@ -14,7 +14,7 @@ from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions, refuse_problems
 from gym_extensions.submissions.log import stage_steps
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.submission import Submission, SubmittedGroup
+from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_runs
 
 CustomGroups = Iterable[str | Path | TaskGroup]
 """Groups of the user: TOML files or TaskGroup objects."""
@@ -27,7 +27,7 @@ def read_groups(submissions: Paths, groups: CustomGroups) -> Iterator[tuple[Subm
     """
     known = with_custom(groups)
     for folder in find_submissions(submissions):
-        submission = read(folder, known)
+        submission = scored_runs(read(folder, known))
         refuse_problems(folder, submission.problems)
         yield from ((submission, group_id, group) for group_id, group in submission.groups.items())
 

@@ -21,7 +21,7 @@ from gym_extensions.submissions.rules.log import compared_rows
 from gym_extensions.submissions.rules.policies import RunPolicies
 from gym_extensions.submissions.rules.run_document import SubmittedRun
 from gym_extensions.submissions.run import RunDocument, run_of
-from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_runs
+from gym_extensions.submissions.submission import Submission, SubmittedGroup, is_trainable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,7 +33,6 @@ def read(
     path: Path,
     groups: Mapping[str, TaskGroup] = GROUPS,
     *,
-    merge_runs: bool = True,
     policies: bool = False,
     only: Collection[str] | None = None,
 ) -> Submission:
@@ -44,14 +43,12 @@ def read(
     Args:
         path: the submission's folder.
         groups: the groups that it may contain, by name.
-        merge_runs: whether the runs are those that are scored: without runs after a gap, and identical ones
-            of an agent without parameters count as one.
         policies: whether the policies are read and checked, too. Without, their presence is, and the digest
             of those that are ONNX networks.
         only: the names of the groups whose runs are read; None for all.
     """
     wanted = groups if only is None else {name: group for name, group in groups.items() if name in only}
-    return _Reader(scan(path, groups)).submission(wanted, merge_runs, policies)
+    return _Reader(scan(path, groups)).submission(wanted, policies)
 
 
 class _Reader:
@@ -62,20 +59,18 @@ class _Reader:
         self.problems: list[Problem] = []
         self.tables: dict[str, Any] = {}
 
-    def submission(self, wanted: Mapping[str, TaskGroup], merge_runs: bool, policies: bool) -> Submission:
+    def submission(self, wanted: Mapping[str, TaskGroup], policies: bool) -> Submission:
         name = self.folder.name
         self._check("folder", self.folder)
         if not self.folder.is_within_limits:
-            return Submission(name, None, {}, summarize(self.problems, name))
+            return Submission(name, None, {}, summarize(self.problems, name), path=self.folder.root)
         manifest, readme = self._manifest(), self._readme()
         review = self._parsed("review", layout.REVIEW, self._bytes(layout.REVIEW), review_of) or Review()
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
         groups = {group.id: self._group(group, review, policies) for group in present}
-        if merge_runs and not self.problems:
-            for group_id, group in groups.items():
-                groups[group_id] = scored_runs(group, merge=not _is_trainable(group.runs))
-        return Submission(name, manifest, groups, summarize(self.problems, name), readme, review)
+        problems = summarize(self.problems, name)
+        return Submission(name, manifest, groups, problems, readme, review, self.folder.root)
 
     def _check(self, scope: Scope, *subject: object) -> bool:
         """Collects the problems of a scope's rules, and returns whether there are none."""
@@ -141,7 +136,7 @@ class _Reader:
         logs = {protocol: log_of(parts, protocol, group) for protocol, parts in frames.items()}
         for log in logs.values():
             self._check("log", compared_rows(log), log)
-        self._check("group", logs, _is_trainable(documents))
+        self._check("group", logs, is_trainable(documents))
         self._policies(group, documents, policies)
         if len(self.problems) > before:
             logs = {}
@@ -197,12 +192,6 @@ class _Reader:
                 self._check("policies", subject)
                 sized = (each for each in subject.policies.values() if each.num_inputs is not None)
                 first = first or next(sized, None)
-
-
-def _is_trainable(runs: Mapping[str, Mapping[int, RunDocument]]) -> bool:
-    """Whether the agent has parameters to train; True if there is no document that says so."""
-    documents = [document for parts in runs.values() for document in parts.values()]
-    return not documents or any(document.memory.parameters_last > 0 for document in documents)
 
 
 def _notes(

@@ -103,7 +103,7 @@ def read_review(folder: Path) -> Review:
     except FileNotFoundError:
         return Review()
     except (OSError, ValueError, RecursionError) as error:
-        hint = "gym-extensions verify and maintain review write this file; restore it."
+        hint = "gym-extensions verify and maintain decide write this file; restore it."
         raise BenchError("bad-review", f"{error}.", str(path), hint) from error
 
 
@@ -122,6 +122,18 @@ def review_text(review: Review) -> str:
 def write_review(folder: Path, review: Review) -> None:
     """Writes review.toml of a submission, whole or not at all."""
     write_text(folder / REVIEW, review_text(review))
+
+
+def add_verifications(folder: Path, *found: Verification) -> None:
+    """Adds verifications to the review of a submission, all or none."""
+    review = read_review(folder)
+    write_review(folder, msgspec.structs.replace(review, verifications=[*review.verifications, *found]))
+
+
+def add_decision(folder: Path, decision: Decision) -> None:
+    """Adds a decision to the review of a submission."""
+    review = read_review(folder)
+    write_review(folder, msgspec.structs.replace(review, decisions=[*review.decisions, decision]))
 
 
 def why_claimed(review: Review, digests: Mapping[str, str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -51,8 +52,8 @@ class SubmittedGroup:
 class Submission:
     """A submission. With problems, it holds what could be read.
 
-    ``groups`` are by group id; ``readme`` is the text of README.md with ``\\n`` line ends, empty without one;
-    ``review`` is what the base branch found out.
+    ``groups`` are by group id, with all runs; ``readme`` is the text of README.md with ``\\n`` line ends,
+    empty without one; ``review`` is what the base branch found out; ``path`` is the folder that was read.
     """
 
     name: str
@@ -61,6 +62,7 @@ class Submission:
     problems: tuple[Problem, ...] = ()
     readme: str = ""
     review: Review = field(default_factory=Review)
+    path: Path = Path()
 
     def __repr__(self) -> str:
         return f"Submission({self.name!r}, groups={list(self.groups)}, {len(self.problems)} problems)"
@@ -88,7 +90,27 @@ def consecutive(runs: Sequence[int]) -> int:
     return next(number for number in range(len(runs) + 1) if number not in runs)
 
 
-def scored_runs(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
+def is_trainable(runs: Mapping[str, Mapping[int, RunDocument]]) -> bool:
+    """Whether the agent has parameters to train; True if there is no document that says so."""
+    documents = [document for parts in runs.values() for document in parts.values()]
+    return not documents or any(document.memory.parameters_last > 0 for document in documents)
+
+
+def scored_runs(submission: Submission) -> Submission:
+    """The submission with the runs that are scored; unchanged if it has problems.
+
+    In each group, identical runs of an agent without parameters count as one (:func:`scored_group`).
+    """
+    if submission.problems:
+        return submission
+    groups = {
+        name: scored_group(group, merge=not is_trainable(group.runs))
+        for name, group in submission.groups.items()
+    }
+    return replace(submission, groups=groups)
+
+
+def scored_group(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
     """The group with the runs that are scored, and notes: on each set of the others, and on unequal logs.
 
     They are the runs 0 to N − 1 of each log, up to the first gap. With ``merge``, identical runs count as

@@ -5,28 +5,34 @@ from __future__ import annotations
 import argparse
 import secrets
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from rich import progress as bars
 from rich.console import Console
 
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.files import write_text
 from gym_extensions.scoring.output.screen import count
+from gym_extensions.submissions import poses
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.layout import submission_folders
-from gym_extensions.submissions.poses import write
 from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import Review, add_verifications, review_text
+from gym_extensions.submissions.submission import Submission
+from gym_extensions.verification import after_merge
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.new_seeds import ALPHA, require_value
 from gym_extensions.verification.pose_recorder import poses_of
-from gym_extensions.verification.verify import Report, add_verifications, runs_of, verify
+from gym_extensions.verification.verify import Report, logged_runs, verify
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
 SUBMISSION_HELP = "a submission's folder, or a folder of submissions"
-EPILOG = """Exit status: 0 all submissions are verified, 1 one is not or has problems, 2 wrong usage."""
+EPILOG = """\
+Without --seeds, --write and --record verify the runs that have no verdict yet, with seeds from the commit \
+that merged them. Exit status: 0 all submissions are verified, 1 one is not or has problems, 2 wrong usage."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -34,19 +40,23 @@ def parser() -> argparse.ArgumentParser:
     command = argparse.ArgumentParser(
         prog="gym-extensions verify",
         description="Check the rules, repeat all logged episodes with the stored policies where these are "
-        "deterministic, and compare the logged returns with those on new seeds. It can be interrupted and "
-        "called again with the same --seeds.",
+        "deterministic, and compare the logged returns with those on new seeds. Without further options the "
+        "seeds are random and nothing is stored. It can be interrupted and called again with the same seeds.",
         epilog=EPILOG,
     )
     add = command.add_argument
     add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=SUBMISSION_HELP)
     add("--groups", action="append", default=[], metavar="FILE", help="the TOML file of a custom group")
-    digits = "hexadecimal digits (40 to 128) that determine the new seeds, such as the id of the merge commit"
-    add("--seeds", metavar="HEX", help=f"{digits} (default: random)")
-    add("--retrain", action="store_true", help="also train one random run again (reference agents only)")
+    digits = "hexadecimal digits (40 to 128) that determine the new seeds, such as a beacon's randomness"
+    add("--seeds", metavar="HEX", help=digits)
+    again = "also train one random run again (reference agents; with --record, budgets up to 300k)"
+    add("--retrain", action="store_true", help=again)
+    only = command.add_mutually_exclusive_group().add_argument
+    only("--write", action="store_true", help="store the result in the submission's review.toml")
+    only("--record", type=Path, metavar="DIR", help="write the result to a file in DIR, not to the review")
+    only("--take", type=Path, metavar="FILE", help="check a file of --record, and add it to the review")
+    only("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
     add_options(command)
-    stored = "store the result in the submission's review.toml; needs --seeds"
-    add("--write", action="store_true", help=stored)
     return command
 
 
@@ -67,9 +77,13 @@ def positive(text: str) -> int:
 
 
 def verified(
-    path: Path, value: str, options: argparse.Namespace, files: Sequence[str] = (), **which: Any
+    submission: Submission,
+    value: str,
+    runs: Collection[str] | None,
+    files: Sequence[str],
+    options: argparse.Namespace,
 ) -> Report:
-    """The report on one submission, with a progress bar; see :func:`verify`."""
+    """The report on runs of one submission, with a progress bar; see :func:`verify`."""
     console = Console(stderr=True)
     columns = (
         *(bars.TextColumn("{task.description}"), bars.BarColumn(), bars.MofNCompleteColumn()),
@@ -79,15 +93,15 @@ def verified(
     with bars.Progress(
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as progress:
-        task = progress.add_task(path.name, total=None)
+        task = progress.add_task(submission.name, total=None)
 
         def started(cells: int) -> None:
             progress.update(task, total=(progress.tasks[task].total or 0) + cells)
 
         return verify(
-            *(path, value, Store(options.cache / "verify")),
+            *(submission, value, Store(options.cache / "verify")),
             Fetcher(options.cache / "policies", options.public_only),
-            **which,
+            only=runs,
             files=files,
             jobs=options.jobs,
             started=started,
@@ -95,29 +109,50 @@ def verified(
         )
 
 
-def _verified_and_trained(
-    path: Path, value: str, options: argparse.Namespace, files: Sequence[str]
-) -> Report:
-    """The report on one submission, after one drawn run was trained again if the options ask for it."""
-    if not options.retrain:
-        return verified(path, value, options, files, only_new=options.write)
-    from gym_extensions.verification import retrain  # loads the agents
+def reports_on(
+    submission: Submission, value: str, files: Sequence[str], options: argparse.Namespace
+) -> Iterator[Report]:
+    """The report on each part of a submission that is verified with the same seeds.
 
-    groups = with_custom(files)
-    retrain.require_reference_agent(path, groups)
-    return retrain.retrained(path, verified(path, value, options, files, only_new=options.write), groups)
+    ``value`` determines the seeds; if it is empty, they follow from the commits that merged the runs. If the
+    result is stored, only runs without a verdict are verified. One drawn run of each part is trained again if
+    the options ask for it.
+
+    Raises:
+        BenchError: the submission cannot be verified at the moment, or not be trained again.
+    """
+    parts: Mapping[str, Collection[str] | None] = {value: None}
+    if (options.write or options.record) and not submission.problems:
+        undecided = after_merge.undecided_runs(submission)
+        parts = {value: undecided} if value else after_merge.runs_by_commit(submission.path, undecided)
+    is_strict = not options.record  # a job keeps what it verified
+    is_retrained = options.retrain and (is_strict or after_merge.is_trained_again(submission))
+    if is_retrained:
+        from gym_extensions.verification import retrain  # loads the agents
+
+        if is_strict:
+            retrain.require_reference_agent(submission)
+    for each, runs in parts.items() or [("", ())]:
+        report = verified(submission, each, runs, files, options)
+        if is_retrained:
+            try:
+                report = retrain.retrained(submission, report)
+            except BenchError as error:
+                if is_strict:
+                    raise
+                report = replace(report, retraining=f"not possible: {error}")
+        yield report
 
 
-def write_poses(path: Path, report: Report) -> None:
+def write_poses(submission: Submission, report: Report) -> None:
     """Writes the poses of the first sequential run of every published group that was verified."""
     if report.verification is None or not report.verification.passed:
         return
-    submission = read(path, merge_runs=False)
-    for name, run in runs_of(submission).items():
+    for name, run in logged_runs(submission).items():
         is_first = run.log.protocol == "sequential" and run.document.run == run.log.runs[0]
         is_elsewhere = run.document.policies is not None and run.document.policies.url
-        if is_first and name in report.verification.runs and not is_elsewhere:
-            write(path, run.log.group.name, poses_of(run, submission, path))
+        if run.log.group.published and is_first and name in report.verification.runs and not is_elsewhere:
+            poses.write(submission.path, run.log.group.name, poses_of(run, submission))
 
 
 def lines_of(report: Report) -> Iterator[str]:
@@ -162,32 +197,63 @@ def is_verified(report: Report) -> bool:
     return passed and not report.problems and not report.without_policies
 
 
+def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
+    """Does with one submission, which is read once, what the options ask for, and returns the exit status.
+
+    Raises:
+        BenchError: it is not possible at the moment, or the file to take is not of this submission.
+    """
+    files = [str(Path(file).resolve()) for file in options.groups]
+    submission = read(path, with_custom(files))
+    if submission.problems and (options.take or options.fetch):
+        first = submission.problems[0]
+        raise BenchError(first.rule, first.message, f"{submission.name}: {first.where}", first.hint)
+    if options.take:
+        after_merge.take(submission, options.take)
+        return 0
+    if options.fetch:
+        fetcher, runs = Fetcher(options.cache / "policies", options.public_only), logged_runs(submission)
+        for name in after_merge.undecided_runs(submission):
+            policies = runs[name].document.policies
+            if policies is not None and policies.url:
+                fetcher.fetch(policies, name)
+        return 0
+    status, found = 0, []
+    for report in reports_on(submission, value, files, options):
+        print("\n".join(lines_of(report)))
+        status |= not is_verified(report)
+        if report.verification is None:
+            continue
+        found.append(report.verification)
+        if options.record:
+            write_text(options.record / f"{submission.name}.toml", review_text(Review(verifications=found)))
+        elif options.write:
+            add_verifications(path, report.verification)
+            write_poses(submission, report)
+    return status
+
+
 @reports_mistakes
 def main(argv: Sequence[str] | None = None) -> int:
     """Verifies, prints what it found, and returns the exit status."""
     command = parser()
     options = command.parse_args(argv)
-    if options.write and not options.seeds:
-        hint = "Pass --seeds with the id of the merge commit or a beacon's randomness."
-        raise BenchError("no-seeds", "A stored verification needs seeds that nobody chose.", "--write", hint)
-    value = require_value(options.seeds) if options.seeds else secrets.token_hex(32)
+    folders = submission_folders(options.submissions)
+    if options.take and len(folders) != 1:
+        command.error("--take is about one submission")
+    is_trial = not (options.seeds or options.write or options.record or options.take or options.fetch)
+    value = secrets.token_hex(32) if is_trial else require_value(options.seeds) if options.seeds else ""
     status = 0
-    files = [str(Path(file).resolve()) for file in options.groups]
-    for path in submission_folders(options.submissions):
+    for path in folders:
         try:
-            report = _verified_and_trained(path, value, options, files)
-        except BenchError as error:
+            status = max(status, verify_folder(path, value, options))
+        except (BenchError, OSError) as error:
             print(f"error: {error}", file=sys.stderr)
             status = 2
-            continue
         except KeyboardInterrupt:
-            print(f"Interrupted. What is finished is kept: add --seeds {value}", file=sys.stderr)
+            again = f"add --seeds {value}" if value else "repeat the command"
+            print(f"Interrupted. What is finished is kept: {again}", file=sys.stderr)
             return 130
-        print("\n".join(lines_of(report)))
-        status = max(status, int(not is_verified(report)))
-        if options.write and report.verification is not None:
-            add_verifications(path, report.verification)
-            write_poses(path, report)
-    if not options.seeds:
+    if is_trial:
         print("The seeds were drawn at random on this machine: the result is a trial and is not stored.")
     return status

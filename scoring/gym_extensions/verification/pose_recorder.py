@@ -23,7 +23,7 @@ from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.episodes import Cell, RunRequest, limits_of, run_cell, stored_policies
 from gym_extensions.verification.limits import answers
 from gym_extensions.verification.new_seeds import tested_cells
-from gym_extensions.verification.verify import SAMPLED, Run
+from gym_extensions.verification.verify import SAMPLED, LoggedRun
 
 JOB = "gym_extensions.verification.pose_recorder:record"
 FRAMES = ("unit", "steps_per_second", "steps_per_frame")
@@ -113,7 +113,7 @@ def motion(track: Sequence[Array], outcome: Outcome, timing: Timing) -> dict[str
     return {**facts, "motion": store.motion_of(frames, timing.unit)}
 
 
-def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
+def poses_of(run: LoggedRun, submission: Submission) -> store.Poses:
     """The poses of a sequential run: an episode of every task right after its training and at the end.
 
     Policies that sample their actions are shown in an episode of their own, from the same start. Raises
@@ -125,7 +125,7 @@ def poses_of(run: Run, submission: Submission, folder: Path) -> store.Poses:
     cells = [run.prescribed_cell(*key) for key in keys]
     if submission.manifest.protocol.evaluation == SAMPLED:
         cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]
-    request = run.request(submission, folder, tuple(cells))
+    request = run.request(submission, tuple(cells))
     returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}
     episodes = [shown_episode(returns[key]) for key in keys]
     call = {"run": msgspec.to_builtins(request), "groups": [], "episodes": episodes}

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -20,20 +20,19 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.train_agent import reference_agent, retrain
 from gym_extensions.baselines.training.provenance import commit_of, processor, run_versions
-from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import working
 from gym_extensions.metrics.statistics import holm, subtract, summary, zero_mean_p
 from gym_extensions.submissions.log import log_of, read_log
-from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import RunDocument
-from gym_extensions.verification.verify import Report, Run, differing, logged_cells, runs_of
+from gym_extensions.submissions.submission import Submission
+from gym_extensions.verification.verify import LoggedRun, Report, differing, logged_cells, logged_runs
 from gym_extensions.versions import blas_kernels, version_or_none
 
 Cells = dict[tuple[int, int], list[Outcome]]
 
 
-class Comparison(NamedTuple):
+class Reproduction(NamedTuple):
     """Whether a run that was trained again has the same episodes, or how many of its cells differ."""
 
     is_same: bool
@@ -51,7 +50,7 @@ def drawn_run(names: Iterable[str], value: str) -> str:
     return min(names, key=lambda name: hashlib.sha256(f"{value}/{name}".encode()).digest())
 
 
-def compare_cells(logged: Cells, again: Cells) -> Comparison:
+def compare_cells(logged: Cells, again: Cells) -> Reproduction:
     """Compares the episodes of a run.
 
     The mean returns of a cell, over its 20 episodes in each, agree unless Welch's t test with Holm's
@@ -59,30 +58,30 @@ def compare_cells(logged: Cells, again: Cells) -> Comparison:
     variance in both agrees only if the means are equal; one that is missing does not agree.
     """
     if logged == again:
-        return Comparison(True, 0, len(logged))
+        return Reproduction(True, 0, len(logged))
     keys = sorted({*logged, *again})
-    p_values = np.array([_p_value(logged.get(key, []), again.get(key, [])) for key in keys])
-    return Comparison(False, int(holm(p_values).sum()), len(keys))
+
+    def p_value(first: list[Outcome], second: list[Outcome]) -> float:
+        if not first or not second:
+            return 0.0
+        old, new = (summary([each.return_ for each in part]) for part in (first, second))
+        return zero_mean_p(subtract(old, new))
+
+    p_values = np.array([p_value(logged.get(key, []), again.get(key, [])) for key in keys])
+    return Reproduction(False, int(holm(p_values).sum()), len(keys))
 
 
-def _p_value(first: list[Outcome], second: list[Outcome]) -> float:
-    if not first or not second:
-        return 0.0
-    old, new = (summary([each.return_ for each in part]) for part in (first, second))
-    return zero_mean_p(subtract(old, new))
-
-
-def require_reference_agent(submission: Path, groups: Mapping[str, TaskGroup]) -> None:
+def require_reference_agent(submission: Submission) -> None:
     """Refuses a submission that cannot be trained again, before hours are spent on its verification.
 
     Raises ``BenchError`` if the training was not recorded, the agent is none of this project, or its extra is
     missing.
     """
-    if not read(submission, groups, merge_runs=False).problems:
-        algorithms.factory(reference_agent(submission))
+    if not submission.problems:
+        algorithms.factory(reference_agent(submission.path))
 
 
-def train_again(submission: Path, run: Run) -> Comparison:
+def train_again(submission: Path, run: LoggedRun) -> Reproduction:
     """Trains a run again in a temporary folder and compares it with the log.
 
     The last bits of large matrix products depend on the number of threads, which no document states: workers
@@ -124,7 +123,7 @@ def made_elsewhere(document: RunDocument) -> str:
     return differing(pairs)
 
 
-def retrained(submission: Path, report: Report, groups: Mapping[str, TaskGroup]) -> Report:
+def retrained(submission: Submission, report: Report) -> Report:
     """The report after one drawn run was trained again.
 
     A run is reproduced if its episodes are the same; if it was made elsewhere, with other versions or on
@@ -135,9 +134,9 @@ def retrained(submission: Path, report: Report, groups: Mapping[str, TaskGroup])
     if found is None or not found.passed:
         return report
     name = drawn_run(found.runs, found.value)
-    run = runs_of(read(submission, groups, merge_runs=False))[name]
+    run = logged_runs(submission)[name]
     with working(f"training {name} of {submission.name} again"):
-        result, elsewhere = train_again(submission, run), made_elsewhere(run.document)
+        result, elsewhere = train_again(submission.path, run), made_elsewhere(run.document)
     if result.is_same or (result.agrees and elsewhere):
         kind = "the same episodes" if result.is_same else f"all {result.cells} means within noise"
         found = replaced(found, retrained=[name])

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import platform
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cached_property
-from pathlib import Path
 from statistics import fmean
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
 
-from gym_extensions.catalog.groups import with_custom
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.submissions.fetch import Fetcher
@@ -23,8 +20,7 @@ from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.policies.onnx import RUNTIME
 from gym_extensions.submissions.problem import Problem
-from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import Review, Verification, read_review, write_review
+from gym_extensions.submissions.review import Review, Verification
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import new_seeds
@@ -49,8 +45,8 @@ def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[Outcome]]:
 
 
 @dataclass(frozen=True)
-class Run:
-    """A run of a submission: the logs of its protocol and group, and its document."""
+class LoggedRun:
+    """A run of a submission: the log of its group and protocol, with all runs, and its document."""
 
     log: Log
     document: RunDocument
@@ -85,11 +81,12 @@ class Run:
         return tuple(cells)
 
     def request(
-        self, submission: Submission, folder: Path, cells: tuple[Cell, ...], fetcher: Fetcher | None = None
+        self, submission: Submission, cells: tuple[Cell, ...], fetcher: Fetcher | None = None
     ) -> RunRequest:
         """The request for cells of the run, whose policies are in the folder of the submission or fetched."""
         assert submission.manifest is not None, "it has no problems"
-        return request_of(self.document, self.log.group, submission.manifest, folder, cells, fetcher=fetcher)
+        of_run = (self.document, self.log.group, submission.manifest, submission.path)
+        return request_of(*of_run, cells, fetcher=fetcher)
 
     @property
     def other_machine(self) -> str:
@@ -126,7 +123,7 @@ class Repetition(NamedTuple):
     difference: str = ""
 
 
-def repetition(run: Run, cells: Sequence[Cell], result: Played) -> Repetition:
+def repetition(run: LoggedRun, cells: Sequence[Cell], result: Played) -> Repetition:
     """Compares the outcomes of cells of a run with its log.
 
     They must be equal to the last bit; those of an ONNX network, the returns within ``TOLERANCE``.
@@ -179,10 +176,10 @@ class Report:
     retraining: str = ""
 
 
-def runs_of(submission: Submission) -> dict[str, Run]:
+def logged_runs(submission: Submission) -> dict[str, LoggedRun]:
     """The runs of a submission by name, group by group."""
     runs = (
-        Run(group.logs[protocol], document)
+        LoggedRun(group.logs[protocol], document)
         for group in submission.groups.values()
         for protocol, documents in group.runs.items()
         for _, document in sorted(documents.items())
@@ -191,26 +188,18 @@ def runs_of(submission: Submission) -> dict[str, Run]:
     return {run.name: run for run in runs}
 
 
-def verified_before(review: Review, runs: Mapping[str, Run]) -> set[str]:
+def verified_before(review: Review, runs: Mapping[str, LoggedRun]) -> set[str]:
     """The runs about which a verification has decided, with the files that they have now."""
     stated = (pair for each in review.verifications for pair in each.runs.items())
     return {name for name, digest in stated if name in runs and runs[name].document.digest == digest}
 
 
-def add_verifications(submission: Path, *found: Verification) -> None:
-    """Adds verifications to the review of a submission, all or none."""
-    review = read_review(submission)
-    verifications = [*review.verifications, *found]
-    write_review(submission, msgspec.structs.replace(review, verifications=verifications))
-
-
 def verify(
-    path: Path,
+    submission: Submission,
     value: str,
     store: Store,
     fetcher: Fetcher,
     *,
-    only_new: bool = False,
     only: Collection[str] | None = None,
     files: Sequence[str] = (),
     jobs: int = 1,
@@ -220,13 +209,12 @@ def verify(
     """Verifies the runs of a submission that have policies.
 
     Args:
-        path: the submission's folder.
+        submission: the submission.
         value: 40 to 128 hexadecimal digits that were fixed after the files.
         store: keeps outcomes, so that an interrupted verification goes on where it was.
         fetcher: gets policies that lie elsewhere.
-        only_new: whether to leave out runs about which a verification has decided.
         only: the names of the runs to verify; all if None.
-        files: TOML files of custom groups that the submission may contain.
+        files: TOML files of custom groups that the submission contains.
         jobs: processes that work at once.
         started, done: called with the number of cells before they are run, and of each finished run.
 
@@ -234,18 +222,15 @@ def verify(
         BenchError: policies that lie elsewhere cannot be fetched, a limit was reached, or another version of
             MuJoCo or Gymnasium is installed. Nothing is decided then.
     """
-    path = path.resolve()
-    submission = read(path, with_custom(files), merge_runs=False)
     if submission.problems:
         return Report(submission.name, submission.problems)
-    runs = runs_of(submission)
+    runs = logged_runs(submission)
     without = tuple(name for name, run in runs.items() if run.document.policies is None)
-    left_out = {*without, *(verified_before(submission.review, runs) if only_new else ())}
-    left_out |= set() if only is None else runs.keys() - set(only)
-    runs = {name: run for name, run in runs.items() if name not in left_out}
+    chosen = (set(runs) if only is None else set(only)).difference(without)
+    runs = {name: run for name, run in runs.items() if name in chosen}
     if not runs:
         return Report(submission.name, without_policies=without)
-    requests = {name: run.request(submission, path, (), fetcher) for name, run in runs.items()}
+    requests = {name: run.request(submission, (), fetcher) for name, run in runs.items()}
 
     def play(cells: Mapping[str, tuple[Cell, ...]]) -> dict[str, Played]:
         started(sum(map(len, cells.values())))
@@ -272,6 +257,12 @@ def verify(
         again = play({name: run.tested(second) for name, run in runs.items()})
         p_values.append(_p_value(runs, second, {name: each.outcomes for name, each in again.items()}))
     is_other = any(each.difference and not machines[name] for name, each in repetitions.items())
+    # A difference on this machine decides, so those of its runs come first.
+    ordered = sorted(repetitions, key=lambda name: bool(machines[name]))
+    first_other = next((name for name in ordered if repetitions[name].difference), "")
+    difference = f"{first_other}: {repetitions[first_other].difference}" if first_other else ""
+    if first_other and machines[first_other]:
+        difference += f" [other machine: {machines[first_other]}]"
     return Report(
         name=submission.name,
         verification=Verification(
@@ -281,7 +272,7 @@ def verify(
             runs=digests,
             episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
             repeated=sum(each.repeated for each in repetitions.values()),
-            difference=failed or next(_differences(repetitions, machines), ""),
+            difference=failed or difference,
             kernels=blas_kernels(),
             runtime=next((each.runtime for each in first.values() if each.runtime), ""),
             cells=sum(map(len, fresh.values())),
@@ -296,18 +287,13 @@ def verify(
     )
 
 
-def _differences(repetitions: Mapping[str, Repetition], machines: Mapping[str, str]) -> Iterator[str]:
-    """Where repeated episodes differ. Runs of this machine come first: a difference there decides."""
-    for name in sorted(repetitions, key=lambda name: bool(machines[name])):
-        if difference := repetitions[name].difference:
-            yield f"{name}: {difference}" + (f" [other machine: {machines[name]}]" if machines[name] else "")
-
-
 Fresh = Mapping[str, Sequence[Sequence[Outcome]]]
 """The outcomes of the tested cells on new seeds by the name of the run."""
 
 
-def _task_returns(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> list[new_seeds.TaskReturns]:
+def _task_returns(
+    runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh
+) -> list[new_seeds.TaskReturns]:
     """The logged returns of the tested cells and those on new seeds, by task."""
     parts = defaultdict[tuple[str, int], list[tuple[int, list[float], list[float]]]](list)
     for index, (name, run) in enumerate(runs.items()):
@@ -319,14 +305,14 @@ def _task_returns(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -
     return [new_seeds.TaskReturns(indices, np.array(old), np.array(new)) for indices, old, new in columns]
 
 
-def _p_value(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> float:
+def _p_value(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh) -> float:
     rng = np.random.default_rng(draw.seed("permutations"))
     return new_seeds.compare(_task_returns(runs, draw, fresh), rng)
 
 
-def _means(runs: Mapping[str, Run], draw: new_seeds.Draw, fresh: Fresh) -> dict[str, str]:
+def _means(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh) -> dict[str, str]:
     """The means of the tested cells, in words, by ``group/protocol``."""
-    parts = defaultdict[str, dict[str, Run]](dict)
+    parts = defaultdict[str, dict[str, LoggedRun]](dict)
     for name, run in runs.items():
         parts[run.log.path][name] = run
     found = {}

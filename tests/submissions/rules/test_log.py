@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.submission import scored_runs
 
 from ..examples import HALF, LOG, Change, Check, Example, cell, document, lines, parametrize, redigest
 
@@ -145,7 +146,8 @@ def test_runs_of_an_agent_without_parameters_may_be_identical(make_submission: C
     folder = make_submission(value=lambda protocol, run, stage, position, episode: 5.0, parameters=0)
     read_ = read(folder)
     assert read_.problems == ()
-    (group,) = read_.groups.values()
+    assert [group.logs["sequential"].runs for group in read_.groups.values()] == [(0, 1)]
+    (group,) = scored_runs(read_).groups.values()
     assert group.logs["sequential"].runs == (0,)
     assert "Runs 0, 1 are identical in every episode" in group.notes[0]
     document(memory__parameters_last=1)(folder)

@@ -24,7 +24,7 @@ from gym_extensions.submissions.review import (
     why_claimed,
 )
 from gym_extensions.submissions.run import RunDocument
-from gym_extensions.submissions.submission import Submission
+from gym_extensions.submissions.submission import Submission, scored_runs
 
 
 def score(submission: Submission, references: References, only: Collection[str] = ()) -> Scorecard:
@@ -33,6 +33,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
     It depends on the submission and the references alone. ``only`` names the groups of a reported submission
     that are scored; all if empty.
     """
+    submission = scored_runs(submission)
     manifest, review = submission.manifest, submission.review
     groups: dict[str, dict[str, GroupScore]] = {}
     digests: dict[str, str] = {}

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.curation.git import Repository
 from gym_extensions.errors import BenchError
+from gym_extensions.verification.git import Repository
 
-from .repositories import commit, git, make_repository
+from ..curation.repositories import commit, git, make_repository
 
 
 def test_a_machine_without_git_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

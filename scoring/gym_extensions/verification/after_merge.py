@@ -1,0 +1,95 @@
+"""What was merged: runs without a verdict, the commits that give their seeds, results of another job."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from gym_extensions.baselines import algorithms
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions import review
+from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES
+from gym_extensions.submissions.manifest import RECORDED, Protocol
+from gym_extensions.submissions.submission import Submission
+from gym_extensions.verification.git import Repository
+from gym_extensions.verification.verify import logged_runs, verified_before
+
+TRAINED_AGAIN = ("smoke", "100k", "300k")
+"""Budgets of which a job trains a run again: a run of the others takes hours."""
+MAX_RECORD_BYTES = 2**20
+SEEDS_HINT = "Commit it, or run gym-extensions verify --seeds HEX --write."
+AGAIN = "Write it again with: gym-extensions verify SUBMISSION --record DIR"
+
+
+def is_of_this_project(protocol: Protocol) -> bool:
+    """Whether the recorder trained an agent of this project, so that anybody can train its runs."""
+    return protocol.steps == RECORDED and protocol.algorithm in algorithms.names()
+
+
+def is_trained_again(submission: Submission) -> bool:
+    """Whether a job trains a run of a submission again: this project's agent, budget up to 300k."""
+    protocol = submission.manifest and submission.manifest.protocol
+    return bool(protocol and is_of_this_project(protocol) and protocol.budget in TRAINED_AGAIN)
+
+
+def undecided_runs(submission: Submission) -> dict[str, str]:
+    """The digest of every run with policies about which no verification has decided, by the run's name."""
+    runs = {name: run for name, run in logged_runs(submission).items() if run.document.policies is not None}
+    decided = verified_before(submission.review, runs)
+    return {name: run.document.digest for name, run in runs.items() if name not in decided}
+
+
+def runs_by_commit(submission: Path, runs: Iterable[str]) -> dict[str, list[str]]:
+    """The names of runs by the commit that fixed their files, so that a bad run refuses no run of others.
+
+    It is the last commit of HEAD's first-parent history that changed one of the files. For a merged pull
+    request it is the merge commit, which its author did not know.
+
+    Raises:
+        BenchError: the files are not committed as they are, or the clone lacks older commits.
+    """
+    repository = Repository(Repository(submission).top)
+    folder = submission.resolve().relative_to(repository.top.resolve()).as_posix()
+    changed = repository.run("status", "--porcelain", "--untracked-files=all", "-z", "--", folder)
+    uncommitted = {part[3:] for part in changed.decode("utf-8", "surrogateescape").split("\0") if part}
+    found: dict[str, list[str]] = {}
+    for name in runs:
+        networks = [path.name.partition(".")[2] for path in sorted(submission.glob(f"{name}.*{NETWORK}"))]
+        suffixes = (LOG, DOCUMENT, POLICIES, *(f".{network}" for network in networks))
+        paths = [f"{folder}/{name}{suffix}" for suffix in suffixes]
+        if of_run := sorted(uncommitted & set(paths)):
+            message = "It is not committed in its present form, so no commit determines its seeds."
+            raise BenchError("not-committed", message, of_run[0], SEEDS_HINT)
+        commit = repository.last_change(repository.commit("HEAD"), paths)
+        if not commit:
+            raise BenchError("not-committed", "No commit has its files.", folder, SEEDS_HINT)
+        found.setdefault(commit, []).append(name)
+    return found
+
+
+def take(submission: Submission, file: Path) -> None:
+    """Adds the verifications in a file, which another job wrote, to the review of a submission, all or none.
+
+    Raises:
+        BenchError: the file has anything but verifications of the submission's undecided runs as they are,
+            each with seeds from the commit that fixed its runs.
+    """
+    try:
+        data = file.read_bytes()
+        found = review.review_of(data) if len(data) <= MAX_RECORD_BYTES else None
+    except (OSError, ValueError, RecursionError) as error:
+        raise BenchError("bad-record", f"It is not a verification: {error}.", str(file), AGAIN) from error
+    if found is None or not found.verifications or found.decisions:
+        raise BenchError("bad-record", "It has no verification, or decisions besides.", str(file), AGAIN)
+    runs = undecided_runs(submission)
+    for each in found.verifications:
+        if not each.runs or not each.runs.items() <= runs.items():
+            message = "It is about other files, or about files that already have a verdict."
+            raise BenchError("bad-record", message, str(file), AGAIN)
+        if set(runs_by_commit(submission.path, each.runs)) != {each.value}:
+            raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file), AGAIN)
+        if each.retrained and not is_trained_again(submission):
+            raise BenchError("bad-record", "Jobs retrain only reference agents up to 300k.", str(file), AGAIN)
+        if not set(each.retrained) <= each.runs.keys():
+            raise BenchError("bad-record", "It says that other runs were trained again.", str(file), AGAIN)
+    review.add_verifications(submission.path, *found.verifications)
