@@ -48,6 +48,7 @@ by = "Somebody"
 date = "2026-01-01"
 reason = "None"
 """
+REASON = ("--by", "A. Maintainer", "--reason", "A reason.")
 REFERENCES = References(
     "synthetic", {task: Reference(-1000.0, 1000.0) for task in group(GROUP).task_ids}, "0" * 64
 )
@@ -245,8 +246,7 @@ def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
 def test_a_maintainer_decides_by_name_and_reason(tmp_path: Path) -> None:
     submission = copy(honest(), tmp_path / "new")
     for action in ("accepted", "challenged"):
-        options = ["--by", "A. Maintainer", "--reason", "A reason."]
-        assert maintain(["decide", str(submission), action, *options]) == 0
+        assert maintain(["decide", str(submission), action, *REASON]) == 0
     assert maintain(["decide", str(submission), "withdrawn", "--by", "A. Maintainer", "--reason", " "]) == 2
     with pytest.raises(SystemExit):
         maintain(["decide", str(submission), "withdrawn", "--by", "A. Maintainer"])
@@ -305,9 +305,10 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(
     assert not (submission / "review.toml").exists()
 
 
-@pytest.mark.parametrize("command", [["landscapes"], ["wanted"]])
-def test_a_folder_that_does_not_exist_is_named(command: list[str], tmp_path: Path) -> None:
-    assert maintain([*command, str(tmp_path / "typo")]) == 2
+def test_a_folder_that_does_not_exist_is_named(tmp_path: Path) -> None:
+    typo = str(tmp_path / "typo")
+    assert maintain(["landscapes", typo]) == maintain(["decide", typo, "accepted", *REASON]) == 2
+    assert verify([typo]) == 2
 
 
 def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
@@ -10,8 +11,10 @@ import msgspec
 import pytest
 
 from gym_extensions.baselines import train
-from gym_extensions.catalog.groups import with_custom
+from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.envs.rollout import Outcome
+from gym_extensions.submissions import reader
+from gym_extensions.submissions.layout import Folder, scan
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import read_review
 from gym_extensions.submissions.run import file_sha256, read_run
@@ -68,10 +71,18 @@ def multiply(submission: Path, stage: int, factor: float) -> Path:
 
 
 @pytest.mark.parametrize("agent", ["trpo", "random"])
-def test_a_run_with_the_same_bytes_is_reproduced(
-    workshop: Path, agent: str, capsys: pytest.CaptureFixture[str]
+def test_a_run_with_the_same_bytes_is_reproduced_and_the_submission_is_read_once(
+    workshop: Path, agent: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    scanned: list[Path] = []
+
+    def scanning(path: Path, groups: Mapping[str, TaskGroup]) -> Folder:
+        scanned.append(path)
+        return scan(path, groups)
+
+    monkeypatch.setattr(reader, "scan", scanning)
     assert verify(workshop / agent, "--write") == 0
+    assert scanned == [workshop / agent]
     assert f"trained again: {RUN}: the same episodes" in capsys.readouterr().out
     (record,) = read_review(workshop / agent).verifications
     assert record.passed

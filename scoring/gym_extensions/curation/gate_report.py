@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, TypeAlias
 
@@ -130,16 +130,6 @@ def code_block(lines: Sequence[str]) -> str:
     return f"{fence}text\n{text}\n{fence}"
 
 
-def _limits(report: GateReport) -> Iterator[str]:
-    """What keeps a new submission from the boards or from a rank, whatever follows."""
-    off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
-    if report.kind == "submission" and report.scores:
-        if off_boards.issuperset(score.budget for score in report.scores):
-            yield f"The budget `{report.scores[0].budget}` is for trials: its submissions appear on no board."
-        elif all(score.runs < FULL_SUBMISSION_RUNS for score in report.scores):
-            yield f"A rank needs {FULL_SUBMISSION_RUNS} runs."
-
-
 def comment(report: GateReport) -> str:
     """The comment as Markdown."""
     parts = [f"### {HEADINGS[report.verdict]}"]
@@ -164,7 +154,14 @@ def comment(report: GateReport) -> str:
     if report.notes:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review"):
-        limits = list(_limits(report))
+        limits = []  # what keeps a new submission from the boards or from a rank, whatever follows
+        if report.kind == "submission" and report.scores:
+            off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
+            if off_boards.issuperset(score.budget for score in report.scores):
+                budget = report.scores[0].budget
+                limits = [f"The budget `{budget}` is for trials: its submissions appear on no board."]
+            elif all(score.runs < FULL_SUBMISSION_RUNS for score in report.scores):
+                limits = [f"A rank needs {FULL_SUBMISSION_RUNS} runs."]
         submission = SUBMISSION.format("" if limits else " and has a rank")
         follows = DONATION if report.kind == "donation" else submission
         if report.without_policies:

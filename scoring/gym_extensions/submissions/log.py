@@ -88,18 +88,16 @@ class TableError(ValueError):
         self.line, self.message = line, message
 
 
-def _cell(value: object) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return repr(value) if isinstance(value, float) else str(value)
-
-
 def log_text(episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> str:
     """The text of a run's log, sorted by stage, task in training order and episode."""
+    flags = {None: "", True: "true", False: "false"}
+
+    def line(row: Episode) -> str:
+        numbers = f"{row.stage},{row.task},{row.episode},{row.seed},{row.length},{row.return_!r}"
+        return f"{numbers},{flags[row.terminated]},{flags[row.success]}"
+
     ordered = sorted(episodes, key=lambda row: (row.stage, task_ids.index(row.task), row.episode))
-    lines = [",".join(map(_cell, vars(row).values())) for row in ordered]
+    lines = map(line, ordered)
     return "\n".join([",".join(LOG_COLUMNS), *lines, ""])
 
 

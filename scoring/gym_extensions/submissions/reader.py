@@ -13,7 +13,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, rules
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
 from gym_extensions.submissions.log import TableError, log_frame, log_of
-from gym_extensions.submissions.manifest import Manifest, manifest_of, parse
+from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import AnyPolicy, missing_networks, read_arrays
 from gym_extensions.submissions.problem import Problem, Scope, summarize
 from gym_extensions.submissions.review import Review, review_of
@@ -64,7 +64,13 @@ class _Reader:
         self._check("folder", self.folder)
         if not self.folder.is_within_limits:
             return Submission(name, None, {}, summarize(self.problems, name), path=self.folder.root)
-        manifest, readme = self._manifest(), self._readme()
+        tables = self._parsed("toml", layout.MANIFEST, self._bytes(layout.MANIFEST), parse)
+        self.tables = tables or {}
+        is_valid = tables is not None and self._check("manifest", self.folder, tables)
+        manifest = manifest_of(self.tables) if is_valid else None
+        data = self._bytes(layout.README)
+        is_text = data is not None and self._check("readme", data)
+        readme = data.decode("utf-8").replace("\r\n", "\n") if data and is_text else ""
         review = self._parsed("review", layout.REVIEW, self._bytes(layout.REVIEW), review_of) or Review()
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
@@ -105,22 +111,10 @@ class _Reader:
             self._check("file", f"malformed-{kind}", path, f"{reason[:300].rstrip('.')}.")
         return None
 
-    def _manifest(self) -> Manifest | None:
-        tables = self._parsed("toml", layout.MANIFEST, self._bytes(layout.MANIFEST), parse)
-        self.tables = tables or {}
-        is_valid = tables is not None and self._check("manifest", self.folder, tables)
-        return manifest_of(self.tables) if is_valid else None
-
     def _declared(self, section: str, key: str) -> Any:
         """The value of a key in the manifest, which may be wrong elsewhere; None without it."""
         table = self.tables.get(section)
         return table.get(key) if isinstance(table, dict) else None
-
-    def _readme(self) -> str:
-        data = self._bytes(layout.README)
-        if data is None or not self._check("readme", data):
-            return ""
-        return data.decode("utf-8").replace("\r\n", "\n")
 
     def _group(self, group: TaskGroup, review: Review, policies: bool) -> SubmittedGroup:
         before = len(self.problems)

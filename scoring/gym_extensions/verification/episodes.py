@@ -274,7 +274,12 @@ def run_all(
             results[request.name] = known
             done(request)
     with ThreadPoolExecutor(jobs) as pool:
-        futures = [pool.submit(work, batch) for batch in _batches(missing, jobs)]
+        futures = []
+        for _, members in groupby(missing, key=lambda request: request.group):
+            runs = list(members)
+            size = -(-len(runs) // jobs)
+            parts = (runs[start : start + size] for start in range(0, len(runs), size))
+            futures += [pool.submit(work, batch) for batch in parts]
         try:
             for future in as_completed(futures):
                 future.result()
@@ -289,13 +294,3 @@ def limits_of(requests: Sequence[RunRequest]) -> Limits:
     """Limits of the process that runs these requests: time for the longest episodes, and a margin."""
     seconds = BASE_SECONDS + SECONDS_PER_CELL * sum(len(request.cells) for request in requests)
     return Limits(cpu_seconds=seconds, wall_seconds=4 * seconds)
-
-
-def _batches(requests: Sequence[RunRequest], jobs: int) -> list[list[RunRequest]]:
-    """The runs of each group, in as many parts as there are processes."""
-    batches = []
-    for _, members in groupby(requests, key=lambda request: request.group):
-        runs = list(members)
-        size = -(-len(runs) // jobs)
-        batches += [runs[start : start + size] for start in range(0, len(runs), size)]
-    return batches

@@ -132,7 +132,13 @@ class Repository:
 
     def _submissions(self, *arguments: str) -> tuple[TreeEntry, ...]:
         output = self.run("ls-tree", "-z", "--full-tree", *arguments)
-        return tuple(_tree_entry(line) for line in output.split(b"\0") if line)
+        found = []
+        for line in filter(None, output.split(b"\0")):
+            meta, _, path = line.partition(b"\t")
+            mode, _, object_id, *size = meta.decode().split()
+            known = int(size[0]) if size and size[0] != "-" else None
+            found.append(TreeEntry(mode, object_id, known, os.fsdecode(path)))
+        return tuple(found)
 
     def blobs(self, object_ids: Iterable[str]) -> Iterator[bytes]:
         """The contents of files by object id, in that order. Raises ``BenchError`` if one is not a file."""
@@ -177,10 +183,3 @@ class Repository:
 
 def _environment() -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name not in REDIRECTIONS} | ENVIRONMENT
-
-
-def _tree_entry(line: bytes) -> TreeEntry:
-    meta, _, path = line.partition(b"\t")
-    mode, _, object_id, *size = meta.decode().split()
-    is_sized = bool(size) and size[0] != "-"
-    return TreeEntry(mode, object_id, int(size[0]) if is_sized else None, os.fsdecode(path))

@@ -57,14 +57,15 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
             yield returns_of(group, policies[stage, None], axis, stage, request.run)
 
 
-def landscape_of(submission: Path, group: TaskGroup, fetcher: Fetcher, jobs: int = 1) -> Landscape | str:
-    """The landscape of a submission on a group with axes, measured now; or why there is none.
+def landscape_of(
+    submission: Path, group: TaskGroup, documents: Mapping[int, RunDocument], fetcher: Fetcher, jobs: int = 1
+) -> Landscape | str:
+    """The landscape of runs of a submission on a group with axes, measured now; or why there is none.
 
     Runs are measured ``jobs`` at once. Raises ``BenchError`` if policies cannot be read or run, or a limit
     was reached.
     """
-    documents = measured_runs(submission, group)
-    if not documents or any(document.policies is None for document in documents.values()):
+    if any(document.policies is None for document in documents.values()):
         return landscapes.NO_POLICIES
     manifest = manifest_of(parse((submission / MANIFEST).read_bytes()))
 
@@ -121,12 +122,12 @@ def measure_all(
     for submission in submissions:
         for group in wanted:
             where = f"{submission.name}, {group.name}"
-            if not measured_runs(submission, group):
+            if not (documents := measured_runs(submission, group)):
                 continue
             if not again and isinstance(landscapes.load(submission, group), Landscape):
                 yield f"{where}: up to date."
                 continue
-            found = landscape_of(submission, group, fetcher, jobs)
+            found = landscape_of(submission, group, documents, fetcher, jobs)
             if isinstance(found, str):
                 yield f"{where}: {found}"
                 continue

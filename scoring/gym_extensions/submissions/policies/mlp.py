@@ -214,7 +214,13 @@ def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tu
             output = values
         else:
             hidden = ACTIVATIONS[policy.activation](values)
-    return ACTIVATIONS[policy.output_activation](output), _log_sigma(policy, hidden, task)
+    mean = ACTIVATIONS[policy.output_activation](output)
+    if policy.log_sigma is None:
+        return mean, np.zeros_like(policy.action_offset)
+    log_sigma = _row(policy.log_sigma, 1, task)
+    if policy.log_sigma_weight is not None:
+        log_sigma = hidden @ _row(policy.log_sigma_weight, 2, task) + log_sigma
+    return mean, log_sigma if policy.log_sigma_clip is None else np.clip(log_sigma, *policy.log_sigma_clip)
 
 
 def to_action(policy: Policy, values: Array) -> Array:
@@ -234,15 +240,6 @@ def _normalized(policy: Policy, observations: Array, task: int) -> Array:
     if policy.observation_clip is not None:
         values = np.clip(values, -policy.observation_clip, policy.observation_clip)
     return values.astype(policy.weights[0].dtype) if policy.weights else values
-
-
-def _log_sigma(policy: Policy, hidden: Array, task: int) -> Array:
-    if policy.log_sigma is None:
-        return np.zeros_like(policy.action_offset)
-    log_sigma = _row(policy.log_sigma, 1, task)
-    if policy.log_sigma_weight is not None:
-        log_sigma = hidden @ _row(policy.log_sigma_weight, 2, task) + log_sigma
-    return log_sigma if policy.log_sigma_clip is None else np.clip(log_sigma, *policy.log_sigma_clip)
 
 
 def _row(values: Array, ndim: int, task: int) -> Array:

@@ -158,7 +158,9 @@ def _shape_errors(arrays: Arrays) -> Iterator[str]:
         sizes["o"] = arrays["weight_0"].shape[-2]
     elif "observation_mean" in arrays:
         sizes["o"] = arrays["observation_mean"].shape[-1] if arrays["observation_mean"].ndim else 0
-    widths = _widths(arrays, sizes)
+    # The inputs of each layer, then the number of actions, which are the last outputs.
+    layers = itertools.takewhile(lambda name: name in arrays, (f"weight_{i}" for i in itertools.count()))
+    widths = [arrays[name].shape[-2] if arrays[name].ndim > 1 else 0 for name in layers] + [sizes["a"]]
     sizes["h"] = widths[-2] if len(widths) > 1 else sizes.get("o", 0)
     rows: dict[str, int] = {}
     for name, values in arrays.items():
@@ -178,13 +180,6 @@ def _shape_errors(arrays: Arrays) -> Iterator[str]:
     for first, second in itertools.pairwise(rows):
         if rows[first] != rows[second]:
             yield f"{second!r} has rows for {rows[second]} tasks; {first!r} has {rows[first]}."
-
-
-def _widths(arrays: Arrays, sizes: Mapping[str, int]) -> list[int]:
-    """The number of inputs of each layer, then the number of actions, which are the last outputs."""
-    layers = itertools.takewhile(lambda name: name in arrays, (f"weight_{i}" for i in itertools.count()))
-    inputs = [arrays[name].shape[-2] if arrays[name].ndim > 1 else 0 for name in layers]
-    return [*inputs, sizes["a"]]
 
 
 def _value_errors(arrays: Arrays) -> Iterator[str]:

@@ -81,26 +81,26 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
         is_known = parts[0] in folder.groups or parts[0] in layout.WRITTEN or len(parts) == 1
         if not is_known or len(parts) > layout.MAX_DEPTH:
             continue  # unknown_group reports it
-        if item.kind == "folder" and not _is_expected_folder(parts):
-            hint = did_you_mean(parts[-1], PROTOCOLS) if len(parts) == 2 else ""
+        is_written, depth = parts[0] in layout.WRITTEN, len(parts)
+        if item.kind == "folder":
+            if depth == 1 or (depth == 2 and not is_written and parts[1] in PROTOCOLS):
+                continue
+            hint = did_you_mean(parts[-1], PROTOCOLS) if depth == 2 else ""
             yield Finding(item.path, "Unexpected folder.", hint if hint.startswith("Did") else "Remove it.")
-        elif item.kind == "file" and not _is_expected_file(parts):
+        elif item.kind == "file":
+            if depth == 1:
+                is_expected = parts[0] in (MANIFEST, layout.README, layout.REVIEW)
+            elif is_written:
+                is_expected = depth == 2 and bool(layout.WRITTEN_FILE.fullmatch(parts[1]))
+            else:
+                is_run_file = depth == 3 and layout.RUN_FILE.fullmatch(parts[2])
+                is_expected = parts[1] in PROTOCOLS and bool(is_run_file)
+            if is_expected:
+                continue
             closest = did_you_mean(parts[-1], (MANIFEST, layout.README)) if len(parts) == 1 else ""
             other = "Remove it, or rename it as described in docs/rollout-log.md."
             hint = closest if closest.startswith("Did") else other
             yield Finding(item.path, "Unexpected file.", hint)
-
-
-def _is_expected_folder(parts: list[str]) -> bool:
-    return len(parts) == 1 or (len(parts) == 2 and parts[0] not in layout.WRITTEN and parts[1] in PROTOCOLS)
-
-
-def _is_expected_file(parts: list[str]) -> bool:
-    if len(parts) == 1:
-        return parts[0] in (MANIFEST, layout.README, layout.REVIEW)
-    if parts[0] in layout.WRITTEN:
-        return len(parts) == 2 and layout.WRITTEN_FILE.fullmatch(parts[1]) is not None
-    return len(parts) == 3 and parts[1] in PROTOCOLS and layout.RUN_FILE.fullmatch(parts[2]) is not None
 
 
 @rule("folder")
@@ -178,7 +178,7 @@ BROKEN_FILES = {
     ),
     "malformed-review": (
         "review.toml, which the base branch writes, has the tables of gym_extensions.submissions.review.",
-        "Restore the file: gym-extensions verify and maintain review write it, nobody else.",
+        "Restore the file: gym-extensions verify and maintain decide write it, nobody else.",
     ),
     "malformed-policies": (
         "The policies of a run are an .npz file as numpy writes it, without pickles, of at most 64 MiB and "
