@@ -1,9 +1,12 @@
-"""One of each addition is made in a copy of the packages: it works, and edits the files that are listed."""
+"""One of each addition is made in a copy of the repository.
+
+It works, edits the files that CONTRIBUTING.md lists, and leaves the tests of the packages that it touches as
+they are.
+"""
 
 from __future__ import annotations
 
 import filecmp
-import json
 import os
 import re
 import shutil
@@ -14,10 +17,10 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import write_submission
-
 ROOT = Path(__file__).resolve().parents[1]
 ROOTS = ("envs", "scoring", "baselines", "site")
+OTHERS = ("docs", "tests", "tools", "examples")
+"""Other folders that the tests of packages read."""
 TABLE = re.findall(
     r"^\| \*\*(.+?)\*\* \| (.+?) \|", (ROOT / "CONTRIBUTING.md").read_text("utf-8"), flags=re.MULTILINE
 )
@@ -34,19 +37,21 @@ ROW = """
         beams="pitch",
         velocity_limit=10.0,
         wall_width=0.8,
+        parts=PLANAR[0].parts,
     ),
 )
 """
 TEXTS = '[Monopod]\nsummary = "S."\nreward = "R."\nstart = "T."\nend = "E."\nsource = "Q."\n\n'
-SUBMISSION = '    "Monopod": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
+IMPLEMENTATION = '    "Monopod": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
 USE_BODY = """
 import numpy as np
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.envs import Gravity, MotorNoise, RangeSensor, Wall, customize, make, make_vec
-task = TASKS["gym_extensions/Monopod-v0"]
-busy = customize(task, [Gravity(0.8), MotorNoise(), RangeSensor(), Wall()])
-assert type(make_vec(busy, 2)).__name__ == type(make_vec("Hopper", 2)).__name__
-np.testing.assert_array_equal(make_vec(busy, 1).reset(seed=[3])[0][0], make(busy).reset(seed=3)[0])
+
+def test_added():
+    busy = customize(TASKS["gym_extensions/Monopod-v0"], [Gravity(0.8), MotorNoise(), RangeSensor(), Wall()])
+    assert type(make_vec(busy, 2)).__name__ == type(make_vec("Hopper", 2)).__name__
+    np.testing.assert_array_equal(make_vec(busy, 1).reset(seed=[3])[0][0], make(busy).reset(seed=3)[0])
 """
 
 VARIATION = '''
@@ -56,7 +61,10 @@ class WeakMotors(Variation):
     """Multiplies every command by a factor."""
 
     factor: float = 0.5
-'''
+
+
+@dataclass(frozen=True)
+class MovingGoal'''
 EFFECT = """
 class WeakMotorsEffect(Effect):
     of = variations.WeakMotors
@@ -71,15 +79,16 @@ class WeakMotorsEffect(Effect):
 EFFECTS: """
 USE_VARIATION = """
 import numpy as np
-from gym_extensions.catalog.variations import WeakMotors
-from gym_extensions.envs import customize, make, make_vec
-task = customize("Hopper", [WeakMotors()])
-vector, single, full = make_vec(task, 1), make(task), make("Hopper")
-vector.reset(seed=[3]); single.reset(seed=3); full.reset(seed=3)
-action = np.full(3, 0.5, np.float32)
-weak = single.step(action)[0]
-np.testing.assert_array_equal(vector.step(action[None])[0][0], weak)
-assert not np.array_equal(full.step(action)[0], weak)
+from gym_extensions.envs import WeakMotors, customize, make, make_vec
+
+def test_added():
+    task = customize("Hopper", [WeakMotors()])
+    vector, single, full = make_vec(task, 1), make(task), make("Hopper")
+    vector.reset(seed=[3]); single.reset(seed=3); full.reset(seed=3)
+    action = np.full(3, 0.5, np.float32)
+    weak = single.step(action)[0]
+    np.testing.assert_array_equal(vector.step(action[None])[0][0], weak)
+    assert not np.array_equal(full.step(action)[0], weak)
 """
 
 
@@ -95,13 +104,15 @@ METRIC = """\
     ),
 """
 USE_METRIC = """
-import json, sys
-from gym_extensions.scoring.cli import main
+from gym_extensions.scoring import score_folder
 from tools.docs import tables
-assert "| `best_task` Best task | max over j of p[T][j] |" in tables()["metrics sequential"]
-main([sys.argv[1], "--json"])
+
+def test_added(make_submission):
+    assert "| `best_task` Best task | max over j of p[T][j] |" in tables()["metrics sequential"]
+    score = score_folder(make_submission()).groups["hopper-gravity-v0"]["sequential"]
+    assert score.metrics["best_task"].mean >= score.metrics["final_performance"].mean
 """
-BASELINE = """
+AGENT = """
 import numpy as np
 
 
@@ -118,12 +129,13 @@ class Ones:
 
 make = Ones
 """
-USE_BASELINE = """
-import sys
+USE_AGENT = """
 from gym_extensions.baselines import algorithms, train
-assert "ones" in algorithms.names()
-(log,) = train("ones", "pusher", "single", "smoke", 0, out=sys.argv[1])
-assert len(log.read_text().splitlines()) == 1 + 2 * 20
+
+def test_added(tmp_path):
+    assert "ones" in algorithms.names()
+    (log,) = train("ones", "pusher", "single", "smoke", 0, out=tmp_path / "ones")
+    assert len(log.read_text().splitlines()) == 1 + 2 * 20
 """
 PAGE = """
     Page(
@@ -133,14 +145,20 @@ PAGE = """
     ),
 )
 """
-TEMPLATE = '{% extends "base.html" %}{% block main %}<p>Hello page</p>{% endblock %}'
+TEMPLATE = """{% extends "base.html" %}
+{% block title %}Hello{% endblock %}
+{% block description %}A page that greets.{% endblock %}
+{% block main %}<h1>Hello</h1><p>Hello page</p>{% endblock %}
+"""
 USE_PAGE = """
-import sys
-from pathlib import Path
 from gym_extensions.site.cli import main
-main([sys.argv[1], "--out", sys.argv[2]])
-page = (Path(sys.argv[2]) / "hello.html").read_text()
-assert "<p>Hello page</p>" in page.partition("<main")[2]
+from .conftest import write_submission
+
+def test_added(tmp_path):
+    write_submission(tmp_path / "submissions")
+    main([str(tmp_path / "submissions"), "--out", str(tmp_path / "_site")])
+    page = (tmp_path / "_site" / "hello.html").read_text()
+    assert "<p>Hello page</p>" in page.partition("<main")[2]
 """
 
 
@@ -148,36 +166,57 @@ USE_VERSION = """
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import task, versions
 from gym_extensions.envs import make
-old, new = task("HopperGravityHalf"), task("HopperGravityHalf-v1")
-assert (old.version, new.version, new.variations[0].factor) == (0, 1, 0.4)
-assert old in GROUPS["hopper-gravity"].tasks and new not in GROUPS["hopper-gravity"].tasks
-assert versions(new)[1] == "less gravity"
-assert make(new.id).unwrapped.model.opt.gravity[2] != make(old.id).unwrapped.model.opt.gravity[2]
+
+def test_added():
+    old, new = task("HopperGravityHalf"), task("HopperGravityHalf-v1")
+    assert (old.version, new.version, new.variations[0].factor) == (0, 1, 0.4)
+    assert old in GROUPS["hopper-gravity"].tasks and new not in GROUPS["hopper-gravity"].tasks
+    assert versions(new)[1] == "less gravity"
+    assert make(new.id).unwrapped.model.opt.gravity[2] != make(old.id).unwrapped.model.opt.gravity[2]
+"""
+USE_TASK = """
+from gym_extensions.catalog.fingerprints import published
+from gym_extensions.catalog.tasks import task
+from gym_extensions.envs import fingerprinting, make
+
+def test_added():
+    heavy = task("HopperGravityOneAndThreeQuarters")
+    assert make(heavy.id).unwrapped.model.opt.gravity[2] == -17.1675
+    assert len(published(heavy.id)) == 16
+    assert fingerprinting.check([heavy]) == []
 """
 
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    """A copy of the four source roots, which comes first on the path of ``run``; it keeps their bytecode."""
-    for root in ROOTS:
-        shutil.copytree(ROOT / root, tmp_path / root, ignore=shutil.ignore_patterns("data"))
-    return tmp_path
+    """A copy of the repository without submissions; its source roots come first on the path of ``run``."""
+    copied = tmp_path / "copy"
+    for folder in (*ROOTS, *OTHERS):
+        shutil.copytree(ROOT / folder, copied / folder)
+    for path in (each for each in ROOT.iterdir() if each.is_file()):
+        shutil.copy(path, copied)
+    return copied
 
 
-def run(copy: Path, code: str, *arguments: str | Path) -> str:
-    """Runs the code with the copied packages and returns its output; fails with its error output."""
-    environment = os.environ | {
-        "PYTHONPATH": os.pathsep.join([*(str(copy / root) for root in ROOTS), str(ROOT)])
-    }
+def run(copy: Path, *arguments: str | Path) -> str:
+    """Runs Python in the copy and returns its output; fails with what it prints."""
+    paths = [str(copy / root) for root in ROOTS]
     process = subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)],
-        env=environment,
+        [sys.executable, *map(str, arguments)],
+        cwd=copy,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([*paths, str(copy)])},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert process.returncode == 0, process.stderr
+    assert process.returncode == 0, process.stdout + process.stderr
     return process.stdout
+
+
+def run_tests(copy: Path, code: str, *tests: str) -> None:
+    """Runs the code as a test, and tests of the copy."""
+    (copy / "tests" / "test_added.py").write_text(code, encoding="utf-8")
+    run(copy, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/test_added.py", *tests)
 
 
 def edit(path: Path, old: str, new: str) -> None:
@@ -188,7 +227,7 @@ def edit(path: Path, old: str, new: str) -> None:
 
 
 def changed(copy: Path) -> list[str]:
-    """The files of the copy that are new or different, without the root and the package's folder."""
+    """The source files of the copy that are new or different, without the root and the package's folder."""
     files = [path.relative_to(copy) for root in ROOTS for path in (copy / root).rglob("*") if path.is_file()]
     return sorted(
         "/".join(path.parts[2:])
@@ -203,64 +242,143 @@ def listed(addition: str, name: str = "") -> list[str]:
     return sorted(file.replace("NAME", name) for file in FILES[addition])
 
 
-def test_a_version_of_a_task_leaves_the_old_one_and_its_groups(copy: Path) -> None:
-    tasks = copy / "envs" / "gym_extensions" / "catalog" / "tasks.py"
-    version = '    tasks.append(replace(_task("GravityHalf", "Hopper", Gravity(0.4)), version=1))\n'
+def catalog_of(copy: Path) -> Path:
+    return copy / "envs" / "gym_extensions" / "catalog"
+
+
+def add_task(copy: Path) -> None:
     edit(
-        tasks,
+        catalog_of(copy) / "tasks.py",
         '    tasks += [_task("", body) for body in STANDING',
-        version + '    tasks += [_task("", body) for body in STANDING',
+        '    tasks.append(_task("GravityOneAndThreeQuarters", "Hopper", Gravity(1.75)))\n'
+        '    tasks += [_task("", body) for body in STANDING',
     )
+    assert changed(copy) == listed("Task")
+
+
+def add_version(copy: Path) -> None:
+    tasks = catalog_of(copy) / "tasks.py"
+    version = '    tasks.append(replace(_task("GravityHalf", "Hopper", Gravity(0.4)), version=1))\n'
+    before = '    tasks += [_task("", body) for body in STANDING'
+    edit(tasks, before, version + before)
     edit(tasks, "str] = {}", 'str] = {"gym_extensions/HopperGravityHalf-v1": "less gravity"}')
-    run(copy, USE_VERSION)
 
 
-def test_a_base_body_is_data_and_a_submission_in_the_registry_of_classes(copy: Path) -> None:
-    catalog, envs = (copy / "envs" / "gym_extensions" / name for name in ("catalog", "envs"))
+def add_body(copy: Path) -> None:
+    catalog = catalog_of(copy)
     edit(catalog / "bodies.py", "\n)\n\n\nBODIES", f"{ROW}\n\nBODIES")
     edit(catalog / "prose.toml", "[Hopper]", f"{TEXTS}[Hopper]")
-    edit(envs / "mujoco" / "env.py", '    "Pusher"', SUBMISSION + '    "Pusher"')
-    run(copy, USE_BODY)
+    edit(catalog.parent / "envs" / "mujoco" / "env.py", '}\n"""One row', IMPLEMENTATION + '}\n"""One row')
     assert changed(copy) == listed("Base body")
 
 
-def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
-    catalog, envs = (copy / "envs" / "gym_extensions" / name for name in ("catalog", "envs"))
-    edit(
-        catalog / "variations.py",
-        "\n\n@dataclass(frozen=True)\nclass MovingGoal",
-        f"{VARIATION}\n\n@dataclass(frozen=True)\nclass MovingGoal",
-    )
-    effects = envs / "effects.py"
+def add_variation(copy: Path) -> None:
+    variations = catalog_of(copy) / "variations.py"
+    edit(variations, "\n\n@dataclass(frozen=True)\nclass MovingGoal", VARIATION)
+    edit(variations, '    "Wall",\n]', '    "Wall",\n    "WeakMotors",\n]')
+    effects = catalog_of(copy).parent / "envs" / "effects.py"
     edit(effects, "EFFECTS: ", EFFECT)
     edit(effects, "TrackingGoalEffect),", "TrackingGoalEffect, WeakMotorsEffect),")
-    run(copy, USE_VARIATION)
     assert changed(copy) == listed("Run-time variation")
 
 
-def test_a_metric_is_a_row_and_its_worked_example(copy: Path, make_submission: Callable[..., Path]) -> None:
+def add_metric(copy: Path) -> None:
     metrics = copy / "scoring" / "gym_extensions" / "metrics"
     edit(metrics / "formulas.py", ')\n"""Every metric.', METRIC + ')\n"""Every metric.')
     kit = metrics / "conformance" / "sequential.json"
     edit(kit, '"forgetting": [0.5],', '"forgetting": [0.5], "best_task": [1],')
-    groups = json.loads(run(copy, USE_METRIC, make_submission()))["submissions"][0]["groups"]
-    score = groups["hopper-gravity-v0"]["sequential"]
-    assert score["metrics"]["best_task"]["mean"] >= score["metrics"]["final_performance"]["mean"]
-    run(copy, "import pytest, sys; sys.exit(pytest.main(['-q', sys.argv[1]]))", ROOT / "tests" / "metrics")
     assert changed(copy) == listed("Metric")
 
 
-def test_a_baseline_is_one_module(copy: Path, tmp_path: Path) -> None:
+def add_agent(copy: Path) -> None:
     algorithms = copy / "baselines" / "gym_extensions" / "baselines" / "algorithms"
-    (algorithms / "ones.py").write_text(BASELINE, encoding="utf-8")
-    run(copy, USE_BASELINE, tmp_path / "ones")
+    (algorithms / "ones.py").write_text(AGENT, encoding="utf-8")
     assert changed(copy) == listed("Reference agent", "ones")
 
 
-def test_a_page_is_a_function_and_its_template(copy: Path, tmp_path: Path) -> None:
+def add_page(copy: Path) -> None:
     site = copy / "site" / "gym_extensions" / "site"
     edit(site / "pages" / "__init__.py", "\n)\n", PAGE)
     (site / "templates" / "hello.html").write_text(TEMPLATE, encoding="utf-8")
-    write_submission(tmp_path / "submissions")
-    run(copy, USE_PAGE, tmp_path / "submissions", tmp_path / "_site")
     assert changed(copy) == listed("Page", "hello")
+
+
+WRITE_TABLES = """
+from tools import docs
+for page in (docs.ROOT / "docs").glob("*.md"):
+    text = page.read_text(encoding="utf-8")
+    page.write_text(docs.updated(text), encoding="utf-8")
+"""
+"""The tables of ``make docs``. Its other pages take longer, and some need submissions."""
+
+
+def test_a_task_is_a_row_and_generated_files(copy: Path) -> None:
+    add_task(copy)
+    run(copy, "-m", "gym_extensions", "envs", "fingerprint")
+    run_tests(copy, USE_TASK, "tests/catalog")
+
+
+def test_a_version_of_a_task_leaves_the_old_one_and_its_groups(copy: Path) -> None:
+    add_version(copy)
+    run_tests(copy, USE_VERSION)
+
+
+def test_a_base_body_is_data_and_a_row_in_the_table_of_rules(copy: Path) -> None:
+    add_body(copy)
+    run_tests(copy, USE_BODY, "tests/catalog/test_bodies.py")
+
+
+def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
+    add_variation(copy)
+    run(copy, "-c", WRITE_TABLES)
+    run_tests(
+        copy,
+        USE_VARIATION,
+        "tests/catalog",
+        "tests/tools/test_docs.py",
+        "tests/test_public_api.py::test_a_package_exports_these_names",
+    )
+
+
+def test_a_metric_is_a_row_and_its_worked_example(copy: Path) -> None:
+    add_metric(copy)
+    run(copy, "-c", WRITE_TABLES)
+    run_tests(
+        copy,
+        USE_METRIC,
+        "tests/metrics",
+        "tests/tools/test_docs.py",
+        "tests/results/test_scores.py::test_every_metric_of_the_scorecard_is_a_row",
+    )
+
+
+def test_an_agent_is_one_module(copy: Path) -> None:
+    add_agent(copy)
+    run_tests(copy, USE_AGENT, "tests/baselines/test_public_api.py")
+
+
+def test_a_page_is_a_function_and_its_template(copy: Path) -> None:
+    add_page(copy)
+    run_tests(copy, USE_PAGE, "tests/site/test_documentation.py", "tests/site/test_markup.py")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("add", "tests"),
+    [
+        (add_task, ("catalog", "envs", "references", "tools", "site")),
+        (add_variation, ("catalog", "envs", "tools", "site/play")),
+        (add_metric, ("metrics", "scoring", "results", "export", "site", "tools")),
+        (add_agent, ("baselines", "examples")),
+        (add_page, ("site",)),
+    ],
+)
+def test_all_tests_of_the_packages_pass_after_an_addition(
+    copy: Path, add: Callable[[Path], None], tests: tuple[str, ...]
+) -> None:
+    """``make docs`` is run as CONTRIBUTING.md says, with the committed submissions."""
+    (copy / "submissions").symlink_to(ROOT / "submissions")
+    add(copy)
+    run(copy, "-m", "gym_extensions", "envs", "fingerprint")
+    run(copy, "-m", "tools.docs")
+    run_tests(copy, "", *(f"tests/{folder}" for folder in tests))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.descriptions import HINGE, SLIDE, Field, Joint, Link, Role, Row, Shape, Skeleton
 from gym_extensions.catalog.tasks import MAPS, TASKS, Task
-from gym_extensions.catalog.variations import WALL, LimbScale, RangeSensor, Wall
+from gym_extensions.catalog.variations import WALL, RangeSensor, Wall
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.model import base_spec, compile_model
 from gym_extensions.envs.navigation.env import course
@@ -172,9 +172,7 @@ def _joint(model: Any, number: int) -> Joint:
 
 
 def _shapes(task: Task, model: Any, index: int, is_mocap: bool) -> Iterator[Shape]:
-    changed = [
-        name for each in task.variations if isinstance(each, LimbScale) for name in task.body.parts[each.part]
-    ]
+    changed = [name for each in task.variations for name in each.geoms(task.body)]
     for geom in np.flatnonzero(model.geom_bodyid == index):
         name, kind = model.geom(geom).name, GEOM(int(model.geom_type[geom]))
         center, size = model.geom_pos[geom], model.geom_size[geom]

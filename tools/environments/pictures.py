@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import Camera
 from gym_extensions.catalog.descriptions import picture_file
 from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
-from gym_extensions.catalog.variations import LimbScale, MovingGoal, RangeSensor, TrackingGoal, Wall
+from gym_extensions.catalog.variations import Wall
+from gym_extensions.envs.effects import variation_of
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.navigation.geometry import arena
 from gym_extensions.envs.navigation.sensors import background
@@ -114,17 +115,21 @@ def _encoded(frame: NDArray[np.uint8], kind: str, colors: int = 0, **options: An
 def _frame(task: Task) -> NDArray[np.uint8]:
     env = construct_mujoco(task)
     _paint(task, env.model)
-    has_wall = any(isinstance(variation, Wall) for variation in task.variations)
+    has_wall = "wall" in _shown(task)
     view = WALL_CAMERA if has_wall or task.body.camera is None else task.body.camera
     if view.after_reset:
         env.reset(seed=0)
     return _render(env.model, env.data, view, [*_beams(task, env), *_goal_area(task)])
 
 
+def _shown(task: Task) -> set[str]:
+    """What the picture shows of the task's variations."""
+    return {each.shows for each in task.variations}
+
+
 def _paint(task: Task, model: Any) -> None:
     """Colors the parts that differ, and the floor plainly, so that lines are seen and files are small."""
-    limbs = [each for each in task.variations if isinstance(each, LimbScale)]
-    changed = {name for limb in limbs for name in task.body.parts[limb.part]}
+    changed = {name for each in task.variations for name in each.geoms(task.body)}
     for geom in range(model.ngeom):
         is_floor = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
         if is_floor or model.geom(geom).name in changed:
@@ -133,11 +138,11 @@ def _paint(task: Task, model: Any) -> None:
 
 
 def _beams(task: Task, env: Any) -> list[Line]:
-    if not any(isinstance(variation, RangeSensor) for variation in task.variations):
+    if "beams" not in _shown(task):
         return []
     mujoco.mj_forward(env.model, env.data)
     origin, directions = FANS[task.body.beams](env.data.qpos, env.template().root_lift)
-    wall = next(variation for variation in task.variations if isinstance(variation, Wall))
+    wall = variation_of(task, Wall)
     hits = readings(origin, directions, env.data.mocap_pos[0], np.array(wall.half_sizes)) * 10
     to_floor = np.where(directions[:, 2] < 0, origin[2] / -np.minimum(directions[:, 2], -1e-9), np.inf)
     lengths = np.where(hits > 0, hits, np.minimum(FREE_BEAM, to_floor))
@@ -148,7 +153,7 @@ def _beams(task: Task, env: Any) -> list[Line]:
 
 def _goal_area(task: Task) -> list[Line]:
     area = task.body.goal_area
-    if area is None or not any(isinstance(each, MovingGoal | TrackingGoal) for each in task.variations):
+    if area is None or "goal" not in _shown(task):
         return []
     low, high = area.low, area.high
     if task.base == "Pusher":  # slide offsets (y, x)
