@@ -13,15 +13,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from gym_extensions.baselines import submission
+from gym_extensions.baselines import agent_spec, submission
 from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
-from gym_extensions.baselines.agent_spec import (
-    AgentSpec,
-    action_function,
-    checked_card,
-    observes_of,
-    require_submittable,
-)
 from gym_extensions.baselines.generators import training_seed
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import EXCESS
@@ -145,7 +138,7 @@ class PolicyAgent:
                 task = context.task if self.observes.task_in_evaluation and policy.num_tasks else 0
                 return policy.act(observations, self._rng, task)
             if hasattr(policy, "act"):
-                return action_function(policy)(observations, context)
+                return agent_spec.action_function(policy)(observations, context)
             if not hasattr(policy, "predict"):
                 return policy(observations)
             best, starts = self._card.evaluation == "deterministic", context.episode_starts
@@ -243,11 +236,11 @@ def record(
     trained = claimed_curves(recorded, curves)
     path = Path(out)
     agent = PolicyAgent(policy, card, observes)
-    observed, card = observes_of(agent, "policy"), checked_card(agent, "card")
-    spec = AgentSpec(card.algorithm, lambda *_: agent, card, observed)
+    observed, card = agent_spec.observes_of(agent, "policy"), agent_spec.checked_card(agent, "card")
+    spec = agent_spec.AgentSpec(card.algorithm, lambda *_: agent, card, observed)
     settings = Settings(spec, request.budget, steps=CLAIMED)
     if (stored := agent.policy()) is not None:
-        require_submittable(stored, card, observed, task_group, protocol)
+        agent_spec.require_submittable(stored, card, observed, task_group, protocol)
     submission.validate(path, [task_group])
     require_published_engine(task_group.tasks)
     submission.require_same(path / MANIFEST, submission.manifest_tables(settings))

@@ -9,22 +9,15 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
-from typing import Any
 
 from gym_extensions.baselines import algorithms, submission, workers
 from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.agent_spec import AgentSpec
+from gym_extensions.baselines.training import jobs
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
-from gym_extensions.baselines.training.jobs import (
-    Groups,
-    Parallel,
-    Settings,
-    TrainingJob,
-    parse_request,
-    require_equal_spaces,
-)
 from gym_extensions.baselines.training.progress import TRAIN_LOG, Monitor
 from gym_extensions.baselines.training.provenance import commit_of
 from gym_extensions.baselines.training.runner import PendingJob
@@ -35,19 +28,19 @@ from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, PROGRESS,
 from gym_extensions.submissions.manifest import RECORDED
 from gym_extensions.submissions.run import LONGEST, read_run
 
-THIS_PROCESS, PROGRESS_ALONE = Parallel(), Monitor()
+THIS_PROCESS, PROGRESS_ALONE = jobs.Parallel(), Monitor()
 """What ``train`` does by default: it trains in this process and shows the progress."""
 
 
 def train(
     agent: str | Factory,
-    groups: Groups,
+    groups: jobs.Groups,
     protocols: str | Iterable[str],
     budget: str,
     runs: int | Iterable[int],
     *,
     out: str | Path,
-    parallel: Parallel = THIS_PROCESS,
+    parallel: jobs.Parallel = THIS_PROCESS,
     monitor: Monitor = PROGRESS_ALONE,
     by: str = "",
 ) -> list[Path]:
@@ -85,7 +78,7 @@ def train(
     """
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         sys.exit(workers.NO_GUARD)  # this worker process imports the script, whose call would train again
-    request, path = parse_request(groups, protocols, budget, runs, parallel.num_envs), Path(out)
+    request, path = jobs.parse_request(groups, protocols, budget, runs, parallel.num_envs), Path(out)
     if not isinstance(by, str) or len(by) > LONGEST:
         raise BenchError("bad-by", f"It is not text of at most {LONGEST} characters.", "--by", "Shorten it.")
     if parallel.jobs:
@@ -93,14 +86,14 @@ def train(
     # Whatever cannot become a submission after training is refused before it.
     submission.validate(path, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
-    require_equal_spaces(request.groups)
+    jobs.require_equal_spaces(request.groups)
     spec = AgentSpec.of(agent, request.logs())
-    settings = Settings(spec, request.budget, parallel.num_envs, parallel.num_threads, monitor.interim)
+    settings = jobs.Settings(spec, request.budget, parallel.num_envs, parallel.num_threads, monitor.interim)
     submission.require_same(path / MANIFEST, submission.manifest_tables(settings))
 
     def unfinished() -> list[PendingJob]:
-        jobs = [job for log in request.logs() for job in submission.missing_jobs(path, *log, request.runs)]
-        return [PendingJob(job, settings, path) for job in jobs]
+        missing = [submission.missing_jobs(path, *log, request.runs) for log in request.logs()]
+        return [PendingJob(job, settings, path) for job in chain.from_iterable(missing)]
 
     titles = dict.fromkeys(each.job.run_title for each in unfinished())
     if titles:
@@ -128,13 +121,13 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
         BenchError: the training of the submission was not recorded, no reference agent has its name, or the
             agent is another one or has other settings.
     """
-    path, budget, agent = (
-        folder / MANIFEST,
-        str(_recorded_protocol(folder)["budget"]),
-        reference_agent(folder),
+    path, agent = folder / MANIFEST, reference_agent(folder)
+    tables = submission.read_manifest(path)
+    budget, num_envs = (
+        str(tables["protocol"].get("budget")),
+        tables.get("hyperparameters", {}).get("num_envs"),
     )
-    num_envs = submission.read_manifest(path).get("hyperparameters", {}).get("num_envs")
-    parallel, monitor = Parallel(num_envs=num_envs), Monitor(progress=False)
+    parallel, monitor = jobs.Parallel(num_envs=num_envs), Monitor(progress=False)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
     document = folder / run_file(group.name, protocol, run, DOCUMENT)
@@ -143,7 +136,7 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
         every, episodes = evaluations[0].steps[0], evaluations[0].episodes
         monitor = replace(monitor, evaluate_every=every, evaluate_episodes=episodes)
     try:
-        (log,) = train(agent, group, protocol, str(budget), run, out=out, parallel=parallel, monitor=monitor)
+        (log,) = train(agent, group, protocol, budget, run, out=out, parallel=parallel, monitor=monitor)
     except BenchError as error:
         if error.code != "mixed-submission":
             raise
@@ -158,31 +151,29 @@ def reference_agent(folder: Path) -> str:
     Raises ``BenchError`` if the training of the submission was not recorded, or no reference agent has its
     name.
     """
-    name = _recorded_protocol(folder)["algorithm"]
-    if name not in algorithms.names():
+    path, tables = folder / MANIFEST, submission.read_manifest(folder / MANIFEST)
+    protocol, message = {"steps": RECORDED} | tables.get("protocol", {}), ""
+    name = str(protocol.get("algorithm", ""))
+    if protocol["steps"] != RECORDED or "reported" in tables:
+        message = "The training of this submission was not recorded, so it cannot be repeated."
+        hint = "Verify without --retrain."
+    elif name not in algorithms.names():
         message = f"The algorithm {name!r} is not a reference agent."
         hint = "Train the submission's own agent by hand."
-        raise BenchError("not-reproducible", message, str(folder / MANIFEST), hint)
-    return str(name)
+    if message:
+        raise BenchError("not-reproducible", message, str(path), hint)
+    return name
 
 
-def _recorded_protocol(folder: Path) -> dict[str, Any]:
-    """The section ``protocol`` of a manifest. Raises ``BenchError`` if the training was not recorded."""
-    tables = submission.read_manifest(folder / MANIFEST)
-    table: dict[str, Any] = {"algorithm": "", "budget": "", "steps": RECORDED} | tables.get("protocol", {})
-    if table["steps"] != RECORDED or "reported" in tables:
-        message = "The training of this submission was not recorded, so it cannot be repeated."
-        raise BenchError("not-reproducible", message, str(folder / MANIFEST), "Verify without --retrain.")
-    return table
-
-
-def _run(pending: Sequence[PendingJob], listen: Listener, jobs: int, by: str) -> dict[str, workers.Failure]:
+def _run(
+    pending: Sequence[PendingJob], listen: Listener, processes: int, by: str
+) -> dict[str, workers.Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_title for each in pending)
-    finished: dict[str, dict[TrainingJob, list[FinishedStage]]] = {title: {} for title in unfinished}
+    finished: dict[str, dict[jobs.TrainingJob, list[FinishedStage]]] = {title: {} for title in unfinished}
     failures: dict[str, workers.Failure] = {}
     commit = commit_of(Path.cwd())
-    for index, outcome in workers.run(pending, listen, jobs):
+    for index, outcome in workers.run(pending, listen, processes):
         each, job = pending[index], pending[index].job
         if isinstance(outcome, workers.Failure):
             failures[job.title] = outcome

@@ -19,7 +19,7 @@ from torch import nn
 
 from gym_extensions.baselines import sb3
 from gym_extensions.baselines.adapters.sb3_policy import ACTIVATIONS, exported, policy_layers
-from gym_extensions.baselines.adapters.sb3_vec_env import SpacesVecEnv
+from gym_extensions.baselines.adapters.sb3_vec_env import SpacesEnv
 from gym_extensions.baselines.training.evaluation import Evaluator
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
@@ -72,7 +72,7 @@ def model(name: str) -> Any:
     """A model whose initial parameters are all different from 0."""
     torch.manual_seed(0)
     algorithm, network = PLAIN[name]
-    created = algorithm("MlpPolicy", SpacesVecEnv(OBSERVATIONS, ACTIONS, 1), policy_kwargs=NETWORK | network)
+    created = algorithm("MlpPolicy", SpacesEnv(OBSERVATIONS, ACTIONS), policy_kwargs=NETWORK | network)
     with torch.no_grad():
         for values in created.policy.parameters():
             values.add_(0.1 * torch.randn(values.shape))

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,10 @@ import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from gym_extensions.baselines.adapters.sb3_policy import exported
-from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesVecEnv
+from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesEnv
 from gym_extensions.baselines.agent import Array, Card, Context, Factory, Setting, VectorEnv
 from gym_extensions.baselines.generators import (
     global_generators,
@@ -253,7 +254,7 @@ class Sb3Agent:
             self._keys = {name: PRNGKey(self._seed + 1) for name in KEYS}
 
     def _create_model(self, num_envs: int, batch_steps: int) -> None:
-        env = SpacesVecEnv(*self._spaces, num_envs)
+        env = DummyVecEnv([partial(SpacesEnv, *self._spaces)] * num_envs)
         self._size, self._learning = (num_envs, batch_steps), Generators(self._seed)
         with self._learning.active():
             self._model = self._options.model(env, self._seed, batch_steps)
@@ -264,12 +265,12 @@ class Sb3Agent:
         observations, rewards = self._options.normalize_observations, self._options.normalize_rewards
         if not (observations or rewards):
             return env
-        discount, former = getattr(self._model, "gamma", 1.0), self._normalizer
-        self._normalizer = VecNormalize(env, norm_obs=observations, norm_reward=rewards, gamma=discount)
-        if former is not None:
-            self._normalizer.ret_rms = former.ret_rms
-            if observations:
-                self._normalizer.obs_rms = former.obs_rms
+        if self._normalizer is None:
+            discount = getattr(self._model, "gamma", 1.0)
+            self._normalizer = VecNormalize(env, norm_obs=observations, norm_reward=rewards, gamma=discount)
+        else:
+            self._normalizer = copy.copy(self._normalizer)  # without its environment, as it pickles
+            self._normalizer.set_venv(env)
         return self._normalizer
 
     @contextmanager

@@ -62,7 +62,18 @@ def policy_layers(*modules: torch.nn.Module) -> Layers:
     leaves = [leaf for module in modules for leaf in module.modules() if not any(leaf.children())]
     is_linear = [isinstance(leaf, torch.nn.Linear) for leaf in leaves]
     linear: Any = [leaf for leaf in leaves if isinstance(leaf, torch.nn.Linear)]
-    activations = {_activation(leaf) for leaf in leaves if not isinstance(leaf, torch.nn.Linear)}
+    activations = set()
+    for leaf in leaves:
+        kind = type(leaf)
+        if isinstance(leaf, torch.nn.Linear):
+            continue
+        arguments = ("alpha", "negative_slope")
+        if kind not in ACTIVATIONS or any(
+            getattr(leaf, name, None) != getattr(kind(), name, None) for name in arguments
+        ):
+            message = f"{kind.__name__} cannot be part of a policy."
+            raise BenchError("bad-policy", message, "policy_layers()", f"A policy supports {SUPPORTED}.")
+        activations.add(ACTIVATIONS[kind])
     if is_linear != [True, False] * (len(linear) - 1) + [True] or len(activations) > 1:
         names = ", ".join(type(leaf).__name__ for leaf in leaves)
         hint = "Give linear layers with the same activation after each but the last."
@@ -75,17 +86,6 @@ def policy_layers(*modules: torch.nn.Module) -> Layers:
         ),
         activation=activations.pop() if activations else "linear",
     )
-
-
-def _activation(leaf: torch.nn.Module) -> str:
-    if type(leaf) not in ACTIVATIONS or _arguments(leaf) != _arguments(type(leaf)()):
-        message = f"{type(leaf).__name__} cannot be part of a policy."
-        raise BenchError("bad-policy", message, "policy_layers()", f"A policy supports {SUPPORTED}.")
-    return ACTIVATIONS[type(leaf)]
-
-
-def _arguments(leaf: torch.nn.Module) -> tuple[object, object]:
-    return getattr(leaf, "alpha", None), getattr(leaf, "negative_slope", None)
 
 
 def _array(values: torch.Tensor) -> Array:
@@ -150,7 +150,12 @@ def _plain_parts(model: BaseAlgorithm) -> Parts:
     policy: Any = model.policy
     parts = _flax(model) if hasattr(policy, "actor_state") else _torch(model)
     is_flat = parts["weights"][0].shape[:1] == model.observation_space.shape
-    if not is_flat or _has_extractor(policy) or hasattr(policy, "lstm_actor"):
+    # Observations may go through other layers than a flattening before the actor.
+    owners = [policy] if hasattr(policy, "actor_state") else [policy, getattr(policy, "actor", None)]
+    names = ("features_extractor", "pi_features_extractor")
+    extractors = [getattr(owner, name, None) for owner in owners for name in names]
+    has_extractor = any(each is not None and type(each) is not FlattenExtractor for each in extractors)
+    if not is_flat or has_extractor or hasattr(policy, "lstm_actor"):
         raise ValueError("it has a features extractor or an LSTM, or its observations are not flat")
     return parts
 
@@ -231,14 +236,6 @@ def _network(
         noise=int(np.prod(model.action_space.shape or ())) if samples else 0,
         dtype=space.dtype.name if space.dtype.name in ("float32", "float64", "uint8") else "float32",
     )
-
-
-def _has_extractor(policy: Any) -> bool:
-    """Whether the observations go through other layers than a flattening before the actor."""
-    owners = [policy] if hasattr(policy, "actor_state") else [policy, getattr(policy, "actor", None)]
-    names = ("features_extractor", "pi_features_extractor")
-    extractors = [getattr(owner, name, None) for owner in owners for name in names]
-    return any(each is not None and type(each) is not FlattenExtractor for each in extractors)
 
 
 def _torch(model: BaseAlgorithm) -> Parts:

@@ -100,22 +100,8 @@ class BatchVecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
 
-class SpacesVecEnv(VecEnv):
-    """An SB3 ``VecEnv`` with spaces and no environment, enough to build a policy."""
+class SpacesEnv(gym.Env[Any, Any]):
+    """Spaces without dynamics, enough to build a policy."""
 
-    def __init__(
-        self, observation_space: gym.Space[Any], action_space: gym.Space[Any], num_envs: int
-    ) -> None:
-        self.render_mode = None
-        super().__init__(num_envs, float32_space(observation_space), action_space)
-
-    def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
-        return [None for _ in self._get_indices(indices)]
-
-    def env_is_wrapped(self, wrapper_class: type[Any], indices: Indices = None) -> list[bool]:
-        return [False for _ in self._get_indices(indices)]
-
-    def _unavailable(self, *_: Any, **__: Any) -> Any:
-        raise NotImplementedError("this VecEnv has spaces and no environment")
-
-    reset = step_async = step_wait = close = set_attr = env_method = _unavailable
+    def __init__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
+        self.observation_space, self.action_space = float32_space(observation_space), action_space

@@ -123,10 +123,17 @@ class MultiHead(Trpo):
         return np.concatenate([self._theta[: self._hidden], head.parameters])
 
     def policy(self) -> Policy:
-        """The policy as plain arrays, with a row per task; its actions equal the agent's."""
+        """The policy as plain arrays, with a row per task; its actions equal the agent's.
+
+        The rows of tasks that were not learned yet are those of the present one.
+        """
         if not self._heads:
             return super().policy()
-        sizes, rows, box = self._architecture.sizes, self._rows(), (self._middle, self._half)
+        present = self._heads[self._task]
+        rows = [self._heads.get(task, present) for task in range(max(self._heads) + 1)]
+        if rows[-1] is not present:  # a policy uses its last row for all later tasks
+            rows.append(present)
+        sizes, box = self._architecture.sizes, (self._middle, self._half)
         whole = [np.concatenate([self._theta[: self._hidden], row.parameters]) for row in rows]
         is_deterministic = self._settings.deterministic_evaluation
         policy = policies.exported(
@@ -147,15 +154,6 @@ class MultiHead(Trpo):
             return policy
         views = [[weights for weights, _ in policies.layers(sizes[:-1], mask)] for mask in masks]
         return replace(policy, masks=(*(np.stack(layer) for layer in zip(*views, strict=True)), None))
-
-    def _rows(self) -> list[Head]:
-        """The head of every task up to the last learned one; the present task's for those not learned yet.
-
-        A policy uses its last row for all later tasks, so the present task's head is added if it is not last.
-        """
-        present = self._heads[self._task]
-        rows = [self._heads.get(task, present) for task in range(max(self._heads) + 1)]
-        return rows if rows[-1] is present else [*rows, present]
 
     def _masks(self, rows: Sequence[Head]) -> list[Array] | None:
         """True for the hidden parameters that each row uses (h,); None if it uses all."""

@@ -254,36 +254,6 @@ def open_bars(*, is_shown: bool = True) -> Iterator[tuple[Bars, events.Listener]
         yield bars, show
 
 
-def tolerant(write: events.Listener) -> events.Listener:
-    """A listener that writes a log. If it cannot, it warns once, and the training goes on."""
-    warned: list[str] = []
-
-    def listen(event: events.Event) -> None:
-        try:
-            write(event)
-        except OSError as error:
-            if not warned:
-                warned.append(error.strerror or type(error).__name__)
-                message = f"A log of the training cannot be written: {warned[0]}. The training continues."
-                warnings.warn(message, RuntimeWarning, stacklevel=2)
-
-    return listen
-
-
-def guarded(callback: events.Listener) -> events.Listener:
-    """The callback, whose exceptions become a ``BenchError`` that says how to continue."""
-
-    def listen(event: events.Event) -> None:
-        try:
-            callback(event)
-        except Exception as error:
-            message = f"The callback raised {type(error).__name__}: {error}".rstrip(".") + "."
-            hint = f"Correct the callback. {CONTINUES}"
-            raise BenchError("callback-failed", message, "callback", hint) from error
-
-    return listen
-
-
 @dataclass(frozen=True)
 class Monitor:
     """What is shown, logged and evaluated while training goes on.
@@ -344,12 +314,26 @@ class Monitor:
         with open_bars(is_shown=self.progress) as (bars, show), closing(board):
             files: dict[str, events.Listener] = {"csv": csv_file(folder), "tensorboard": board}
             writers = [log_file(folder, bars.time_left), *(files[name] for name in self.log or ())]
-            listeners = [show, *map(tolerant, writers)]
-            if self.callback is not None:
-                listeners.append(guarded(self.callback))
+            failing: list[events.Listener] = []
 
             def listen(event: events.Event) -> None:
-                for each in listeners:
-                    each(event)
+                show(event)
+                for write in writers:
+                    try:
+                        write(event)
+                    except OSError as error:  # one warning, and the training goes on
+                        if write not in failing:
+                            failing.append(write)
+                            reason = error.strerror or type(error).__name__
+                            message = f"A log of the training cannot be written: {reason}."
+                            warnings.warn(f"{message} The training continues.", RuntimeWarning, stacklevel=2)
+                if self.callback is None:
+                    return
+                try:
+                    self.callback(event)
+                except Exception as error:
+                    message = f"The callback raised {type(error).__name__}: {error}".rstrip(".") + "."
+                    hint = f"Correct the callback. {CONTINUES}"
+                    raise BenchError("callback-failed", message, "callback", hint) from error
 
             yield listen

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Agent, VectorEnv
+from gym_extensions.baselines.agent import Agent
 from gym_extensions.baselines.agent_spec import card_of, policy_of
 from gym_extensions.baselines.generators import seeded_copy, seeded_global_generators, training_seed
 from gym_extensions.baselines.training import events
@@ -44,7 +44,14 @@ class PendingJob:
         done = folder.finished()
         if len(done) < len(stages):
             evaluator = Evaluator(job.group, spec.observes.task_in_evaluation)
-            create = partial(self._create, evaluator.envs(stages[0].evaluated[0]))
+            env = evaluator.envs(stages[0].evaluated[0])
+
+            def create() -> Agent:
+                observations = seeded_copy(env.single_observation_space, self._seed("observation space"))
+                actions = seeded_copy(env.single_action_space, self._seed("action space"))
+                with seeded_global_generators(self._seed("creation")):
+                    return algorithms.factory(spec.factory)(observations, actions, self._seed("agent"))
+
             agent = create()
             spec.require_same(agent, job.title)
             first_parameters = card_of(agent, spec.name).parameters
@@ -63,13 +70,6 @@ class PendingJob:
 
     def _seed(self, *purpose: str) -> int:
         return training_seed(self.job.run, self.job.group.id, *purpose)
-
-    def _create(self, env: VectorEnv) -> Agent:
-        make = algorithms.factory(self.settings.agent.factory)
-        observations = seeded_copy(env.single_observation_space, self._seed("observation space"))
-        actions = seeded_copy(env.single_action_space, self._seed("action space"))
-        with seeded_global_generators(self._seed("creation")):
-            return make(observations, actions, self._seed("agent"))
 
     def _run_stage(self, agent: Agent, monitor: StageMonitor, first_parameters: int) -> FinishedStage:
         started, stage = time.process_time(), monitor.stage
