@@ -269,7 +269,7 @@ class Sb3Agent:
             discount = getattr(self._model, "gamma", 1.0)
             self._normalizer = VecNormalize(env, norm_obs=observations, norm_reward=rewards, gamma=discount)
         else:
-            self._normalizer = copy.copy(self._normalizer)  # without its environment, as it pickles
+            self._normalizer.venv = None  # type: ignore[assignment]  # set_venv replaces no other
             self._normalizer.set_venv(env)
         return self._normalizer
 
