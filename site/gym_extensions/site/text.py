@@ -119,16 +119,12 @@ def variation(task_id: str, tasks: tuple[str, ...]) -> Markup:
     bases = (name for name in names if all(re.match(f"{re.escape(name)}(?!-)", other) for other in names))
     base = next(bases, "")
     name, version = split_version(task_id)
-    return _task((name.removeprefix(base) if base else _own_parts(name, names)) or name, version)
-
-
-def _own_parts(name: str, names: list[str]) -> str:
-    """The parts of a name between those that all names begin with and those that all end with."""
-    parts = [other.split("-") for other in names]
+    if base:
+        return _task(name.removeprefix(base) or name, version)
+    parts, own = [other.split("-") for other in names], name.split("-")
     first = _shared(parts)
     last = _shared([list(reversed(each[first:])) for each in parts])
-    own = name.split("-")
-    return "-".join(own[first : len(own) - last])
+    return _task("-".join(own[first : len(own) - last]) or name, version)
 
 
 def _shared(parts: list[list[str]]) -> int:

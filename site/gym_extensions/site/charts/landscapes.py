@@ -9,17 +9,8 @@ from itertools import groupby, pairwise
 from markupsafe import Markup
 
 from gym_extensions.catalog.worlds import Axis
-from gym_extensions.site.charts.svg import (
-    Scale,
-    apart,
-    picture,
-    points,
-    px,
-    scale_around,
-    stroke,
-    text,
-    tick_label,
-)
+from gym_extensions.site.charts import svg
+from gym_extensions.site.charts.svg import px
 from gym_extensions.site.text import fixed, grouped
 
 TINTS = 10
@@ -39,7 +30,7 @@ Shares = Sequence[Sequence[float | None]]
 class Frame:
     """Where a map is: the scale across, the edges of the columns, its top and the height of a stage."""
 
-    x: Scale
+    x: svg.Scale
     edges: tuple[float, ...]
     top: float
     row: float
@@ -50,7 +41,7 @@ class Frame:
         values = axis.points
         middles = [(low + high) / 2 for low, high in pairwise(values)]
         first, last = 2 * values[0] - middles[0], 2 * values[-1] - middles[-1]
-        x = Scale(first, last, left, right)
+        x = svg.Scale(first, last, left, right)
         return cls(x, tuple(map(x.at, (first, *middles, last))), top, row)
 
     def y(self, stage: float) -> float:
@@ -66,7 +57,10 @@ def _map(axis: Axis, shares: Shares, frame: Frame, dots: tuple[float, float]) ->
     """
     cells: dict[str, list[str]] = {}
     for stage, row in enumerate(shares):
-        for kind, members in groupby(range(len(row)), key=lambda at: _tint(row[at])):
+        tints = [
+            "unknown" if share is None else f"t{round(TINTS * min(max(share, 0.0), 1.0))}" for share in row
+        ]
+        for kind, members in groupby(range(len(row)), key=tints.__getitem__):
             first, *others = members
             left, right = frame.edges[first], frame.edges[first + len(others) + 1]
             way = f"M{round(left)} {px(frame.y(stage + 0.5))}H{round(right)}"
@@ -96,15 +90,13 @@ def _map(axis: Axis, shares: Shares, frame: Frame, dots: tuple[float, float]) ->
     return "".join([*body, "</g>"])
 
 
-def _tint(share: float | None) -> str:
-    return "unknown" if share is None else f"t{round(TINTS * min(max(share, 0.0), 1.0))}"
-
-
 def small(axis: Axis, shares: Shares, label: str) -> Markup:
     """The map of one run, without ticks."""
     frame = Frame.of(axis, 0.0, SMALL_WIDTH, 0.0, SMALL_ROW)
     height = frame.y(len(shares))
-    return picture("landscape small", px(SMALL_WIDTH), px(height), label, _map(axis, shares, frame, (2, 5)))
+    return svg.picture(
+        "landscape small", px(SMALL_WIDTH), px(height), label, _map(axis, shares, frame, (2, 5))
+    )
 
 
 def large(
@@ -126,28 +118,30 @@ def large(
     frame = Frame.of(axis, LEFT, RIGHT, TOP, ROW)
     bottom = frame.y(len(shares))
     low = bottom + GAP + PROFILE
-    y = scale_around([*best, *(value for run in returns for value in run)], low, bottom + GAP, always=(0.0,))
+    y = svg.scale_around(
+        [*best, *(value for run in returns for value in run)], low, bottom + GAP, always=(0.0,)
+    )
     mean = [sum(runs) / len(runs) for runs in zip(*returns, strict=True)]
     body = [_map(axis, shares, frame, (3, 7.5))]
-    body.append(text("tick side", LEFT - 6, TOP - 7, "after training"))
-    body += [text("tick side", LEFT - 6, frame.y(at + 0.5) + 3.5, name) for at, name in enumerate(stages)]
+    body.append(svg.text("tick side", LEFT - 6, TOP - 7, "after training"))
+    body += [svg.text("tick side", LEFT - 6, frame.y(at + 0.5) + 3.5, name) for at, name in enumerate(stages)]
     trained = [value for value in axis.points if axis.place(value) == "trained"]
-    body += [stroke(frame.x.at(at), bottom + 3, frame.x.at(at), low, "level") for at in trained]
-    body += [stroke(LEFT, y.at(at), RIGHT, y.at(at), "level") for at in y.ticks(3)]
+    body += [svg.stroke(frame.x.at(at), bottom + 3, frame.x.at(at), low, "level") for at in trained]
+    body += [svg.stroke(LEFT, y.at(at), RIGHT, y.at(at), "level") for at in y.ticks(3)]
     body += [
-        text("tick side", LEFT - 6, y.at(at) + 3.5, grouped(round(at)))
-        for at in apart(y.ticks(3), y)
+        svg.text("tick side", LEFT - 6, y.at(at) + 3.5, grouped(round(at)))
+        for at in svg.apart(y.ticks(3), y)
         if y.at(at) > bottom + GAP + 12
     ]
     across = list(axis.points)
     for kind, line in (*(("thin", run) for run in returns), ("best", best), ("bold", mean)):
         body.append(
-            f'<polyline class="{kind}" points="{points(list(zip(across, line, strict=True)), frame.x, y)}"/>'
+            f'<polyline class="{kind}" points="{svg.points(zip(across, line, strict=True), frame.x, y)}"/>'
         )
-    body.append(text("tick side", LEFT - 6, bottom + GAP + 2, "return"))
+    body.append(svg.text("tick side", LEFT - 6, bottom + GAP + 2, "return"))
     body += _ticks(axis, frame, trained, low + 13)
-    body.append(text("tick", (LEFT + RIGHT) / 2, low + 28, f"{axis.title} ({axis.unit})"))
-    return picture("landscape", px(RIGHT + 6), px(low + BELOW), describe(axis, mean, best), "".join(body))
+    body.append(svg.text("tick", (LEFT + RIGHT) / 2, low + 28, f"{axis.title} ({axis.unit})"))
+    return svg.picture("landscape", px(RIGHT + 6), px(low + BELOW), describe(axis, mean, best), "".join(body))
 
 
 def _ticks(axis: Axis, frame: Frame, trained: Sequence[float], y: float) -> list[str]:
@@ -158,14 +152,14 @@ def _ticks(axis: Axis, frame: Frame, trained: Sequence[float], y: float) -> list
         at = frame.x.at(value)
         if all(abs(at - other) >= TICK_DISTANCE for other in placed):
             placed.append(at)
-            labels.append(text("tick key" if value in trained else "tick", at, y, tick_label(value)))
+            labels.append(svg.text("tick key" if value in trained else "tick", at, y, svg.tick_label(value)))
     return labels
 
 
 def describe(axis: Axis, mean: Sequence[float], best: Sequence[float]) -> str:
     """The returns after the last stage in words: at both ends and at the trained values."""
     parts = [
-        f"{fixed(at, 0)} at {tick_label(value)} {axis.unit}{' (trained)' if is_trained else ''}, "
+        f"{fixed(at, 0)} at {svg.tick_label(value)} {axis.unit}{' (trained)' if is_trained else ''}, "
         f"best of all submissions {fixed(top, 0)}"
         for value, at, top in zip(axis.points, mean, best, strict=True)
         if (is_trained := axis.place(value) == "trained") or value in (axis.points[0], axis.points[-1])

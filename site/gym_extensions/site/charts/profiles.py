@@ -60,16 +60,12 @@ def _chart(lines: Sequence[tuple[str, str, Points]], label: str) -> Markup:
     body.append(text("tick side", x.end, y.start + 29, "normalized score at the end"))
     for kind, title, profile in reversed(lines):
         named = f"<title>{escape(title)}</title>" if title else ""
-        through = points(_corners(profile), x, y)
+        # Points between two others of the same share are left out.
+        inner = range(1, len(profile) - 1)
+        level = {at for at in inner if profile[at - 1][1] == profile[at][1] == profile[at + 1][1]}
+        through = points([point for at, point in enumerate(profile) if at not in level], x, y)
         body.append(f'<polyline class="line {kind}" points="{through}">{named}</polyline>')
     return picture("profile", "384", "196", label, "".join(body))
-
-
-def _corners(profile: Points) -> list[tuple[float, float]]:
-    """The points without those between two others of the same share."""
-    inner = range(1, len(profile) - 1)
-    level = {at for at in inner if profile[at - 1][1] == profile[at][1] == profile[at + 1][1]}
-    return [point for at, point in enumerate(profile) if at not in level]
 
 
 def _percent(share: float) -> str:

@@ -84,11 +84,11 @@ def _marks(value: MetricValue, scale: Scale, y: float) -> str:
     if value.ends:
         low, high = (scale.at(end) for end in value.ends)
         parts.append(stroke(low, y, high, y, "interval"))
-        parts += [
-            _arrow(scale.at(end), y, -1 if end < scale.low else 1)
-            for end in value.ends
-            if not scale.contains(end)
-        ]
+        for end in value.ends:
+            if not scale.contains(end):  # an arrow
+                x, tip = scale.at(end), -7 if end < scale.low else 7
+                corners = f"{px(x + tip)},{px(y)} {px(x)},{px(y - 5)} {px(x)},{px(y + 5)}"
+                parts.append(f'<polygon class="beyond" points="{corners}"/>')
     middle, across = px(y), scale.each_at(value.runs) if value.runs else []
     parts += [
         f'<circle class="run" cx="{px(x)}" cy="{middle}" r="2.4"><title>{fixed(run)}</title></circle>'
@@ -97,11 +97,6 @@ def _marks(value: MetricValue, scale: Scale, y: float) -> str:
     if value.mean is not None:
         parts.append(f'<circle class="mean" cx="{px(scale.at(value.mean))}" cy="{middle}" r="5"/>')
     return "".join(parts)
-
-
-def _arrow(x: float, y: float, side: int) -> str:
-    corners = f"{px(x + 7 * side)},{px(y)} {px(x)},{px(y - 5)} {px(x)},{px(y + 5)}"
-    return f'<polygon class="beyond" points="{corners}"/>'
 
 
 def _strip(label: str, scale: Scale, body: str) -> Markup:

@@ -13,17 +13,7 @@ from statistics import fmean
 from markupsafe import Markup
 
 from gym_extensions.site.board_views import Row
-from gym_extensions.site.charts.svg import (
-    Scale,
-    apart,
-    picture,
-    points,
-    px,
-    scale_around,
-    stroke,
-    text,
-    tick_label,
-)
+from gym_extensions.site.charts import svg
 from gym_extensions.site.submission_results import Points, SubmissionResult, normalized
 from gym_extensions.site.text import fixed, grouped, short, variation
 
@@ -38,8 +28,8 @@ UNITS = 2
 
 def line_chart(
     lines: Sequence[Sequence[tuple[float, float]]],
-    x: Scale,
-    y: Scale,
+    x: svg.Scale,
+    y: svg.Scale,
     label: str,
     *,
     bold: Sequence[tuple[float, float]] = (),
@@ -61,32 +51,40 @@ def line_chart(
     body += [f'<path class="thin" d="{_path(line, x, y)}"/>' for line in lines if line]
     if bold:
         body.append(f'<path class="bold" d="{_path(bold, x, y)}"/>')
-        body.append(f'<path class="stops" d="{_stops(bold, x, y)}"/>')
+        columns, rows = zip(*bold, strict=True)
+        (left, *across), (top, *up) = _steps(columns, x), _steps(rows, y)
+        stops = "".join(f"m{right} {down}h0" for right, down in zip(across, up, strict=True))
+        body.append(f'<path class="stops" d="{f"M{left} {top}h0{stops}".replace(" -", "-")}"/>')
         body += [
-            f'<circle class="at" cx="{px(x.at(at))}" cy="{px(y.at(value))}" r="4"/>'
+            f'<circle class="at" cx="{svg.px(x.at(at))}" cy="{svg.px(y.at(value))}" r="4"/>'
             for at, value in bold
             if at == since
         ]
-    return picture("panel", px(x.end + MARGIN), px(max(y.start, y.end) + MARGIN), label, "".join(body))
+    return svg.picture(
+        "panel", svg.px(x.end + MARGIN), svg.px(max(y.start, y.end) + MARGIN), label, "".join(body)
+    )
 
 
 def _ground(
-    x: Scale, y: Scale, since: float | None, levels: Iterable[float], labels: Iterable[float]
+    x: svg.Scale, y: svg.Scale, since: float | None, levels: Iterable[float], labels: Iterable[float]
 ) -> list[str]:
     """What is below the lines: the shaded part, levels, and the labels that do not overlap."""
-    top, height = px(min(y.start, y.end)), px(abs(y.end - y.start))
+    top, height = svg.px(min(y.start, y.end)), svg.px(abs(y.end - y.start))
     body = []
     if since is not None:
-        width = px(x.at(since) - x.start)
-        body.append(f'<rect class="before" x="{px(x.start)}" y="{top}" width="{width}" height="{height}"/>')
-    ways = (f"M{px(x.start)} {px(y.at(level))}H{px(x.end)}" for level in levels)
+        width = svg.px(x.at(since) - x.start)
+        body.append(
+            f'<rect class="before" x="{svg.px(x.start)}" y="{top}" width="{width}" height="{height}"/>'
+        )
+    ways = (f"M{svg.px(x.start)} {svg.px(y.at(level))}H{svg.px(x.end)}" for level in levels)
     body.append(f'<path class="level" d="{"".join(ways)}"/>')
     return body + [
-        text("tick side", x.start - 4, y.at(each) + 3, tick_label(each)) for each in apart(labels, y)
+        svg.text("tick side", x.start - 4, y.at(each) + 3, svg.tick_label(each))
+        for each in svg.apart(labels, y)
     ]
 
 
-def _path(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
+def _path(line: Sequence[tuple[float, float]], x: svg.Scale, y: svg.Scale) -> str:
     """The path of a line in halves of a pixel: its first point, then the way to each further one."""
     columns, rows = zip(*line, strict=True)
     (left, *across), (top, *up) = _steps(columns, x), _steps.__wrapped__(rows, y)
@@ -96,16 +94,8 @@ def _path(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
     return f"M{left} {top}{way}".replace(" -", "-")
 
 
-def _stops(line: Sequence[tuple[float, float]], x: Scale, y: Scale) -> str:
-    """The path of the dots at the points of a line, in halves of a pixel."""
-    columns, rows = zip(*line, strict=True)
-    (left, *across), (top, *up) = _steps(columns, x), _steps(rows, y)
-    ways = "".join(f"m{right} {down}h0" for right, down in zip(across, up, strict=True))
-    return f"M{left} {top}h0{ways}".replace(" -", "-")
-
-
 @lru_cache(maxsize=8)
-def _steps(values: tuple[float, ...], scale: Scale) -> tuple[str, ...]:
+def _steps(values: tuple[float, ...], scale: svg.Scale) -> tuple[str, ...]:
     """The first coordinate, then the way to each further one. The runs of a chart share those of x."""
     corners = [round(UNITS * at) for at in scale.each_at(values)]
     return tuple(map(str, (corners[0], *map(sub, corners[1:], corners))))
@@ -126,7 +116,7 @@ def histories(result: SubmissionResult) -> list[Panel]:
     Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns.
     """
     scores = [normalized(_raw(result, at), result.reference(task)) for at, task in enumerate(result.tasks)]
-    shared = scale_around((score for row in scores if row for score in row), *Y)
+    shared = svg.scale_around((score for row in scores if row for score in row), *Y)
     return [_history(result, task, row, shared) for task, row in enumerate(scores)]
 
 
@@ -135,12 +125,12 @@ def _raw(result: SubmissionResult, task: int) -> list[float]:
     return [stage[task] for run in result.stage_matrices for stage in run]
 
 
-def _history(result: SubmissionResult, task: int, scores: list[float] | None, shared: Scale) -> Panel:
+def _history(result: SubmissionResult, task: int, scores: list[float] | None, shared: svg.Scale) -> Panel:
     raw = _raw(result, task)
     values = raw if scores is None else scores
-    y = scale_around(raw, *Y, always=()) if scores is None else shared
+    y = svg.scale_around(raw, *Y, always=()) if scores is None else shared
     stages = len(result.tasks) + 1
-    x = Scale(0, stages - 1, *X)
+    x = svg.Scale(0, stages - 1, *X)
     lines = [
         [(float(stage), values[run * stages + stage]) for stage in range(stages)]
         for run in range(len(result.stage_matrices))
@@ -165,9 +155,9 @@ def curves(result: SubmissionResult) -> list[Panel]:
     if not points:
         return []
     steps, values = zip(*points, strict=True)
-    y = scale_around(values, *Y, always=())
+    y = svg.scale_around(values, *Y, always=())
     last = max(steps)
-    x = Scale(0, last or 1.0, *X)
+    x = svg.Scale(0, last or 1.0, *X)
     levels = (min(values), max(values))
     panels = []
     for task in result.tasks:
@@ -203,7 +193,7 @@ class Line:
     @property
     def sample(self) -> Markup:
         """A piece of its line, for the legend."""
-        body = stroke(0, 4, 26, 4, f"line {self.kind}")
+        body = svg.stroke(0, 4, 26, 4, f"line {self.kind}")
         return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{body}</svg>')
 
 
@@ -225,7 +215,7 @@ def panels(lines: Sequence[Line]) -> list[tuple[Markup, Markup]]:
     if not means:
         return []
     tasks, untrained = results[0].tasks, results[0].stages[0]
-    x, y = Scale(0, len(tasks), *X), scale_around(means, *Y)
+    x, y = svg.Scale(0, len(tasks), *X), svg.scale_around(means, *Y)
     return [
         (variation(task, tasks), _panel(lines, at, x, y))
         for at, task in enumerate(tasks)
@@ -233,7 +223,7 @@ def panels(lines: Sequence[Line]) -> list[tuple[Markup, Markup]]:
     ]
 
 
-def _panel(lines: Sequence[Line], at: int, x: Scale, y: Scale) -> Markup:
+def _panel(lines: Sequence[Line], at: int, x: svg.Scale, y: svg.Scale) -> Markup:
     body = _ground(x, y, at + 1, (0.0, 1.0), (0.0, 1.0, *reversed(y.ticks(4))))
     labels = []
     for line in reversed(lines):
@@ -245,10 +235,10 @@ def _panel(lines: Sequence[Line], at: int, x: Scale, y: Scale) -> Markup:
         high = [(float(stage), value.ends[1]) for stage, value in enumerate(values) if value.ends]
         if low:
             body.append(
-                f'<polygon class="band {line.kind}" points="{points([*low, *reversed(high)], x, y)}"/>'
+                f'<polygon class="band {line.kind}" points="{svg.points([*low, *reversed(high)], x, y)}"/>'
             )
-        body.append(f'<polyline class="line {line.kind}" points="{points(mean, x, y)}"/>')
+        body.append(f'<polyline class="line {line.kind}" points="{svg.points(mean, x, y)}"/>')
         after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
         name = f"{short(line.row.submission.title)} ({line.row.submission.name})"
         labels.append(f"{name}: {fixed(after)} right after its training, {fixed(end)} at the end")
-    return picture("panel", "208", "108", "; ".join(reversed(labels)), "".join(body))
+    return svg.picture("panel", "208", "108", "; ".join(reversed(labels)), "".join(body))

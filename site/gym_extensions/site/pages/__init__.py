@@ -13,15 +13,7 @@ from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages import (
-    compare,
-    core,
-    data,
-    groups,
-    metrics,
-    submissions,
-    tasks,
-)
+from gym_extensions.site.pages import compare, core, data, groups, metrics, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION

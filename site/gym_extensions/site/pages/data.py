@@ -15,7 +15,7 @@ from gym_extensions.scoring.output.board_frames import board_frame, to_csv
 from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import paths
-from gym_extensions.site.board_views import BoardView, Leaderboard
+from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages.groups import Group, groups
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.submissions.layout import MANIFEST
@@ -83,19 +83,18 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page that lists the data, the index, boards, groups and schemas."""
     members = groups(site)
-    boards = {board.id: _index_board(board) for board in site.boards}
+    boards = {}
+    for board in site.boards:
+        facts = (board.group, board.protocol, board.budget, board.task_conditioned, len(board.rows))
+        path, page = paths.board_data(board.id), paths.board_path(board.id)
+        boards[board.id] = IndexBoard(board.id, *facts, path, page)
     yield "data.html", render("data.html", "data.html")
     index = Index(
         references=site.references,
         submissions=tuple(
-            IndexRow(
-                each.name,
-                each.title,
-                each.level,
-                paths.submission_data(each.name),
-                paths.submission_path(each.name),
-            )
+            IndexRow(each.name, each.title, each.level, paths.submission_data(each.name), page)
             for each in site.submissions
+            for page in [paths.submission_path(each.name)]
         ),
         boards=tuple(boards.values()),
         core=paths.CORE_DATA,
@@ -110,11 +109,6 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         yield paths.group_data(group.id), _group_document(group, site, boards).to_json()
     for name, text in schema_texts().items():
         yield f"schemas/{name}", text
-
-
-def _index_board(board: BoardView) -> IndexBoard:
-    facts = (board.group, board.protocol, board.budget, board.task_conditioned, len(board.rows))
-    return IndexBoard(board.id, *facts, paths.board_data(board.id), paths.board_path(board.id))
 
 
 def _group_document(group: Group, site: Leaderboard, boards: dict[str, IndexBoard]) -> GroupDocument:

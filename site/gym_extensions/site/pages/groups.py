@@ -88,9 +88,8 @@ class Group:
     id: str  # group id or suite name
     tasks: tuple[TaskRow, ...]  # in training order; empty for a suite
     members: tuple[str, ...]  # the group ids of a suite; empty for a group
-    boards: tuple[
-        BoardView, ...
-    ]  # by protocol, most submissions first, task-conditioned ones after the others
+    # By protocol, most submissions first, task-conditioned ones after the others.
+    boards: tuple[BoardView, ...]
     paper: PaperTable | None  # the paper's columns; None without a publication
 
     @property

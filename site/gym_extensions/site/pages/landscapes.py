@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 from markupsafe import Markup
 
-from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.values import MetricValue
@@ -17,25 +18,13 @@ from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.board_views import BoardView, Row
 from gym_extensions.site.charts import landscapes as charts
 from gym_extensions.site.charts.svg import tick_label
-from gym_extensions.submissions.landscapes import (
-    EXTRAPOLATION,
-    INTERPOLATION,
-    NO_POLICIES,
-    NOT_MEASURED,
-    PROTOCOL,
-    Best,
-    Landscape,
-    best,
-    landscapes_of,
-    load,
-    share,
-    summary,
-)
+from gym_extensions.submissions import landscapes as model
+from gym_extensions.submissions.landscapes import PROTOCOL, Landscape
 from gym_extensions.submissions.review import is_withdrawn, read_review
 
 Summary = Mapping[str, MetricValue]
 """Interpolation and extrapolation, without one of which a group has no worlds."""
-TITLES = {INTERPOLATION: "between trained values", EXTRAPOLATION: "beyond trained values"}
+TITLES = {model.INTERPOLATION: "between trained values", model.EXTRAPOLATION: "beyond trained values"}
 
 
 @dataclass(frozen=True)
@@ -55,14 +44,14 @@ class View:
 
     group: TaskGroup
     landscape: Landscape | None
-    best: Best
+    best: model.Best
     submissions: int = 0  # that have a landscape of the group
     why: str = ""
 
     @cached_property
     def summary(self) -> Summary:
         """The shares of the best return."""
-        return summary(self.landscape, self.group, self.best) if self.landscape else {}
+        return model.summary(self.landscape, self.group, self.best) if self.landscape else {}
 
     @property
     def axes(self) -> list[AxisView]:
@@ -92,7 +81,7 @@ class View:
 
 
 def _shares(returns: tuple[tuple[float, ...], ...], top: tuple[float, ...]) -> list[list[float | None]]:
-    return [[share(value, highest) for value, highest in zip(row, top, strict=True)] for row in returns]
+    return [[model.share(value, highest) for value, highest in zip(row, top, strict=True)] for row in returns]
 
 
 def _stage(axis: Axis, group: TaskGroup, task: int) -> str:
@@ -103,13 +92,6 @@ def _stage(axis: Axis, group: TaskGroup, task: int) -> str:
     return group.tasks[task].name.removeprefix(group.tasks[task].base)
 
 
-def _is_withdrawn(folder: Path) -> bool:
-    try:
-        return is_withdrawn(read_review(folder).decisions)
-    except BenchError:
-        return True  # with such a review, the submission has problems and is on no board
-
-
 @dataclass(frozen=True)
 class Landscapes:
     """The landscapes of all submissions of a site, as far as their folders are known."""
@@ -118,18 +100,22 @@ class Landscapes:
 
     @cached_property
     def _all(self) -> Mapping[str, Mapping[str, View]]:
-        found = {name: landscapes_of(folder) for name, folder in sorted(self.folders.items())}
-        standing = {name: each for name, each in found.items() if not _is_withdrawn(self.folders[name])}
-        top = best(standing)
-        views: dict[str, dict[str, View]] = {group.id: {} for group in GROUPS.values()}
+        found = {name: model.landscapes_of(folder) for name, folder in sorted(self.folders.items())}
+        standing = {}
         for name, landscapes in found.items():
-            measured = standing | {
-                name: landscapes
-            }  # a withdrawn submission is compared on its own page alone
-            highest = top if name in standing else best(measured)
+            with suppress(BenchError):  # a submission with such a review has problems and is on no board
+                if not is_withdrawn(read_review(self.folders[name]).decisions):
+                    standing[name] = landscapes
+        top = model.best(standing)
+        known = {group.id: group for group in GROUPS.values()}
+        views: dict[str, dict[str, View]] = {id_: {} for id_ in known}
+        for name, landscapes in found.items():
+            # A withdrawn submission is compared on its own page alone.
+            measured = standing | {name: landscapes}
+            highest = top if name in standing else model.best(measured)
             for id_, each in landscapes.items():
                 submissions = sum(id_ in others for others in measured.values())
-                views[id_][name] = View(group(id_), each, highest, submissions)
+                views[id_][name] = View(known[id_], each, highest, submissions)
         return views
 
     def views(self, submission: Scorecard) -> dict[str, View]:
@@ -137,19 +123,19 @@ class Landscapes:
         folder = self.folders.get(submission.name)
         if folder is None:
             return {}
-        return {
-            group.id: self._view(submission, folder, group)
-            for group in GROUPS.values()
-            if PROTOCOL in submission.groups.get(group.id, {}) and axes(group)
-        }
-
-    def _view(self, submission: Scorecard, folder: Path, group: TaskGroup) -> View:
-        if known := self._all[group.id].get(submission.name):
-            return known
-        found = load(folder, group)
-        has_policies = any(run.policies for run in submission.groups[group.id][PROTOCOL].provenance)
-        why = NO_POLICIES if found == NOT_MEASURED and not has_policies else found
-        return View(group, None, {}, why=str(why))
+        views = {}
+        for group in GROUPS.values():
+            scores = submission.groups.get(group.id, {}).get(PROTOCOL)
+            if scores is None or not axes(group):
+                continue
+            view = self._all[group.id].get(submission.name)
+            if view is None:
+                why = model.load(folder, group)
+                if why == model.NOT_MEASURED and not any(run.policies for run in scores.provenance):
+                    why = model.NO_POLICIES
+                view = View(group, None, {}, why=str(why))
+            views[group.id] = view
+        return views
 
     def rows(self, board: BoardView) -> list[tuple[Row, View]]:
         """The submissions of a sequential board with a landscape, from the highest share to the lowest."""

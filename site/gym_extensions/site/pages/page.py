@@ -1,20 +1,27 @@
-"""What a kind of page is: the files that it writes, and the function that fills its templates."""
+"""What a kind of page is: the files that it writes, and what fills its templates."""
 
 from __future__ import annotations
 
 import posixpath
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
+from gym_extensions.scoring.output import highlights
+from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scorecard
+from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
+from gym_extensions.site.board_views import Leaderboard, missing_reasons
+from gym_extensions.site.charts import landscapes, profiles, strips, task_curves, task_pictures
 from gym_extensions.site.pages.landscapes import Landscapes
+from gym_extensions.site.play import stroboscopes
+from gym_extensions.site.play.assets import play_group_link
 from gym_extensions.site.play.mujoco_wasm import Simulator
-from gym_extensions.site.templating import environment
+from gym_extensions.submissions.review import REPORTED
 
 TASK_LIST = "tasks.html"
 """The page that lists all tasks."""
@@ -37,15 +44,59 @@ def doc_link(file: str, title: str, root: str | None) -> Markup:
     return Markup('<a href="{}">{}</a>').format(address, title)
 
 
+@cache
+def environment() -> Environment:
+    """The templates, compiled once. All values are escaped, and an unknown name is an error."""
+    templates = Environment(
+        loader=FileSystemLoader(FOLDER / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        auto_reload=False,
+    )
+    templates.filters.update(
+        fixed=text.fixed,
+        grouped=text.grouped,
+        readable=text.readable,
+        short=text.short,
+        task=text.task,
+    )
+    templates.globals.update(
+        paths=paths,
+        text=text,
+        submission_facts=submission_facts,
+        tables=tables,
+        results=submission_results,
+        landscape_charts=landscapes,
+        profiles=profiles,
+        task_curves=task_curves,
+        strips=strips,
+        task_pictures=task_pictures,
+        stroboscopes=stroboscopes,
+        board_columns=COLUMNS,
+        core_metrics=CORE_METRICS,
+        forgetting=highlights.FORGETTING,
+        largest_change=highlights.largest_change,
+        metrics=BY_NAME,
+        FORGETTING=FORGETTING.name,
+        LEARNING=LEARNING.name,
+        missing_reasons=missing_reasons,
+        paper_columns=PAPER_COLUMNS,
+        reported=REPORTED,
+        play_group_link=play_group_link,
+    )
+    return templates
+
+
 @dataclass(frozen=True)
 class Render:
     """Fills the templates with the menu and what every page shows."""
 
     references: ReferencesInfo  # that normalize all scores
     pages: tuple[Page, ...]  # all kinds
-    folders: Mapping[str, Path] = field(
-        default_factory=dict
-    )  # of the submissions by name, where they are known
+    folders: Mapping[str, Path] = field(default_factory=dict)  # of submissions by name, where they are known
     simulator: Simulator | None = None  # MuJoCo for the browser, if the site has it
     docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
 

@@ -122,7 +122,11 @@ def _ghosts(episode: Episode) -> Array:
 def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, floor: tuple[bool, bool]) -> Markup:
     """The picture of one episode; ``floor`` says whether it has a floor, and whether that has ticks."""
     width, height = frame.size
-    parts = [_floor(frame, floor[1])] if floor[0] else []
+    parts = []
+    if floor[0]:  # with a tick per m where poses are at their true distance
+        ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1) if floor[1] else ()
+        marks = "".join("M{} {}v5".format(*frame.at((tick, 0.0))) for tick in ticks)
+        parts.append(f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{width}{marks}"/>')
     limbs = [shape for shape in shapes if shape.role in ("body", "far", "changed")]
     thickness = round(2 * float(np.median([shape.radius for shape in limbs])) * frame.scale)
     for shape in shapes:
@@ -163,13 +167,6 @@ def _limbs(limbs: Sequence[Placed], ghost: int, frame: View) -> str:
             path += f"l{end[0] - start[0]} {end[1] - start[1]}".replace(" -", "-")
         pen, last = end, ends[1]
     return path
-
-
-def _floor(frame: View, has_ticks: bool) -> str:
-    """The floor, with a tick per m where poses are at their true distance."""
-    ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1) if has_ticks else ()
-    marks = "".join("M{} {}v5".format(*frame.at((tick, 0.0))) for tick in ticks)
-    return f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{frame.size[0]}{marks}"/>'
 
 
 def _path(picture: str, episode: Episode) -> Markup:

@@ -16,7 +16,7 @@ from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.paths import submission_file
 from gym_extensions.site.play.kinematics import Array
-from gym_extensions.site.submission_results import SubmissionResult, results_of
+from gym_extensions.site.submission_results import results_of
 from gym_extensions.site.text import count, digits_for, fixed
 from gym_extensions.submissions.poses import MAX_SECONDS, Clip, Poses, TaskPoses
 
@@ -129,22 +129,16 @@ def _index(values: list[Any], value: Any) -> int:
 
 def watches(submission: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
     """The panels of a submission by group id, for groups with poses of its present results."""
-    panels = {
-        result.group: _watch(submission.name, result, poses.get(result.group))
-        for result in results_of(submission.groups)
-        if result.stage_matrices
-    }
-    return {group: panel for group, panel in panels.items() if panel is not None}
-
-
-def _watch(name: str, result: SubmissionResult, poses: Poses | None) -> Watch | None:
-    if poses is None or not result.stage_matrices or tuple(row.task for row in poses.tasks) != result.tasks:
-        return None
-    if not poses.shows(result.runs, result.stage_matrices):
-        return None
-    tasks = [watched_task(row) for row in poses.tasks]
-    path = submission_file(name, f"poses-{result.group}.js")
-    return Watch(f"watch-{result.id}", path, poses.run, tuple(task for task in tasks if task is not None))
+    panels = {}
+    for result in results_of(submission.groups):
+        shown = poses.get(result.group)
+        if shown is None or not result.stage_matrices or not shown.shows(result.runs, result.stage_matrices):
+            continue
+        if tuple(row.task for row in shown.tasks) == result.tasks:
+            path = submission_file(submission.name, f"poses-{result.group}.js")
+            tasks = tuple(filter(None, map(watched_task, shown.tasks)))
+            panels[result.group] = Watch(f"watch-{result.id}", path, shown.run, tasks)
+    return panels
 
 
 LAST = "At the end, right after its training"
