@@ -8,12 +8,13 @@
 
 from __future__ import annotations
 
+import argparse
 import ast
 import contextlib
 import dataclasses
 import inspect
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
@@ -24,6 +25,7 @@ from gym_extensions.catalog import variations
 from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.curation import pull_request_rules
 from gym_extensions.documents import json_schema
+from gym_extensions.errors import reports_mistakes
 from gym_extensions.metrics.formulas import METRICS, NEEDS
 from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison
 from gym_extensions.scoring.scorecard import ScorecardDocument
@@ -56,12 +58,10 @@ def executed(page: str) -> str:
         return CELL.sub(cell, page)
 
 
-def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table in Markdown."""
-    names = list(head)
-    lines = [names, *rows]
-    first, *others = [f"| {' | '.join(map(str, line))} |" for line in lines]
-    return "\n".join([first, f"|{'---|' * len(names)}", *others])
+    first, *others = [f"| {' | '.join(line)} |" for line in (head, *rows)]
+    return "\n".join([first, f"|{'---|' * len(head)}", *others])
 
 
 def metric_rows(protocol: str) -> list[list[str]]:
@@ -148,8 +148,11 @@ def updated(page: str) -> str:
     )
 
 
-def main() -> None:
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
     """Writes the pages."""
+    formatter = argparse.RawDescriptionHelpFormatter
+    argparse.ArgumentParser(description=__doc__, formatter_class=formatter).parse_args(argv)
     write_environments([])
     experts(["tables"])
     for path in sorted((ROOT / "docs").glob("*.md")):
@@ -157,7 +160,8 @@ def main() -> None:
         new = updated(executed(text) if path == PAGE else text)
         if new != text:
             path.write_text(new, encoding="utf-8")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

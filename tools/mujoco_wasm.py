@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import gzip
 import shutil
 import subprocess
-import sys
 import tarfile
 import tempfile
 from pathlib import Path
@@ -42,8 +42,10 @@ def fetch(folder: Path) -> None:
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
-    """Fetches the files into ``.site-assets``, unless they are there."""
-    folder = Path(argv[0]) if argv else FOLDER
+    """Fetches the files, unless they are there."""
+    parser = argparse.ArgumentParser(prog="python -m tools.mujoco_wasm", description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=FOLDER, help="default: %(default)s")
+    folder = parser.parse_args(argv).folder
     try:
         is_there = load(folder) is not None
     except BenchError:
@@ -54,4 +56,4 @@ def main(argv: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    raise SystemExit(main())

@@ -1,1 +1,1 @@
-"""Writes docs/findings.md and docs/reproduction.md: ``python -m tools.findings``."""
+"""What the committed submissions show: the pages findings and reproduction of docs/."""

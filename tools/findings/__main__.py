@@ -1,9 +1,21 @@
-"""``make findings``: writes both pages and their figures from the committed submissions."""
+"""Writes docs/findings.md, docs/reproduction.md and their figures from the committed submissions."""
 
 from __future__ import annotations
 
+import argparse
+
+from gym_extensions.errors import reports_mistakes
 from tools.findings import findings, reproduction
 
-if __name__ == "__main__":
+
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Writes both pages."""
+    argparse.ArgumentParser(prog="python -m tools.findings", description=__doc__).parse_args(argv)
     findings.main()
     reproduction.main()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
