@@ -366,7 +366,7 @@ def test_a_page_is_a_function_and_its_template(copy: Path) -> None:
 @pytest.mark.parametrize(
     ("add", "tests"),
     [
-        (add_task, ("catalog", "envs", "references", "tools", "site")),
+        (add_task, ("catalog", "envs", "tools", "site")),
         (add_variation, ("catalog", "envs", "tools", "site/play")),
         (add_metric, ("metrics", "scoring", "results", "export", "site", "tools")),
         (add_agent, ("baselines", "examples")),

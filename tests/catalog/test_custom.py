@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from gym_extensions import envs
+from gym_extensions.catalog.descriptions import picture_file
 from gym_extensions.catalog.tasks import Task, customize, task
 from gym_extensions.catalog.variations import (
     Gravity,
@@ -92,3 +93,16 @@ def test_a_limb_is_named_and_has_a_mass_that_mujoco_simulates() -> None:
         with pytest.raises(BenchError) as caught:
             envs.make("Hopper", variations=[variation])
         assert caught.value.code == code
+
+
+@pytest.mark.parametrize(
+    ("made", "picture"),
+    [
+        (customize("Hopper", [Gravity(0.3), MotorNoise()]), "hopper.webp"),
+        (customize("Hopper", [RangeSensor(), Wall(), SensorNoise(0.1)]), "hopperwall.webp"),
+        (customize("HopperBigFoot", [Gravity(0.3)]), "hopperbigfoot.webp"),
+        (customize("Hopper", [LimbScale("Foot", 1.1)]), "hopper.limbscale-foot-1.1.webp"),
+    ],
+)
+def test_a_picture_is_of_what_is_seen_of_the_variations(made: Task, picture: str) -> None:
+    assert picture_file(made) == picture

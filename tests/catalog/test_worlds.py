@@ -7,7 +7,7 @@ import pytest
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.tasks import TASKS, task as task_named
 from gym_extensions.catalog.variations import Gravity, Wall
-from gym_extensions.catalog.worlds import Axis, axes
+from gym_extensions.catalog.worlds import Axis, Trained, axes
 from gym_extensions.envs.make import construct_mujoco
 
 WITH_AXES = {name for name in GROUPS if name.endswith(("-gravity", "-body", "-wall")) and "noisy" not in name}
@@ -22,6 +22,14 @@ def test_gravity_body_and_wall_groups_vary_one_quantity() -> None:
     assert {name for name, _ in ALL} == WITH_AXES - {"humanoid-standup-run-wall"}
     assert [axis.name for axis in axes(group("hopper-body"))] == ["foot", "leg", "thigh", "torso"]
     assert axes(TaskGroup("mine", (task_named("HopperGravityHalf"), task_named("Walker2d")))) == ()
+
+
+def test_a_task_without_the_variation_trains_on_the_value_of_its_body() -> None:
+    (foot,) = axes(TaskGroup("mine", (task_named("HopperBigFoot"), task_named("Hopper"))))
+    assert foot.trained == (Trained(0, 1.25, 1.25), Trained(1, 1.0, 1.0))
+    assert axes(TaskGroup("mine", (task_named("HopperWall"), task_named("Hopper")))) == ()
+    (wall,) = axes(group("hopper-wall"))
+    assert wall.trained == (Trained(1, 1.8, 3.8),), "the first task's wall is parked"
 
 
 @pytest.mark.parametrize(("name", "axis"), ALL, ids=lambda value: getattr(value, "name", value))

@@ -35,7 +35,14 @@ class Axis:
     unit: str
     points: tuple[float, ...]  # the values, ascending
     trained: tuple[Trained, ...]  # what the tasks of the group train on, in training order
-    world: Callable[[float], Task]  # the task at a value
+    base: Task  # the tasks without what varies
+    at: Callable[[float], Variation]  # the variation with a value
+
+    def world(self, value: float) -> Task:
+        """The task at a value."""
+        variation = self.at(value)
+        name = f"{self.base.name}.{label(variation)}"
+        return replace(self.base, name=name, variations=(*self.base.variations, variation))
 
     def place(self, value: float) -> Place:
         """Where a value lies."""
@@ -83,23 +90,14 @@ def axes(group: TaskGroup) -> tuple[Axis, ...]:
     found = []
     for name, by_task in varied.items():
         first = next(iter(by_task.values()))
-        if len({each.at(first.points[0]) for each in by_task.values()}) > 1 or (
-            plain and first.unchanged is None
-        ):
+        if len({each.at(first.points[0]) for each in by_task.values()}) > 1:
+            return ()  # they differ in more than the quantity
+        if plain and first.unchanged is None:
             return ()
         values = {index: each.trained for index, each in by_task.items()}
         if first.unchanged is not None:
             values |= dict.fromkeys(plain, (first.unchanged, first.unchanged))
         trained = tuple(Trained(index, *ends) for index, ends in sorted(values.items()) if ends)
         if trained:
-            found.append(Axis(name, first.title, first.unit, first.points, trained, _worlds(base, first)))
+            found.append(Axis(name, first.title, first.unit, first.points, trained, base, first.at))
     return tuple(found)
-
-
-def _worlds(base: Task, quantity: Quantity) -> Callable[[float], Task]:
-    def world(value: float) -> Task:
-        variation = quantity.at(value)
-        name = f"{base.name}.{label(variation)}"
-        return replace(base, name=name, variations=(*base.variations, variation))
-
-    return world

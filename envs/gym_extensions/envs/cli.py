@@ -28,16 +28,6 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _list(names: list[str]) -> int:
-    listed = {each.id: each.task_ids for each in [group(name) for name in names] or GROUPS.values()}
-    if not names:
-        grouped = {task_id for ids in listed.values() for task_id in ids}
-        listed["in no group"] = tuple(task_id for task_id in TASKS if task_id not in grouped)
-    for title, ids in listed.items():
-        print(f"{title} ({_tasks(len(ids))})", *ids, sep="\n  ")
-    return 0
-
-
 HINT = "A changed task needs a new version number. Publish a new one with: gym-extensions envs fingerprint"
 
 
@@ -65,24 +55,28 @@ def _tasks(count: int) -> str:
     return "1 task" if count == 1 else f"{count} tasks"
 
 
-def _write(replace: bool) -> int:
-    from gym_extensions.envs import fingerprinting
-
-    table, changed = fingerprinting.updated(replace)
-    write_text(fingerprints.PATH, fingerprinting.text(table))
-    for task_id in changed:
-        print(f"{task_id} {table['tasks'][task_id]['fingerprint']}")
-    print(f"{len(changed)} fingerprints written, {len(table['tasks']) - len(changed)} unchanged.")
-    return 0
-
-
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Runs one command. The exit status is 0 for success, 1 for tasks that differ, 2 for wrong usage."""
     args = _parser().parse_args(argv)
-    if args.command == "list":
-        return _list(args.group)
     if args.command == "show":
         print(descriptions.summary(task(args.task)))
-        return 0
-    return _check(args.task) if args.command == "check" else _write(args.replace)
+    elif args.command == "list":
+        listed = {each.id: each.task_ids for each in map(group, args.group)}
+        if not listed:
+            listed = {each.id: each.task_ids for each in GROUPS.values()}
+            grouped = {task_id for ids in listed.values() for task_id in ids}
+            listed["in no group"] = tuple(task_id for task_id in TASKS if task_id not in grouped)
+        for title, ids in listed.items():
+            print(f"{title} ({_tasks(len(ids))})", *ids, sep="\n  ")
+    elif args.command == "check":
+        return _check(args.task)
+    else:
+        from gym_extensions.envs import fingerprinting
+
+        table, changed = fingerprinting.updated(args.replace)
+        write_text(fingerprints.PATH, fingerprinting.text(table))
+        for task_id in changed:
+            print(f"{task_id} {table['tasks'][task_id]['fingerprint']}")
+        print(f"{len(changed)} fingerprints written, {len(table['tasks']) - len(changed)} unchanged.")
+    return 0
