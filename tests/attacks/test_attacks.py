@@ -21,14 +21,13 @@ from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.files import AnyPolicy, Key, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.run import PolicyFile
+from gym_extensions.submissions.run import PolicyFile, read_run
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.verify import verify
 
 from ..verification import made_submissions as submissions
 from ..verification.made_submissions import (
     GROUP,
-    RUNS,
     Row,
     change_documents,
     change_log,
@@ -65,6 +64,7 @@ class Attack:
     stop: str
     elsewhere: str = ""
     head: str = "deterministic"
+    runs: int = 3
 
 
 def rows(edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Forge:
@@ -118,7 +118,8 @@ def best_of(evaluations: int, by: str) -> Forge:
 
 def one_policy_everywhere(submission: Path) -> None:
     """Every stage is a policy that was chosen for one task."""
-    for run in RUNS:
+    for document in submission.glob("*/*/*.json"):
+        run = read_run(document).run
         chosen = network(700 + run)
         stored = read_policies(submission, group(GROUP), "sequential", run)
         submissions.write_run_files(submission, "sequential", run, stored, dict.fromkeys(stored, chosen))
@@ -165,6 +166,7 @@ ATTACKS = (
         rows(lambda row: {"return": 90.0 + row["episode"]}, run=3),
         REPETITION,
         elsewhere=NEW_SEEDS,
+        runs=5,
     ),
     Attack("One episode of the log is invented.", first_row(return_=17.0), REPETITION, elsewhere=VERIFIED),
     Attack(
@@ -243,7 +245,7 @@ def stop_of(submission: Path, cache: Path) -> str:
 @pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.title)
 def test_an_attack_stops_where_its_row_says(attack: Attack, tmp_path: Path) -> None:
-    submission = copy(honest(attack.head), tmp_path / "attack")
+    submission = copy(honest(attack.head, attack.runs), tmp_path / "attack")
     attack.forge(submission)
     assert attack.stop in stop_of(submission, tmp_path)
     if attack.elsewhere:

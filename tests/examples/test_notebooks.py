@@ -20,7 +20,8 @@ def test_a_notebook_runs(path: Path, tmp_path: Path) -> None:
     code = [cell for cell in cells if cell["cell_type"] == "code"]
     assert code and not any(cell["outputs"] for cell in code)
     script = tmp_path / "notebook.py"
-    script.write_text("\n\n".join("".join(cell["source"]) for cell in code), "utf-8")
+    text = "\n\n".join("".join(cell["source"]) for cell in code)
+    script.write_text(text.replace('"hopper-gravity"', '"hopper-wall"'), "utf-8")  # of two tasks, not five
     environment = os.environ | {"MPLBACKEND": "agg"}
     done = subprocess.run(
         [sys.executable, script], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False

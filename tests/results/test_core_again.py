@@ -66,8 +66,8 @@ def matrices(submission: str, name: str, protocol: str = "sequential") -> NDArra
     folder, tasks = ROOT / "submissions" / submission / name / protocol, list(group(name).task_ids)
     found = []
     for run in range(len(list(folder.glob("run*.csv")))):
-        log = pd.read_csv(folder / f"run{run}.csv")
-        means = log.pivot_table(values="return", index="stage", columns="task", aggfunc="mean")[tasks]
+        log = pd.read_csv(folder / f"run{run}.csv", usecols=["stage", "task", "return"])
+        means = log.groupby(["stage", "task"])["return"].mean().unstack()[tasks]
         found.append((means - anchors()["floor"][tasks]) / anchors()["span"][tasks])
     return np.array(found)
 

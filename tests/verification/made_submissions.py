@@ -113,10 +113,12 @@ def write_run_files(
     write_run(paths[1], document)
 
 
-def write_submission(folder: Path, head: str = "deterministic", protocol: str = "sequential") -> Path:
-    """Writes an honest submission of five runs."""
+def write_submission(
+    folder: Path, head: str = "deterministic", protocol: str = "sequential", runs: int = len(RUNS)
+) -> Path:
+    """Writes an honest submission, by default of five runs."""
     folder.mkdir(parents=True)
-    for run in RUNS:
+    for run in range(runs):
         keys = policy_keys(protocol, group_of(GROUP))
         policies = {key: network(100 * run + number, head) for number, key in enumerate(keys)}
         write_run_files(folder, protocol, run, policies)
@@ -128,10 +130,10 @@ def write_submission(folder: Path, head: str = "deterministic", protocol: str = 
     return folder
 
 
-def honest(head: str = "deterministic") -> Path:
+def honest(head: str = "deterministic", runs: int = len(RUNS)) -> Path:
     """An honest submission, made once per process. It must not be changed."""
-    folder = Path(SCRATCH.name, head, "honest")
-    return folder if folder.exists() else write_submission(folder, head)
+    folder = Path(SCRATCH.name, f"{head}-{runs}", "honest")
+    return folder if folder.exists() else write_submission(folder, head, runs=runs)
 
 
 def copy(submission: Path, target: Path) -> Path:
