@@ -55,12 +55,16 @@ REFERENCES = References(
 
 
 class Project:
-    """The repository of the boards, and a stranger's fork of it."""
+    """The repository of the boards, and a stranger's fork of it: new, or a copy of those in ``original``."""
 
-    def __init__(self, folder: Path) -> None:
-        self.main, self.fork = make_repository(folder / "main"), folder / "fork"
-        commit(self.main, {"scoring/rank.py": "rank = 1\n"})
-        git(folder, "clone", "--quiet", str(self.main), str(self.fork))
+    def __init__(self, folder: Path, original: Path | None = None) -> None:
+        self.main, self.fork = folder / "main", folder / "fork"
+        if original is None:
+            commit(make_repository(self.main), {"scoring/rank.py": "rank = 1\n"})
+            git(folder, "clone", "--quiet", str(self.main), str(self.fork))
+        else:
+            shutil.copytree(original, folder, dirs_exist_ok=True)
+            git(self.fork, "remote", "set-url", "origin", str(self.main))
         self.records = folder / "records"
         self.options = ("--cache", str(folder / "cache"))
 
@@ -133,15 +137,23 @@ def project(tmp_path: Path, in_this_process: None) -> Project:
     return Project(tmp_path)
 
 
-@pytest.fixture
-def with_submission(project: Project, tmp_path: Path) -> Project:
-    """A project with a verified submission ``new`` of an agent of this project."""
-    submission = copy(honest(), tmp_path / "of-trpo")
+@pytest.fixture(scope="module")
+def verified(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a project with a verified submission ``new`` of an agent of this project."""
+    folder = tmp_path_factory.mktemp("verified")
+    submission = copy(honest(), tmp_path_factory.mktemp("of") / "trpo")
     manifest = submission / "submission.toml"
     manifest.write_text(manifest.read_text("utf-8").replace('"formula"', '"trpo"'), "utf-8")
+    project = Project(folder)
     project.submit(submission)
     assert project.review(project.merge()) == "verified"
-    return project
+    return folder
+
+
+@pytest.fixture
+def with_submission(verified: Path, tmp_path: Path, in_this_process: None) -> Project:
+    """A copy of that project."""
+    return Project(tmp_path, verified)
 
 
 def test_a_stranger_donates_a_run_which_alone_is_verified(with_submission: Project) -> None:
