@@ -20,8 +20,9 @@ from gym_extensions.catalog.groups import CORE, CORES, group
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.pipeline import find_submissions, make_scorer, scorecards
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
-from gym_extensions.scoring.ranking.core_board import LOOK_LEVELS, core_board
+from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.core_score import LOOK_LEVELS
 from gym_extensions.verification.after_merge import is_of_this_project
 
 NORMAL = NormalDist()

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from gym_extensions import site
 from gym_extensions.files import write_text
 from gym_extensions.results.plots import plot_retention
-from gym_extensions.scoring.output.highlights import task_name
 from gym_extensions.scoring.scorecard import PaperRow
+from gym_extensions.scoring.submission.stages import task_name
 from tools.findings.tables import Value
 
 if TYPE_CHECKING:

@@ -24,12 +24,23 @@ ExpertError = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class MetricValue:
-    """Mean over runs, 95 % interval and one value per run."""
+class Estimate:
+    """A mean over runs and its 95 % interval: what every number with an uncertainty is."""
 
-    mean: Annotated[float | None, about("mean over runs; null where the metric has no value")] = None
+    mean: Annotated[float | None, about("mean over runs; null without a value")] = None
     low: Annotated[float | None, about("lower end of the 95 % interval; null with one run")] = None
     high: Annotated[float | None, about("upper end of the 95 % interval; null with one run")] = None
+
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """Both ends of the interval, or None with fewer than two runs."""
+        return None if self.low is None or self.high is None else (self.low, self.high)
+
+
+@dataclass(frozen=True, slots=True)
+class MetricValue(Estimate):
+    """A metric of a submission: mean over runs, 95 % interval and one value per run."""
+
     runs: Annotated[
         tuple[float, ...], about("the value of each run that has what it needs; none in suites")
     ] = ()
@@ -46,19 +57,14 @@ class MetricValue:
         why = ONE_RUN if interval.low is None else ""
         return cls(interval.mean, interval.low, interval.high, tuple(runs), why, tuple(expert_errors))
 
-    @property
-    def ends(self) -> tuple[float, float] | None:
-        """Both ends of the interval, or None with fewer than two runs."""
-        return None if self.low is None or self.high is None else (self.low, self.high)
 
-
-def learned_nothing(metrics: Mapping[str, MetricValue]) -> bool:
+def learned_nothing(metrics: Mapping[str, Estimate]) -> bool:
     """Whether a submission learned nothing that it could forget (docs/metrics.md, "How boards are read").
 
     True where the interval of learning performance does not lie above 0; with one run, where the value is
     below .1.
     """
-    learning = metrics.get(LEARNING.name, MetricValue())
+    learning = metrics.get(LEARNING.name, Estimate())
     if learning.mean is None:
         return False
     return learning.mean < LEAST_LEARNED if learning.low is None else learning.low <= 0

@@ -12,8 +12,8 @@ from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.results.frames import curves, evaluations
 from gym_extensions.results.scores import board
-from gym_extensions.scoring.output.highlights import task_name
 from gym_extensions.scoring.pipeline import Paths
+from gym_extensions.scoring.submission.stages import task_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ import msgspec
 
 from gym_extensions.documents import JsonDocument, about, filled
 from gym_extensions.metrics.formulas import Profile
-from gym_extensions.metrics.values import MetricValue
+from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.submissions.manifest import Code, Hyperparameter, Observes, Protocol, Tuning
 from gym_extensions.submissions.problem import Problem
 from gym_extensions.submissions.review import Decision, Level, is_withdrawn
@@ -126,8 +126,39 @@ class PaperRow(PaperColumns):
     printed_task: Annotated[str, about("its name in the publication; empty in submissions with logs")] = ""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StageScore(Estimate):
+    """A task after a stage, over runs: its score, which a task without an expert lacks, and its return."""
+
+    mean_return: Annotated[float, about("mean raw return over runs")]
+    success_rate: Annotated[
+        float | None, about("mean over runs of the share of successful episodes; null where undefined")
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskChange(Estimate):
+    """The change of a task since right after its training: its score at the end minus that one, over runs."""
+
+    normalized: Annotated[bool, about("false for raw returns, where the task has no expert")]
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether its interval excludes 0. A single run has no interval, and is not certain."""
+        return self.ends is not None and not self.ends[0] <= 0 <= self.ends[1]
+
+
 @dataclass(frozen=True, slots=True)
-class Curve:
+class LargestChange:
+    """The task that changes most, if a test over runs finds its change; its mean return in two columns."""
+
+    task: Annotated[str, about("task id")]
+    before: Annotated[float, about("in the first of the two columns")]
+    after: Annotated[float, about("in the second one")]
+
+
+@dataclass(frozen=True, slots=True)
+class TrainingCurve:
     """One training curve."""
 
     run: Annotated[int, about("training seed")]
@@ -191,7 +222,21 @@ class GroupScore:
         tuple[tuple[tuple[float | None, ...], ...], ...],
         about("share of successful episodes; null where the task defines no success, empty if no task does"),
     ] = ()
-    curves: Annotated[tuple[Curve, ...], about("training curves, one per run and task")] = ()
+    stages: Annotated[
+        tuple[tuple[StageScore, ...], ...], about("means over runs `[stage][task]`, of the same stages")
+    ] = ()
+    changes: Annotated[
+        tuple[TaskChange, ...], about("of each task but the last; empty outside `sequential`")
+    ] = ()
+    top_score: Annotated[float, about("highest score of a run on a task after a stage, at least 1")] = 1.0
+    largest_loss: Annotated[
+        LargestChange | None, about("the most forgotten task, from right after its training to the end")
+    ] = None
+    highlights: Annotated[
+        tuple[str, ...],
+        about("sentences on the largest changes and on open tasks; empty outside `sequential`"),
+    ] = ()
+    curves: Annotated[tuple[TrainingCurve, ...], about("training curves, one per run and task")] = ()
     episode_sketches: Annotated[
         tuple[tuple[str, ...], ...],
         about("hashes of episodes (navigation: of policies) per run, by which boards find copies"),
@@ -205,6 +250,13 @@ class GroupScore:
         tuple[str, ...], about("reported submissions: contradictions between printed numbers")
     ] = ()
 
+    def scores(self, at: int) -> list[list[float]] | None:
+        """The scores of a task, given its position from 0, by run and stage; None without an expert."""
+        reference = self.reference.get(self.tasks[at], ReferenceValue())
+        rows = [[reference.normalize(stage[at]) for stage in run] for run in self.return_matrix]
+        scores = [[score for score in row if score is not None] for row in rows]
+        return scores if scores == rows else None
+
     def __repr__(self) -> str:
         means = {key: round(value.mean, 3) for key, value in self.metrics.items() if value.mean is not None}
         return f"GroupScore(level={self.level!r}, budget={self.budget!r}, runs={self.runs}, metrics={means})"
@@ -217,6 +269,53 @@ class SuiteScore:
     budget: Annotated[str, about("name of the budget")]
     groups: Annotated[tuple[str, ...], about("group ids")]
     metrics: Annotated[dict[str, MetricValue], about("every metric of the protocol by name")]
+
+
+@dataclass(frozen=True, slots=True)
+class CoreGroup(Estimate):
+    """Final performance of a submission on a group of the core, over the compared runs."""
+
+    runs: Annotated[int, about("number of runs, 0 to N − 1")] = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreCost:
+    """What one run of the core takes, as its documents state it: all groups of the core together.
+
+    Nothing is estimated: a number that some group's runs do not state is null, and so is each of a submission
+    that lacks a group.
+    """
+
+    steps: Annotated[float | None, about("training steps: the sum over groups of the mean over runs")] = None
+    cpu_seconds: Annotated[float | None, about("processor time: the same sum, where runs state it")] = None
+    peak_memory_mb: Annotated[float | None, about("largest memory of a process, of all runs")] = None
+    stored_steps: Annotated[int | None, about("most transitions that a run stores at once")] = None
+    parameters: Annotated[int | None, about("parameters at the end of training, in the largest group")] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreScore:
+    """A submission with sequential runs on a group of the core, before it is compared with others."""
+
+    why: Annotated[str, about("why it cannot be compared: claimed, groups or runs missing; else empty")] = ""
+    parent: Annotated[str, about("the algorithm with the same first stage, or its own")]
+    look: Annotated[int, about("n: runs 0 to n − 1 of every group are compared; 0 without a complete look")]
+    next_look: Annotated[int | None, about("the next look; null after the last")]
+    missing: Annotated[tuple[str, ...], about("groups without sequential runs; it has no scores then")] = ()
+    metrics: Annotated[dict[str, MetricValue], about("means over groups, over runs 0 to n − 1")]
+    groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]
+    cost: CoreCost
+    notes: Annotated[tuple[str, ...], about("what is not compared, and a code for each")] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class RunCost:
+    """What a run takes: all groups of the core that the submission has, or all of its groups, together."""
+
+    steps: Annotated[float, about("training steps: the sum over groups of the mean over runs")]
+    groups: Annotated[int, about("number of these groups")]
+    cpu_seconds: Annotated[float, about("processor time: the same sum, of the groups that state it")]
+    timed_groups: Annotated[int, about("number of groups with a run that states its processor time")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -236,6 +335,8 @@ class Scorecard:
     decisions: Annotated[tuple[Decision, ...], about("decisions of maintainers, oldest first")] = ()
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]
     suites: Annotated[dict[str, dict[str, SuiteScore]], about("of complete suites, by suite and protocol")]
+    core: Annotated[CoreScore | None, about("on the core; null without runs there, and if withdrawn")] = None
+    cost: Annotated[RunCost | None, about("what a run takes; null where no run states it")] = None
 
     def __repr__(self) -> str:
         return f"Scorecard({self.name!r}, level={self.level!r}, groups={list(self.groups)})"

@@ -14,10 +14,10 @@ from rich.text import Text
 
 from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import METRICS
-from gym_extensions.metrics.values import MetricValue
-from gym_extensions.scoring.output.highlights import highlights, task_name
-from gym_extensions.scoring.ranking.boards import Comparison, Difference
+from gym_extensions.metrics.values import Estimate
+from gym_extensions.scoring.ranking.boards import Comparison
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, GroupScore, PaperCell, Scorecard, SuiteScore
+from gym_extensions.scoring.submission.stages import task_name
 
 MAX_ROWS, MAX_NOTES = 16, 3
 """Most suites and groups, and most notes, on the screen of a submission."""
@@ -47,7 +47,7 @@ def number(value: float | None, digits: int = 3) -> str:
     return "–" if value is None else f"{value:.{digits}f}"
 
 
-def span(value: MetricValue | Difference) -> str:
+def span(value: Estimate) -> str:
     """An interval, or a dash."""
     return "–" if value.low is None else f"{number(value.low)} to {number(value.high)}"
 
@@ -85,7 +85,7 @@ def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
     if chosen or len(card.groups) == 1:
         for name, protocols in card.groups.items():
             for protocol, score in protocols.items():
-                _group(out, name, protocol, score, protocols.get("single"))
+                _group(out, name, protocol, score)
     else:
         _overview(out, card)
         hint = f"One group in full: --group {next(iter(card.groups), 'NAME')}. "
@@ -121,7 +121,7 @@ def _review(out: Console, card: Scorecard) -> None:
         out.print(f"  {doubt}")
 
 
-def _group(out: Console, name: str, protocol: str, score: GroupScore, single: GroupScore | None) -> None:
+def _group(out: Console, name: str, protocol: str, score: GroupScore) -> None:
     runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
     custom = "" if score.published else ", custom group (not published)"
     facts = f", budget {score.budget}{runs}, {score.level}{custom}"
@@ -135,7 +135,7 @@ def _group(out: Console, name: str, protocol: str, score: GroupScore, single: Gr
         for task, cells in table_rows(score):
             table.add_row(task_name(task), *map(_returns, cells))
         out.print(table)
-    for sentence in highlights(score, single):
+    for sentence in score.highlights:
         out.print(f"· {sentence}")
     for note in score.notes:
         out.print(f"! {note}")
@@ -175,7 +175,7 @@ def _overview(out: Console, card: Scorecard) -> None:
     shown = parts if len(parts) <= MAX_ROWS else parts[: MAX_ROWS - 1]
     for name, protocols in shown:
         scores = ((protocols.get(protocol), metrics[0].name) for protocol, metrics in METRICS.items())
-        values = (score.metrics[first] if score else MetricValue() for score, first in scores)
+        values = (score.metrics[first] if score else Estimate() for score, first in scores)
         table.add_row(name, *map(_short, values))
     if table.row_count:
         out.print()
@@ -184,7 +184,7 @@ def _overview(out: Console, card: Scorecard) -> None:
         out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
 
 
-def _short(value: MetricValue) -> str:
+def _short(value: Estimate) -> str:
     """A mean with half of its interval."""
     half = "" if value.high is None or value.mean is None else f" ± {value.high - value.mean:.2f}"
     return f"{number(value.mean, 2)}{half}"

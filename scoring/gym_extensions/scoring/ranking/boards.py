@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeVar
 
 from gym_extensions.catalog.groups import CORES, SUITES
@@ -16,8 +16,8 @@ from gym_extensions.documents import JsonDocument, about
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.formulas import METRICS, Metric
 from gym_extensions.metrics.statistics import Summary, subtract, to_interval, zero_mean_p
-from gym_extensions.metrics.values import MetricValue
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+from gym_extensions.metrics.values import Estimate, MetricValue
+from gym_extensions.scoring.scorecard import CoreCost, CoreGroup, GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.submission.values import estimate
 from gym_extensions.submissions.manifest import Evaluation, Observes, Steps
 from gym_extensions.submissions.review import LEVELS, REPRODUCED, VERIFIED, Level
@@ -25,13 +25,11 @@ from gym_extensions.submissions.run import Memory
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class Difference(Estimate):
     """The difference of two means, with Welch's 95 % interval and test for this pair alone."""
 
     mean: Annotated[float, about("difference of the means")]
-    low: Annotated[float | None, about("lower end; null where a submission has one run")]
-    high: Annotated[float | None, about("upper end; null where a submission has one run")]
-    p_value: Annotated[float | None, about("two-sided p value of no difference; null with one run")]
+    p_value: Annotated[float | None, about("two-sided p value of no difference; null with one run")] = None
 
     @classmethod
     def of(cls, first: Summary, second: Summary) -> Difference:
@@ -43,13 +41,10 @@ class Difference:
 
 
 @dataclass(frozen=True, slots=True)
-class BoardMetric:
+class BoardMetric(Estimate):
     """A metric of a submission: the scorecard's value, and its rank on this board."""
 
-    mean: Annotated[float | None, about("as in the scorecard")]
-    low: Annotated[float | None, about("as in the scorecard")]
-    high: Annotated[float | None, about("as in the scorecard")]
-    why: Annotated[str, about("as in the scorecard")]
+    why: Annotated[str, about("as in the scorecard")] = ""
     rank: Annotated[tuple[int, int] | None, about("`[first, last]` possible rank; null without one")] = None
     rank_note: Annotated[str, about("why it has no rank where its submission has one; else empty")] = ""
 
@@ -116,6 +111,16 @@ class Pair:
 
 
 @dataclass(frozen=True, slots=True)
+class Lead:
+    """The first submission of a board, and how certain its lead is."""
+
+    name: Annotated[str, about("the first ranked submission; without one the first with a score")]
+    certainty: Annotated[
+        str, about("a sentence that follows from rank intervals, or without ranks, intervals")
+    ]
+
+
+@dataclass(frozen=True, slots=True)
 class Board:
     """Submissions of one group or suite, protocol and budget."""
 
@@ -130,31 +135,30 @@ class Board:
     pairs: Annotated[
         tuple[Pair, ...], about("of the first 60 submissions, not corrected for their number")
     ] = ()
+    lead: Annotated[Lead | None, about("who is first; null without a score")] = None
+    least_forgetting: Annotated[
+        str | None, about("the ranked submission with the least forgetting of those that learned; or null")
+    ] = None
+
+    @property
+    def id(self) -> str:
+        """Its name, for example ``hopper-gravity-v0-sequential-100k``."""
+        conditioned = ("task-conditioned",) if self.task_conditioned else ()
+        return "-".join((self.group, self.protocol, self.budget, *conditioned))
 
 
 @dataclass(frozen=True, slots=True)
-class CoreGroup:
-    """Final performance of a submission on a group of the core."""
+class TaskBest:
+    """A verified submission with one of the highest returns on a task at the end of sequential training."""
 
-    mean: Annotated[float | None, about("mean over the compared runs; null where it has no value")]
-    low: Annotated[float | None, about("lower end of the 95 % interval; null with one run")]
-    high: Annotated[float | None, about("upper end of the 95 % interval; null with one run")]
-    runs: Annotated[int, about("number of runs, 0 to N − 1")]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CoreCost:
-    """What one run of the core takes, as its documents state it: all groups of the core together.
-
-    Nothing is estimated: a number that some group's runs do not state is null, and so is each of a submission
-    that lacks a group.
-    """
-
-    steps: Annotated[float | None, about("training steps: the sum over groups of the mean over runs")] = None
-    cpu_seconds: Annotated[float | None, about("processor time: the same sum, where runs state it")] = None
-    peak_memory_mb: Annotated[float | None, about("largest memory of a process, of all runs")] = None
-    stored_steps: Annotated[int | None, about("most transitions that a run stores at once")] = None
-    parameters: Annotated[int | None, about("parameters at the end of training, in the largest group")] = None
+    name: Annotated[str, about("as in the scorecard")]
+    title: Annotated[str, about("as in the scorecard")]
+    board: Annotated[str, about("name of the board")]
+    group: Annotated[str, about("group id of the board")]
+    budget: Annotated[str, about("name of the budget")]
+    task_conditioned: Annotated[bool, about("whether its agent observes the task in evaluation")]
+    learned: Annotated[float | None, about("mean return right after the training on the task")]
+    end: Annotated[float, about("mean return at the end")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -252,6 +256,10 @@ class BoardsDocument(JsonDocument):
         None
     )
     boards: Annotated[tuple[Board, ...], about("boards of groups, then of suites")]
+    best: Annotated[
+        dict[str, tuple[TaskBest, ...]],
+        about("by task id the submissions with the highest returns at the end"),
+    ] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

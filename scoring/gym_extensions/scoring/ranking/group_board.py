@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, PROTOCOLS
 from gym_extensions.metrics import values
-from gym_extensions.metrics.formulas import BOARD_METRICS, FORGETTING, NEEDS, Metric
-from gym_extensions.metrics.statistics import Summary, rank_intervals, significant_pairs
+from gym_extensions.metrics.formulas import BOARD_METRICS, COLUMNS, FORGETTING, NEEDS, Metric
+from gym_extensions.metrics.statistics import Summary, rank_intervals, significant_pairs, summary
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import References, load_references
 from gym_extensions.scoring.ranking import boards as documents
-from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference
+from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, TaskBest
 from gym_extensions.scoring.ranking.computed_rows import computed_rows
 from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_submissions
 from gym_extensions.scoring.ranking.core_board import core_board
@@ -28,6 +28,8 @@ from gym_extensions.submissions.review import REPORTED, Level
 
 MAX_PAIRED = 60
 """Submissions of a board whose differences it lists."""
+MAX_BEST = 5
+"""Submissions that are listed as the best ones on a task."""
 Summaries = Mapping[str, Mapping[str, Summary | None]]
 """The summary over runs by metric and submission; None where the submission has no value."""
 
@@ -39,7 +41,31 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
     """
     references = references or load_references()
     made = tuple(board(cards, key, references) for key in documents.board_keys(cards))
-    return documents.BoardsDocument(core=core_board(cards), boards=made)
+    return documents.BoardsDocument(core=core_board(cards), boards=made, best=best_by_task(made, cards))
+
+
+def best_by_task(
+    made: Sequence[documents.Board], cards: Sequence[Scorecard]
+) -> dict[str, tuple[TaskBest, ...]]:
+    """The verified submissions with the highest return at the end of sequential training, by task id."""
+    by_name, found = {card.name: card for card in cards}, dict[str, list[TaskBest]]()
+    for each in made:
+        if each.protocol != "sequential" or each.group in SUITES:
+            continue
+        for row in each.rows:
+            card = by_name[row.name]
+            if row.duplicate_of or not documents.is_verified(card.level):
+                continue
+            facts = (row.name, row.title, each.id, each.group, each.budget, each.task_conditioned)
+            for returns in card.groups[each.group][each.protocol].paper_table:
+                if end := returns.fully_trained:
+                    after = returns.after_env_training
+                    best = TaskBest(*facts, after.mean if after else None, end.mean)
+                    found.setdefault(returns.task, []).append(best)
+    return {
+        task: tuple(sorted(rows, key=lambda best: (-best.end, best.name))[:MAX_BEST])
+        for task, rows in found.items()
+    }
 
 
 def board(cards: Sequence[Scorecard], key: BoardKey, references: References | None = None) -> documents.Board:
@@ -89,6 +115,12 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         ranked = {each: replace(value, rank=ranks[each].get(name)) for each, value in metrics}
         return replace(submission, metrics=ranked, vs_next=vs_next.get(name), vs_leader=vs_leader.get(name))
 
+    rows = tuple(map(with_ranks, submissions))
+    forgetting = [
+        (value.mean or 0.0, row.name)
+        for row in rows
+        if (value := row.metrics.get(FORGETTING.name)) and value.rank
+    ]
     with_logs = next((card for card in by_name.values() if card.level != REPORTED), None)
     tasks = {name: with_logs.groups[name][key.protocol].tasks for name in key.groups} if with_logs else {}
     return documents.Board(
@@ -98,10 +130,45 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         budget=key.budget,
         task_conditioned=key.task_conditioned,
         ranked=sum(submission.ranked for submission in submissions),
-        rows=tuple(map(with_ranks, submissions)),
+        rows=rows,
         computed=computed_rows(key, references, tasks, by_name) if tasks else (),
         pairs=_pairs(submissions, summaries),
+        lead=_lead(rows, first),
+        least_forgetting=min(forgetting)[1] if forgetting else None,
     )
+
+
+def _lead(rows: Sequence[BoardRow], metric: Metric) -> documents.Lead | None:
+    """The first ranked submission, or if none is ranked the first with a score, and how certain its lead is.
+
+    Ranked submissions are compared by their rank intervals, others by their intervals.
+    """
+    scored = [row for row in rows if row.metrics[metric.name].mean is not None]
+    ranked = [row for row in scored if row.ranked]
+    if not scored:
+        return None
+    first, *others = ranked or scored
+    value = first.metrics[metric.name]
+    if ranked:
+        best, worst = (value.rank if others else None) or (1, 1)
+        rivals = f"{worst - best} other ranked submission{'s' if worst - best > 1 else ''}"
+        text = f"No significant difference from {rivals}."
+        if best == worst:
+            text = "It is significantly better than every other ranked submission (95\u202f% confidence)."
+        if not others:
+            text = "It is the only ranked submission."
+    elif not others:
+        text = "It is the only submission with a score."
+    elif value.ends is None:
+        text = "It has one run, so its uncertainty is unknown."
+    else:
+        tops = [each.metrics[metric.name] for each in others]
+        overlapping = sum((top.ends[1] if top.ends else top.mean or 0.0) >= value.ends[0] for top in tops)
+        names = "another submission" if overlapping == 1 else f"{overlapping} others"
+        text = f"Its interval overlaps with {names}, so the order may be due to chance."
+        if not overlapping:
+            text = "Its interval lies above those of all other submissions."
+    return documents.Lead(first.name, text)
 
 
 def _ranked_on(submissions: Sequence[BoardRow], summaries: Summaries, metric: Metric) -> dict[str, Summary]:
@@ -123,6 +190,25 @@ def _pairs(submissions: Sequence[BoardRow], summaries: Summaries) -> tuple[docum
         metrics = {name: Difference.of(a, b) for name, (a, b) in both.items() if a and b}
         if metrics:
             pairs.append(documents.Pair(above, below, metrics))
+    return tuple(pairs)
+
+
+def pairs_across(
+    first: documents.Board, second: documents.Board, cards: Mapping[str, Scorecard]
+) -> tuple[documents.Pair, ...]:
+    """The differences of the first submissions of two boards of a group, of the metrics that pages show."""
+
+    def runs(board: documents.Board, name: str) -> dict[str, tuple[float, ...]]:
+        metrics = cards[name].groups[board.group][board.protocol].metrics
+        return {each: metrics[each].runs for each in COLUMNS[board.protocol]}
+
+    names = product(*([row.name for row in board.rows[:MAX_PAIRED]] for board in (first, second)))
+    pairs = []
+    for one, other in names:
+        ours, theirs = runs(first, one), runs(second, other)
+        both = {name: (ours[name], theirs[name]) for name in ours if ours[name] and theirs[name]}
+        metrics = {name: Difference.of(summary(a), summary(b)) for name, (a, b) in both.items()}
+        pairs.append(documents.Pair(one, other, metrics))
     return tuple(pairs)
 
 

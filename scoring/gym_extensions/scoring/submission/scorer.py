@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.documents import filled
@@ -10,9 +11,11 @@ from gym_extensions.metrics.formulas import iqm, profile
 from gym_extensions.references import References
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.scorecard import GroupScore, ManifestSummary, Scorecard, VerificationSummary
+from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.normalization import GroupReturns, group_returns, normalized_runs
 from gym_extensions.scoring.submission.reported_tables import paper_table, reported_groups
 from gym_extensions.scoring.submission.sketches import Sketch, run_sketches
+from gym_extensions.scoring.submission.stages import with_stages
 from gym_extensions.scoring.submission.values import metric_values, suite_scores
 from gym_extensions.submissions.review import (
     CLAIMED,
@@ -68,7 +71,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
                 )
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=level)
-    return Scorecard(
+    card = Scorecard(
         name=submission.name,
         title=manifest.title if manifest else submission.name,
         level=level,
@@ -83,6 +86,20 @@ def score(submission: Submission, references: References, only: Collection[str] 
         groups=groups,
         suites={} if level == REPORTED else suite_scores(groups),
     )
+    return completed(card)
+
+
+def completed(card: Scorecard) -> Scorecard:
+    """The scorecard with all that follows from the rest of it: stages of tasks, the core score, the cost."""
+    groups = {
+        name: {
+            protocol: with_stages(score, protocol, scores.get("single")) for protocol, score in scores.items()
+        }
+        for name, scores in card.groups.items()
+    }
+    card = replace(card, groups=groups)
+    card = replace(card, core=core_score(card))
+    return replace(card, cost=run_cost(card))
 
 
 def _verification(part: Verification, digests: Mapping[str, str]) -> VerificationSummary:
@@ -130,7 +147,7 @@ def score_group(
         return_matrix=tuple(tuple(map(tuple, run)) for run in results.means[protocol]),
         success_rates=results.success_rates(protocol),
         curves=tuple(
-            scorecard.Curve(run, task, tuple(zip(steps, values, strict=True)))
+            scorecard.TrainingCurve(run, task, tuple(zip(steps, values, strict=True)))
             for (name, run, task), (steps, values) in results.curves.items()
             if name == protocol and run in results.runs[protocol]
         ),

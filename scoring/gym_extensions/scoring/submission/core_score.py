@@ -1,0 +1,169 @@
+"""The core score of a submission: the mean over the groups of the core, over runs that a look prescribes.
+
+See docs/metrics.md, "The core". A look is an interim analysis, as in a clinical trial: submissions are
+compared when they have 5, 10, 20, 40 or 80 runs, and every look has an error rate of its own, so that all
+looks together keep 5 %. It uses exactly the runs 0 to n − 1 of every group, so that neither the number of
+runs nor their choice can depend on their results.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from statistics import fmean
+
+from gym_extensions.catalog.groups import CORE, CORES
+from gym_extensions.catalog.protocol import PROTOCOLS, STANDARD_BUDGET
+from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, Metric
+from gym_extensions.metrics.statistics import mean_of_groups, summary, to_interval
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.scorecard import CoreCost, CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
+from gym_extensions.scoring.submission.values import suite_expert_errors
+from gym_extensions.submissions.submission import consecutive
+
+LOOK_LEVELS = {5: 0.005, 10: 0.01, 20: 0.01, 40: 0.01, 80: 0.01}
+"""The level of a family of pairs at each look: together the error is at most .05.
+
+tools/benchmarks/measure_looks.py simulates it (docs/metrics.md). The sum for normal runs is below .05; the
+rest is a reserve for the skewed and bimodal runs that submissions have, of which few show too small a
+variance.
+"""
+LOOKS = tuple(LOOK_LEVELS)
+"""Numbers of runs at which submissions are compared."""
+
+
+def last_look(runs: int) -> int:
+    """The last look with at most this number of runs; 0 if there is none."""
+    return max((look for look in LOOKS if look <= runs), default=0)
+
+
+def next_look(look: int) -> int | None:
+    """The look after this one; None after the last."""
+    return next((each for each in LOOKS if each > look), None)
+
+
+def core_logs(card: Scorecard, protocol: str = "sequential") -> dict[str, GroupScore]:
+    """The scores of a submission with runs on the groups of the core, by group id, in its order."""
+    logs = {name: card.groups.get(name, {}).get(protocol) for name in CORES[CORE]}
+    return {name: log for name, log in logs.items() if log is not None and log.runs}
+
+
+def verified_runs(log: GroupScore) -> int:
+    """The number N of runs 0 to N − 1 that are all verified."""
+    return consecutive([run for run in log.runs if run not in log.unverified])
+
+
+def counted_runs(log: GroupScore) -> int:
+    """The number N of runs 0 to N − 1 that may be compared. Later ones wait until they are verified.
+
+    A submission that has verified too few for the first look has no rank, and shows all of its runs.
+    """
+    verified = verified_runs(log)
+    return verified if verified >= LOOKS[0] else consecutive(log.runs)
+
+
+def on_group(log: GroupScore, look: int, metric: Metric = FINAL) -> CoreGroup:
+    """A metric on one group over the runs of a look; over all that may be compared if that is 0."""
+    runs = counted_runs(log)
+    values = log.metrics[metric.name].runs[: look or runs]
+    if not values:
+        return CoreGroup(runs=runs)
+    value = to_interval(summary(values), suite_expert_errors([log], metric))
+    return CoreGroup(value.mean, value.low, value.high, runs)
+
+
+def over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> MetricValue:
+    """The mean over groups of the first runs of each, with the errors of the experts."""
+    mean = mean_of_groups([summary(log.metrics[metric.name].runs[:runs]) for log in logs])
+    return MetricValue.of(to_interval(mean, suite_expert_errors(logs, metric)))
+
+
+def core_score(card: Scorecard) -> CoreScore | None:
+    """The core score of a submission; None if it is withdrawn, or has no runs on the core with its budget."""
+    logs = core_logs(card)
+    if card.withdrawn or all(log.budget != STANDARD_BUDGET for log in logs.values()):
+        return None
+    missing = tuple(name for name in CORES[CORE] if name not in logs)
+    without = [
+        f"No score in {name}: {value.why}"
+        for name, log in logs.items()
+        for value in (log.metrics[metric] for metric in CORE_METRICS)
+        if not value.runs
+    ]
+    counts = {name: counted_runs(log) for name, log in logs.items()}
+    look = 0 if missing or without else last_look(min(counts.values()))
+    protocol = card.manifest.protocol if card.manifest else None
+    why = _why(logs, missing, without)
+    metrics = dict.fromkeys(CORE_METRICS, MetricValue(why=why))
+    if look:
+        metrics = {name: over_groups(logs.values(), BY_NAME[name], look) for name in CORE_METRICS}
+    return CoreScore(
+        why=why,
+        parent=(protocol.parent or protocol.algorithm) if protocol else "",
+        look=look,
+        next_look=next_look(look),
+        missing=missing,
+        metrics=metrics,
+        groups={name: on_group(log, look) for name, log in logs.items()},
+        cost=CoreCost() if missing else _cost(logs),
+        notes=_notes(logs, counts, missing, look),
+    )
+
+
+def _why(logs: Mapping[str, GroupScore], missing: Sequence[str], without: Sequence[str]) -> str:
+    """Why a submission is not compared; empty if it is."""
+    for log in logs.values():
+        if verified_runs(log) < min(LOOKS[0], consecutive(log.runs)):
+            return f"Claimed: {log.why_claimed or 'not verified.'}"
+    if missing:
+        return f"It lacks {', '.join(missing)}."
+    few = [name for name, log in logs.items() if counted_runs(log) < LOOKS[0]]
+    return next(iter(without), f"Fewer than {LOOKS[0]} runs in {', '.join(few)}." if few else "")
+
+
+def _notes(
+    logs: Mapping[str, GroupScore], counts: Mapping[str, int], missing: Sequence[str], look: int
+) -> tuple[str, ...]:
+    """What of a submission is not compared, in words, with the name of the case."""
+    notes = [f"partial-core: It has no sequential runs of {', '.join(missing)}."] if missing else []
+    if len(set(counts.values())) > 1:
+        parts = ", ".join(f"{name} {count}" for name, count in counts.items())
+        notes.append(f"different-numbers-of-runs: The groups have {parts} runs.")
+    beyond = {name: sorted({look, count - 1}) for name, count in counts.items() if count > look > 0}
+    if beyond:
+        parts = ", ".join(f"{name} {' to '.join(map(str, ends))}" for name, ends in beyond.items())
+        notes.append(f"runs-beyond-the-look: Not compared until the next look: {parts}.")
+    waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
+    if waiting and look:
+        parts = ", ".join(f"{name} {', '.join(map(str, runs))}" for name, runs in waiting.items())
+        notes.append(f"unverified-runs: Not compared until they are verified: {parts}.")
+    return tuple(notes)
+
+
+def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
+    """The cost of a run. Some runs state the largest memory of all groups; a group's least is its own."""
+    documents = [log.provenance for log in logs.values()]
+    if not all(documents):
+        return CoreCost()
+    seconds = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in documents]
+    peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
+    stored = [min(run.memory.stored_steps for run in runs) for runs in documents]
+    parameters = [min(run.memory.parameters_last for run in runs) for runs in documents]
+    return CoreCost(
+        steps=sum(fmean(run.steps for run in runs) for runs in documents),
+        cpu_seconds=sum(map(fmean, seconds)) if all(seconds) else None,
+        peak_memory_mb=max(map(max, peaks)) if all(peaks) else None,
+        stored_steps=max(stored),
+        parameters=max(parameters),
+    )
+
+
+def run_cost(card: Scorecard) -> RunCost | None:
+    """What a run of a submission takes; None where no run is documented."""
+    names = list(card.core.groups if card.core else card.groups)
+    protocol = min((each for name in names for each in card.groups[name]), key=PROTOCOLS.index, default="")
+    logs = [log.provenance for name in names if (log := card.groups[name].get(protocol)) and log.provenance]
+    if not logs:
+        return None
+    times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in logs]
+    means = [fmean(seconds) for seconds in times if seconds]
+    return RunCost(sum(fmean(run.steps for run in runs) for runs in logs), len(logs), sum(means), len(means))
