@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
-from gym_extensions.catalog.groups import CORE, CORES, SUITES
+from gym_extensions.catalog.groups import SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
-from gym_extensions.metrics.formulas import COLUMNS, FORGETTING
+from gym_extensions.metrics.formulas import COLUMNS
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import load_references
 from gym_extensions.scoring.ranking import boards as model
@@ -18,39 +18,26 @@ from gym_extensions.scoring.ranking.boards import BoardMetric, BoardRow, BoardsD
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.submission_results import (
-    SEQUENTIAL,
     SubmissionResult,
     group_order,
     shown_columns,
 )
-from gym_extensions.site.text import count
 from gym_extensions.submissions.review import REPORTED
 
 
 def shortened(card: Scorecard) -> Scorecard:
     """The part of a scorecard that pages of many submissions show, so that many fit in memory.
 
-    It lacks success rates, training curves, the README, and provenance but that of the core, which states
-    costs.
+    It lacks success rates of runs, training curves, provenance and the README.
     """
     groups = {
         group: {
-            protocol: replace(
-                score,
-                success_rates=(),
-                curves=(),
-                provenance=score.provenance if group in CORES[CORE] and protocol == "sequential" else (),
-            )
+            protocol: replace(score, success_rates=(), curves=(), provenance=())
             for protocol, score in scores.items()
         }
         for group, scores in card.groups.items()
     }
     return replace(card, readme="", groups=groups)
-
-
-def value_of(metric: BoardMetric) -> MetricValue:
-    """A metric of a board's document as one with an interval and without runs."""
-    return MetricValue(metric.mean, metric.low, metric.high, why=metric.why)
 
 
 @dataclass(frozen=True)
@@ -79,32 +66,6 @@ class Leader(NamedTuple):
     certainty: str
 
 
-def _ranked(ranked: Sequence[Row]) -> str:
-    first, *others = ranked
-    if not others:
-        return "It is the only ranked submission."
-    best, worst = first.rank(COLUMNS[first.result.protocol][0]) or (1, 1)
-    if best == worst:
-        return "It is significantly better than every other ranked submission (95\u202f% confidence)."
-    tied = worst - best
-    rivals = count(tied, "other ranked submission", "other ranked submissions")
-    return f"No significant difference from {rivals}."
-
-
-def _unranked(scored: Sequence[Row]) -> str:
-    first, *others = scored
-    if not others:
-        return "It is the only submission with a score."
-    if first.score.ends is None:
-        return "It has one run, so its uncertainty is unknown."
-    tops = (row.score.ends[1] if row.score.ends else row.score.mean or 0.0 for row in others)
-    overlapping = sum(top >= first.score.ends[0] for top in tops)
-    if overlapping:
-        names = "another submission" if overlapping == 1 else f"{overlapping} others"
-        return f"Its interval overlaps with {names}, so the order may be due to chance."
-    return "Its interval lies above those of all other submissions."
-
-
 @dataclass(frozen=True)
 class Computed:
     """A row that follows from the references: an agent without rank and page."""
@@ -116,10 +77,9 @@ class Computed:
         """What the agent is."""
         return COMPUTED_NOTES.get(self.submission.name, "")
 
-    def metric(self, name: str) -> MetricValue:
+    def metric(self, name: str) -> BoardMetric:
         """The named metric; one without a value where the board's document has none."""
-        value = self.submission.metrics.get(name)
-        return value_of(value) if value else MetricValue()
+        return self.submission.metrics.get(name, BoardMetric())
 
 
 COMPUTED_NOTES = {
@@ -144,8 +104,7 @@ class BoardView:
     @property
     def id(self) -> str:
         """Its name, for example ``hopper-gravity-v0-sequential-100k``."""
-        conditioned = ("task-conditioned",) if self.task_conditioned else ()
-        return "-".join((self.group, self.protocol, self.budget, *conditioned))
+        return self.scored.id
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -177,27 +136,21 @@ class BoardView:
         """Why values on it are missing."""
         return missing_reasons(self.results)
 
+    def row(self, name: str | None) -> Row | None:
+        """The row of a submission; None for None."""
+        return next((row for row in self.rows if row.submission.name == name), None)
+
     @cached_property
     def leader(self) -> Leader | None:
-        """The first ranked submission, or if none is ranked the first with a score, and how certain its lead
-        is.
-
-        Ranked submissions are compared by the scorer's rank intervals, others by their intervals.
-        """
-        scored = [row for row in self.rows if row.score.mean is not None]
-        ranked = [row for row in scored if row.submission.ranked]
-        if ranked:
-            return Leader(ranked[0], _ranked(ranked))
-        return Leader(scored[0], _unranked(scored)) if scored else None
+        """The first ranked submission, or if none is ranked the first with a score; None without a score."""
+        lead = self.scored.lead
+        row = self.row(lead.name) if lead else None
+        return Leader(row, lead.certainty) if lead and row else None
 
     @cached_property
     def least_forgetting(self) -> Row | None:
         """The ranked submission that forgets least of those that learned something."""
-        lost = [
-            (row.submission.metrics[FORGETTING.name], row) for row in self.rows if self.protocol == SEQUENTIAL
-        ]
-        ranked = [(value.mean or 0.0, row.submission.name, row) for value, row in lost if value.rank]
-        return min(ranked)[2] if ranked else None
+        return self.row(self.scored.least_forgetting)
 
     @property
     def why_no_score(self) -> str:

@@ -67,6 +67,7 @@ def board_data(board_id: str, suffix: str = "json") -> str:
 INDEX_DATA = "api/index.json"
 """All data by path. A folder with this file is a built site."""
 CORE_DATA = "api/core.json"
+BEST_DATA = "api/best.json"
 """The core board."""
 COMPARED = "api/compare.js"
 """What the page Compare loads first."""

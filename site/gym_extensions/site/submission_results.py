@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import groupby
-from statistics import fmean
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.metrics.formulas import COLUMNS, LEARNING
-from gym_extensions.metrics.statistics import interval
 from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.references import experts
 from gym_extensions.references.experts import Origin
@@ -20,6 +18,7 @@ from gym_extensions.scoring.scorecard import (
     ReferenceValue,
     RunProvenance,
     Scorecard,
+    StageScore,
     SuiteScore,
 )
 from gym_extensions.site.text import count, digits_for
@@ -29,27 +28,6 @@ NO_LOG = GroupScore(level="claimed", budget="", runs=(), tasks=(), metrics={}, r
 NO_METRIC = MetricValue(why="not part of this protocol")
 Points = tuple[tuple[float, float], ...]
 Matrix = tuple[tuple[float, ...], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """The change of a task's score since right after its training, over runs."""
-
-    value: MetricValue  # mean and interval
-    normalized: bool  # False for a raw return, where the task has no expert
-
-    @property
-    def is_certain(self) -> bool:
-        """Whether its interval excludes 0. A single run has no interval, and is not certain."""
-        ends = self.value.ends
-        return ends is not None and not ends[0] <= 0 <= ends[1]
-
-
-def normalized(values: list[float], reference: ReferenceValue | None) -> list[float] | None:
-    """The scores of raw returns; None if one has none, because the task has no expert."""
-    shares = [reference.normalize(value) for value in values] if reference else [None]
-    present = [share for share in shares if share is not None]
-    return present if len(present) == len(values) else None
 
 
 @dataclass(frozen=True)
@@ -109,27 +87,13 @@ class SubmissionResult:
     @cached_property
     def mean_matrix(self) -> Matrix:
         """Mean raw returns [stage][task], averaged over runs."""
-        return tuple(
-            tuple(map(fmean, zip(*stages, strict=True))) for stages in zip(*self.stage_matrices, strict=True)
-        )
+        return tuple(tuple(cell.mean_return for cell in row) for row in self.stages)
 
     @cached_property
     def matrix_digits(self) -> int:
         """Digits after the point in all matrices: none if returns reach the hundreds."""
         rows = (*self.final_returns, *(stage for run in self.stage_matrices for stage in run))
         return digits_for(10 * cell for row in rows for cell in row)
-
-    @cached_property
-    def top_score(self) -> float:
-        """The highest normalized mean return of the matrices, at least 1: the strongest tint."""
-        rows = [*self.final_returns, *(stage for run in self.stage_matrices for stage in run)]
-        scores = (
-            reference.normalize(value)
-            for row in rows
-            for task, value in zip(self.tasks, row, strict=True)
-            if (reference := self.reference(task))
-        )
-        return max(1.0, *(score for score in scores if score is not None), 1.0)
 
     @cached_property
     def final_returns(self) -> Matrix:
@@ -139,38 +103,13 @@ class SubmissionResult:
     @cached_property
     def success_rates(self) -> tuple[tuple[float | None, ...], ...]:
         """Success rates [stage][task], averaged over runs; empty if no task of the group defines success."""
-        return tuple(
-            tuple(
-                None if None in cells else fmean(cell or 0.0 for cell in cells)
-                for cells in zip(*stages, strict=True)
-            )
-            for stages in zip(*self.detail.success_rates, strict=True)
-        )
+        rates = tuple(tuple(cell.success_rate for cell in row) for row in self.detail.stages)
+        return rates if any(rate is not None for row in rates for rate in row) else ()
 
-    @cached_property
-    def changes(self) -> tuple[Change, ...]:
-        """Of a sequential log per task but the last, which nothing follows."""
-        return tuple(self._change(at, task) for at, task in enumerate(self.tasks[:-1]) if self.stage_matrices)
-
-    def _change(self, at: int, task: str) -> Change:
-        pairs = [(run[at + 1][at], run[-1][at]) for run in self.stage_matrices]
-        scores = [normalized(list(pair), self.reference(task)) for pair in pairs]
-        scored = [tuple(pair) for pair in scores if pair is not None]
-        changes = [end - after for after, end in scored or pairs]
-        return Change(MetricValue.of(interval(changes)), bool(scored))
-
-    @cached_property
-    def stages(self) -> tuple[tuple[MetricValue, ...], ...]:
-        """``[stage][task]`` scores of a sequential log; without a value where the task has no expert."""
-        return tuple(
-            tuple(self._score(stage, at, task) for at, task in enumerate(self.tasks))
-            for stage in range(len(self.tasks) + 1)
-            if self.stage_matrices
-        )
-
-    def _score(self, stage: int, at: int, task: str) -> MetricValue:
-        values = normalized([run[stage][at] for run in self.stage_matrices], self.reference(task))
-        return MetricValue() if values is None else MetricValue.of(interval(values))
+    @property
+    def stages(self) -> tuple[tuple[StageScore, ...], ...]:
+        """``[stage][task]`` scores of a sequential log; else empty."""
+        return self.detail.stages if self.protocol == SEQUENTIAL else ()
 
     @cached_property
     def learned_nothing(self) -> bool:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from gym_extensions.scoring.scorecard import ReferenceValue
-from gym_extensions.site.submission_results import Change, SubmissionResult
+from gym_extensions.scoring.scorecard import ReferenceValue, TaskChange
+from gym_extensions.site.submission_results import SubmissionResult
 from gym_extensions.site.text import fixed, variation
 
 STEPS = 10
@@ -33,7 +33,9 @@ def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> st
 
 def tinted(rows: Sequence[Sequence[float]], result: SubmissionResult) -> list[list[tuple[str, str]]]:
     """The cells of a matrix ``[row][task]`` of raw returns: tint and text of each."""
-    columns = [(result.reference(task), result.top_score, result.matrix_digits) for task in result.tasks]
+    columns = [
+        (result.reference(task), result.detail.top_score, result.matrix_digits) for task in result.tasks
+    ]
     return [
         [
             (tint(value, reference, top), fixed(value, digits))
@@ -65,13 +67,13 @@ def shows_each_run(result: SubmissionResult) -> bool:
     return len(result.runs) * len(result.tasks) ** 2 <= MAX_CELLS
 
 
-def change_tint(change: Change) -> str:
+def change_tint(change: TaskChange) -> str:
     """Classes of the style sheet: ``lost1`` … ``lost5``, ``kept``, ``won1`` … ``won5``.
 
     It is ``raw`` without an expert. ``unsure`` is added where the interval contains 0 or there is none.
     """
     unsure = "" if change.is_certain else " unsure"
-    mean = change.value.mean
+    mean = change.mean
     if mean is None or not change.normalized:
         return f"raw{unsure}"
     level = min(CHANGE_STEPS, math.floor(abs(mean) / LARGEST_CHANGE * CHANGE_STEPS + 0.5))

@@ -13,7 +13,7 @@ from markupsafe import Markup, escape
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.metrics.formulas import BY_NAME
-from gym_extensions.metrics.values import MetricValue
+from gym_extensions.metrics.values import Estimate
 from gym_extensions.verification.new_seeds import ALPHA
 
 MINUS = "\N{MINUS SIGN}"
@@ -64,7 +64,7 @@ def readable(value: object) -> str:
     return str(value)
 
 
-def plus_minus(value: MetricValue) -> str:
+def plus_minus(value: Estimate) -> str:
     """Mean and half of the interval with three digits: ``0.421 ±0.113``; empty without a value."""
     if value.mean is None:
         return ""
@@ -201,12 +201,12 @@ def better(name: str) -> str:
     return {"higher": "higher is better", "lower": "lower is better"}.get(BY_NAME[name].better, "not ranked")
 
 
-def ends(value: MetricValue) -> str:
+def ends(value: Estimate) -> str:
     """The interval, or that there is only one run."""
     return interval(*value.ends) if value.ends else "one run"
 
 
-def mean(value: MetricValue) -> str:
+def mean(value: Estimate) -> str:
     """The mean, or a dash."""
     return "–" if value.mean is None else fixed(value.mean)
 

@@ -67,9 +67,8 @@ class Contrast(NamedTuple):
 
 
 AFTER = "after_env_training"
-FORGETTING = Contrast("forgets {} most: {} → {}", AFTER, "fully_trained", -1, slice(None, -1))
 CONTRASTS = (
-    FORGETTING,
+    Contrast("forgets {} most: {} → {}", AFTER, "fully_trained", -1, slice(None, -1)),
     Contrast("earlier tasks help {} most: {} alone, {} after them", "single_env", AFTER, 1, slice(1, None)),
     Contrast("earlier tasks hurt {} most: {} alone, {} after them", "single_env", AFTER, -1, slice(1, None)),
 )
@@ -120,10 +119,10 @@ def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contr
 
 def with_stages(score: GroupScore, protocol: str, single: GroupScore | None = None) -> GroupScore:
     """The scores of a log with what follows for its tasks; ``single``: those of the single-task log."""
-    changes = {each: largest_change(score, single, each) for each in CONTRASTS}
+    changes = [largest_change(score, single, each) for each in CONTRASTS]
     sentences = [
         each.sentence.format(task_name(change.task), f"{change.before:.0f}", f"{change.after:.0f}")
-        for each, change in changes.items()
+        for each, change in zip(CONTRASTS, changes, strict=True)
         if change
     ]
     open_tasks = [task_name(row.task) for row in score.paper_table if score.reference[row.task].open]
@@ -135,6 +134,6 @@ def with_stages(score: GroupScore, protocol: str, single: GroupScore | None = No
         stages=stage_scores(score),
         changes=task_changes(score) if is_sequence else (),
         top_score=top_score(score),
-        largest_loss=changes[FORGETTING],
+        largest_loss=changes[0],
         highlights=tuple(sentences),
     )

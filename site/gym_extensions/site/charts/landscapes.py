@@ -104,6 +104,8 @@ def large(
     shares: Shares,
     stages: Sequence[str],
     returns: Sequence[Sequence[float]],
+    mean: Sequence[float],
+    *,
     best: Sequence[float],
 ) -> Markup:
     """The map of the mean over runs, and the returns of the runs after the last stage below it.
@@ -113,6 +115,7 @@ def large(
         shares: the mean shares.
         stages: the name of every stage.
         returns: [run][point] after the last stage.
+        mean: their mean over runs.
         best: the best mean return at every point.
     """
     frame = Frame.of(axis, LEFT, RIGHT, TOP, ROW)
@@ -121,7 +124,6 @@ def large(
     y = svg.scale_around(
         [*best, *(value for run in returns for value in run)], low, bottom + GAP, always=(0.0,)
     )
-    mean = [sum(runs) / len(runs) for runs in zip(*returns, strict=True)]
     body = [_map(axis, shares, frame, (3, 7.5))]
     body.append(svg.text("tick side", LEFT - 6, TOP - 7, "after training"))
     body += [svg.text("tick side", LEFT - 6, frame.y(at + 0.5) + 3.5, name) for at, name in enumerate(stages)]

@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.ranking.boards import BoardMetric
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, tick_label
 from gym_extensions.site.submission_results import SubmissionResult
 from gym_extensions.site.text import fixed, interval
@@ -20,13 +21,22 @@ TICK_DISTANCE = 22
 """Minimum distance of a tick label from those of 0 and 1."""
 
 
-def metric_scale(values: Iterable[MetricValue]) -> Scale:
+Shown = MetricValue | BoardMetric
+"""A value of a scorecard, with its runs, or of a board."""
+
+
+def runs_of(value: Shown) -> tuple[float, ...]:
+    """The values of the runs, which boards do not repeat."""
+    return value.runs if isinstance(value, MetricValue) else ()
+
+
+def metric_scale(values: Iterable[Shown]) -> Scale:
     """One scale for strips that are read together. It contains every mean and every run, 0 and 1.
 
     Intervals may exceed it, because those of two runs are wide; they then end in an arrow.
     """
     drawn = [value for value in values if value.mean is not None]
-    numbers = [number for value in drawn for number in (value.mean, *value.runs) if number is not None]
+    numbers = [number for value in drawn for number in (value.mean, *runs_of(value)) if number is not None]
     return scale_around(numbers, MARGIN, WIDTH - MARGIN)
 
 
@@ -36,23 +46,23 @@ def board_scale(results: Sequence[SubmissionResult]) -> Scale:
     return metric_scale(result.metric(name) for result in results for name in drawn)
 
 
-def describe(value: MetricValue) -> str:
+def describe(value: Shown) -> str:
     """A metric value in words, for screen readers."""
     if value.mean is None:
         return f"no value: {value.why}"
-    alone = ", one run, no interval" if value.runs else ", no interval"
+    alone = ", one run, no interval" if runs_of(value) else ", no interval"
     ends = f", 95 % interval {interval(*value.ends)}" if value.ends else alone
     return f"{fixed(value.mean)}{ends}"
 
 
-def strip(value: MetricValue, scale: Scale) -> Markup:
+def strip(value: Shown, scale: Scale) -> Markup:
     """One metric value on one line: interval as a bar, runs as dots, mean as a disc."""
     if value.mean is None:
         return Markup("")
     return _strip(describe(value), scale, _marks(value, scale, ROW_HEIGHT / 2))
 
 
-def dumbbell(before: MetricValue, after: MetricValue, scale: Scale, *, described: bool = True) -> Markup:
+def dumbbell(before: Shown, after: Shown, scale: Scale, *, described: bool = True) -> Markup:
     """Two metric values on one line: a ring right after the training, a disc with its interval at the end.
 
     A disc to the left of its ring shows forgetting. ``described``: for screen readers.
@@ -79,7 +89,7 @@ def ruler(scale: Scale) -> Markup:
     return Markup(f'<svg class="ruler" viewBox="0 0 {WIDTH} 16" aria-hidden="true">{marks}</svg>')
 
 
-def _marks(value: MetricValue, scale: Scale, y: float) -> str:
+def _marks(value: Shown, scale: Scale, y: float) -> str:
     parts = []
     if value.ends:
         low, high = (scale.at(end) for end in value.ends)
@@ -89,10 +99,11 @@ def _marks(value: MetricValue, scale: Scale, y: float) -> str:
                 x, tip = scale.at(end), -7 if end < scale.low else 7
                 corners = f"{px(x + tip)},{px(y)} {px(x)},{px(y - 5)} {px(x)},{px(y + 5)}"
                 parts.append(f'<polygon class="beyond" points="{corners}"/>')
-    middle, across = px(y), scale.each_at(value.runs) if value.runs else []
+    middle, runs = px(y), runs_of(value)
+    across = scale.each_at(runs) if runs else []
     parts += [
         f'<circle class="run" cx="{px(x)}" cy="{middle}" r="2.4"><title>{fixed(run)}</title></circle>'
-        for run, x in zip(value.runs, across, strict=True)
+        for run, x in zip(runs, across, strict=True)
     ]
     if value.mean is not None:
         parts.append(f'<circle class="mean" cx="{px(scale.at(value.mean))}" cy="{middle}" r="5"/>')

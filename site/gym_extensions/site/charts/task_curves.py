@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,7 +13,7 @@ from markupsafe import Markup
 
 from gym_extensions.site.board_views import Row
 from gym_extensions.site.charts import svg
-from gym_extensions.site.submission_results import Points, SubmissionResult, normalized
+from gym_extensions.site.submission_results import Points, SubmissionResult
 from gym_extensions.site.text import fixed, grouped, short, variation
 
 X, Y = (34.0, 200.0), (100.0, 10.0)
@@ -115,27 +114,21 @@ def histories(result: SubmissionResult) -> list[Panel]:
 
     Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns.
     """
-    scores = [normalized(_raw(result, at), result.reference(task)) for at, task in enumerate(result.tasks)]
-    shared = svg.scale_around((score for row in scores if row for score in row), *Y)
-    return [_history(result, task, row, shared) for task, row in enumerate(scores)]
+    scores = [result.detail.scores(at) for at in range(len(result.tasks))]
+    shared = svg.scale_around((score for rows in scores if rows for row in rows for score in row), *Y)
+    return [_history(result, task, rows, shared) for task, rows in enumerate(scores)]
 
 
-def _raw(result: SubmissionResult, task: int) -> list[float]:
-    """Mean returns of a task by run and stage, flattened."""
-    return [stage[task] for run in result.stage_matrices for stage in run]
-
-
-def _history(result: SubmissionResult, task: int, scores: list[float] | None, shared: svg.Scale) -> Panel:
-    raw = _raw(result, task)
-    values = raw if scores is None else scores
+def _history(
+    result: SubmissionResult, task: int, scores: list[list[float]] | None, shared: svg.Scale
+) -> Panel:
+    returns = [[stage[task] for stage in run] for run in result.stage_matrices]
+    raw = [value for run in returns for value in run]
     y = svg.scale_around(raw, *Y, always=()) if scores is None else shared
-    stages = len(result.tasks) + 1
-    x = svg.Scale(0, stages - 1, *X)
-    lines = [
-        [(float(stage), values[run * stages + stage]) for stage in range(stages)]
-        for run in range(len(result.stage_matrices))
-    ]
-    mean = [(at, math.fsum(line[int(at)][1] for line in lines) / len(lines)) for at, _ in lines[0]]
+    x = svg.Scale(0, len(result.tasks), *X)
+    lines = [[(float(stage), value) for stage, value in enumerate(run)] for run in scores or returns]
+    means = [stage[task].mean_return if scores is None else stage[task].mean for stage in result.stages]
+    mean = [(float(stage), value) for stage, value in enumerate(means) if value is not None]
     trained = task + 1
     shown = [fixed(mean[stage][1], 0 if scores is None else 2) for stage in (0, trained, -1)]
     label = (

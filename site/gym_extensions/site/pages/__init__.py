@@ -40,7 +40,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
         "landscapes": {group.id: boards[group.id] for group in GROUPS.values() if group.id in boards},
         "tasks_published": len(TASKS),
         "board": board,
-        "costs": {row.name: core.cost(cards[row.name], row) for row in (board.rows if board else ())},
+        "costs": {row.name: core.cost(cards[row.name]) for row in (board.rows if board else ())},
         "core": core,
     }
     yield "index.html", render("index.html", "index.html", **values)

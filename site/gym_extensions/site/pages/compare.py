@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from itertools import product
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.metrics.statistics import summary
 from gym_extensions.scoring.ranking.boards import Difference
-from gym_extensions.scoring.ranking.group_board import MAX_PAIRED
+from gym_extensions.scoring.ranking.group_board import MAX_PAIRED, pairs_across
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard
 from gym_extensions.site.pages.page import File, Render
@@ -25,7 +24,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     yield "compare.html", render("compare.html", "compare.html", boards=boards[:MOST_BOARDS])
     yield paths.COMPARED, index(site)
     for merged in contests(site.boards):
-        yield paths.board_data(merged[0].id, "pairs.js"), differences(merged)
+        yield paths.board_data(merged[0].id, "pairs.js"), differences(merged, site.submissions)
 
 
 def contests(boards: Sequence[BoardView]) -> list[list[BoardView]]:
@@ -71,7 +70,7 @@ def index(site: Leaderboard) -> str:
     return f"compareIndex({json.dumps(document, separators=(',', ':'))});\n"
 
 
-def differences(boards: Sequence[BoardView]) -> str:
+def differences(boards: Sequence[BoardView], cards: Sequence[Scorecard]) -> str:
     """The script with the differences of the submissions of ``contests``, loaded when two are compared.
 
     By the positions i < j of two submissions in ``names``: mean, ends of the interval and p value per column.
@@ -79,16 +78,15 @@ def differences(boards: Sequence[BoardView]) -> str:
     board = boards[0]
     names = [row.submission.name for each in boards for row in each.rows[:MAX_PAIRED]]
     place = {name: at for at, name in enumerate(names)}
-    pairs = {(pair.first, pair.second): pair.metrics for each in boards for pair in each.scored.pairs}
-    for one, other in product(*(each.rows[:MAX_PAIRED] for each in boards)) if len(boards) > 1 else ():
-        runs = {
-            name: (one.result.metric(name).runs, other.result.metric(name).runs) for name in board.columns
-        }
-        both = {name: Difference.of(*map(summary, each)) for name, each in runs.items() if all(each)}
-        pairs[one.submission.name, other.submission.name] = both
+    pairs = [pair for each in boards for pair in each.scored.pairs]
+    if len(boards) > 1:
+        by_name = {card.name: card for card in cards}
+        pairs += pairs_across(boards[0].scored, boards[1].scored, by_name)
     found = {
-        f"{place[first]},{place[second]}": [_numbers(metrics.get(name)) for name in board.columns]
-        for (first, second), metrics in pairs.items()
+        f"{place[pair.first]},{place[pair.second]}": [
+            _numbers(pair.metrics.get(name)) for name in board.columns
+        ]
+        for pair in pairs
     }
     document = {"board": board.id, "columns": board.columns, "names": names, "pairs": found}
     return f"boardPairs({json.dumps(document, separators=(',', ':'))});\n"

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from statistics import fmean
 
 from markupsafe import Markup, escape
 
-from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.metrics import formulas
-from gym_extensions.metrics.values import MetricValue
+from gym_extensions.metrics.values import Estimate
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreReference, CoreRow
-from gym_extensions.scoring.ranking.core_board import core_board
-from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site.board_views import value_of
+from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import count, ends, fixed, mean, short, split_version
@@ -35,25 +31,14 @@ MOST_NAMED = 3
 """Up to this many methods are named in a sentence; more are counted."""
 
 
-def value(submission: CoreRow, metric: str) -> MetricValue:
-    """A metric of a method: mean and interval over the core; without a mean where it lacks a group."""
-    return value_of(submission.metrics[metric])
-
-
-def own_row(card: Scorecard) -> CoreRow | None:
-    """The row of one submission, without its rank; None if it has no runs on the core."""
-    board = core_board([card])
-    return board.rows[0] if board else None
-
-
-def state(submission: CoreRow) -> str:
+def state(submission: CoreRow | CoreScore) -> str:
     """Why a method is not ranked, for example ``lacks walker2d-wall, hopper-body``; empty if it is."""
     if submission.missing:
         return f"lacks {', '.join(split_version(group)[0] for group in submission.missing)}"
     return submission.why
 
 
-def notes(submission: CoreRow) -> str:
+def notes(submission: CoreRow | CoreScore) -> str:
     """What of a method is not compared, in sentences, without their codes."""
     return " ".join(note.partition(": ")[2] for note in submission.notes)
 
@@ -63,23 +48,18 @@ def scale(submissions: Sequence[CoreRow]) -> Scale:
     return scale_around(_ends(submissions), MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
 
 
-def cost(card: Scorecard, row: CoreRow | None) -> tuple[str, str]:
+def cost(card: Scorecard) -> tuple[str, str]:
     """Training steps and processor time of a run, for example ``8.7M steps``, ``21 min in 6 of 7 groups``.
 
-    Each is a sum over the groups of the core that the submission has, or over all of its groups if it is not
-    on the core, of the mean over the runs that state it. No time, and a dash, where no run does.
+    No time, and a dash, where no run states it.
     """
-    names = row.groups if row else card.groups
-    protocol = min((each for name in names for each in card.groups[name]), key=PROTOCOLS.index, default="")
-    logs = [log.provenance for name in names if (log := card.groups[name].get(protocol)) and log.provenance]
-    if not logs:
+    if (found := card.cost) is None:
         return "–", ""
-    steps = f"{fixed(sum(fmean(run.steps for run in runs) for runs in logs) / 1e6, 1)}M steps"
-    scope = f" in {count(len(logs), 'group')}" if row is None or row.missing else ""
-    times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in logs]
-    minutes = [fmean(seconds) / 60 for seconds in times if seconds]
-    partly = f" in {len(minutes)} of {len(logs)} groups" if len(minutes) < len(logs) else ""
-    return steps + scope, f"{fixed(sum(minutes), int(sum(minutes) < 10))} min{partly}" if minutes else ""
+    scope = f" in {count(found.groups, 'group')}" if card.core is None or card.core.missing else ""
+    minutes, timed = found.cpu_seconds / 60, found.timed_groups
+    partly = f" in {timed} of {found.groups} groups" if timed < found.groups else ""
+    time = f"{fixed(minutes, int(minutes < 10))} min{partly}" if timed else ""
+    return f"{fixed(found.steps / 1e6, 1)}M steps{scope}", time
 
 
 def answers(board: CoreBoard | None) -> list[Markup]:
@@ -89,7 +69,7 @@ def answers(board: CoreBoard | None) -> list[Markup]:
         return [Markup("No method has all runs of the core suite yet. Each row says what is missing.")]
     if len(ranked) == 1:
         only = Markup("{} is the only method with all runs of the core suite so far; it keeps {} ({}).")
-        kept = value(ranked[0], FINAL)
+        kept = ranked[0].metrics[FINAL]
         return [only.format(NAME.format(short(ranked[0].title, 40)), mean(kept), ends(kept))]
     sentences = [_answer(board, ranked, FINAL, "")]
     learned = [submission for submission in ranked if submission.metrics[LOST].rank]
@@ -133,7 +113,7 @@ def _answer(board: CoreBoard, methods: Sequence[CoreRow], metric: str, of: str |
     won = [submission.name for submission, pair in pairs if _wins(first.name, pair, metric)]
     tied = [short(submission.title, 40) for submission, _ in pairs if submission.name not in won]
     leads, highest, relation = WORDS[metric]
-    best, verb = value(first, metric), leads if len(tied) < len(pairs) else highest
+    best, verb = first.metrics[metric], leads if len(tied) < len(pairs) else highest
     start = Markup("{}{} {} {} ({})").format(
         of, NAME.format(short(first.title, 40)), verb, mean(best), ends(best)
     )
@@ -183,7 +163,7 @@ def figure(submissions: Sequence[CoreRow], references: Sequence[CoreReference] =
         level = y.at(each.value.mean or 0.0)
         parts.append(stroke(x.start, level, x.end, level, "way"))
         parts.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
-    parts += _points(shown, [value(submission, LEARNED) for submission in shown], "learned {}", x, y)
+    parts += _points(shown, [submission.metrics[LEARNED] for submission in shown], "learned {}", x, y)
     return _plane("Learned against kept, a point per method", parts)
 
 
@@ -197,7 +177,7 @@ def cost_figure(submissions: Sequence[CoreRow]) -> Markup:
         for submission in submissions
         if submission.metrics[FINAL].mean is not None and submission.cost.cpu_seconds
     ]
-    minutes = [MetricValue((submission.cost.cpu_seconds or 0.0) / 60) for submission in stated]
+    minutes = [Estimate((submission.cost.cpu_seconds or 0.0) / 60) for submission in stated]
     if len(stated) < 2:
         return Markup("")
     x = scale_around([each.mean or 0.0 for each in minutes], LEFT, LEFT + SIDE, always=(0.0,))
@@ -211,18 +191,18 @@ def _plane(label: str, parts: Sequence[str]) -> Markup:
 
 
 def _points(
-    submissions: Sequence[CoreRow], across: Sequence[MetricValue], words: str, x: Scale, y: Scale
+    submissions: Sequence[CoreRow], across: Sequence[Estimate], words: str, x: Scale, y: Scale
 ) -> list[str]:
     """The methods with their intervals and names; ``words`` say what is across."""
     places = [
-        (x.at(each.mean or 0), y.at(value(submission, FINAL).mean or 0))
+        (x.at(each.mean or 0), y.at(submission.metrics[FINAL].mean or 0))
         for submission, each in zip(submissions, across, strict=True)
     ]
     parts, bars = [], []
     for number, (submission, each, (left, up)) in reversed(
         list(enumerate(zip(submissions, across, places, strict=True)))
     ):
-        kept = value(submission, FINAL)
+        kept = submission.metrics[FINAL]
         kind = "unranked" if not submission.ranked else "other" if number else "first"
         ways = [(x.at(each.ends[0]), up, x.at(each.ends[1]), up)] if each.ends else []
         ways += [(left, y.at(kept.ends[1]), left, y.at(kept.ends[0]))] if kept.ends else []
@@ -239,7 +219,7 @@ def _points(
 
 
 def _ends(submissions: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
-    values = [value(submission, metric) for submission in submissions for metric in metrics]
+    values = [submission.metrics[metric] for submission in submissions for metric in metrics]
     return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 
 

@@ -58,6 +58,7 @@ class Index(JsonDocument):
     submissions: Annotated[tuple[IndexRow, ...], about("submissions, sorted by name")]
     boards: Annotated[tuple[IndexBoard, ...], about("boards")]
     core: Annotated[str, about("path of the core board, a document of schemas/boards.json")]
+    best: Annotated[str, about("path of the best submissions by task, a document of schemas/boards.json")]
     groups: Annotated[dict[str, str], about("path of each group's or suite's document, by its id")]
 
 
@@ -98,10 +99,12 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         ),
         boards=tuple(boards.values()),
         core=paths.CORE_DATA,
+        best=paths.BEST_DATA,
         groups={group.id: paths.group_data(group.id) for group in members},
     )
     yield paths.INDEX_DATA, index.to_json()
     yield paths.CORE_DATA, BoardsDocument(core=site.scored.core, boards=()).to_json()
+    yield paths.BEST_DATA, BoardsDocument(boards=(), best=site.scored.best).to_json()
     for board in site.boards:
         yield paths.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()
         yield paths.board_data(board.id, "csv"), to_csv(board_frame(board.scored))

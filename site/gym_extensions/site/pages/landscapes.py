@@ -76,7 +76,7 @@ class View:
             (run, charts.small(axis, _shares(returns, top), f"Run {run}"))
             for run, returns in zip(landscape.runs, measured.returns, strict=True)
         ]
-        large = charts.large(axis, _shares(measured.means, top), stages, final, top)
+        large = charts.large(axis, _shares(measured.means, top), stages, final, measured.means[-1], best=top)
         return AxisView(axis, stages, large, tuple(runs), measured.means)
 
 

@@ -12,7 +12,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
-from gym_extensions.scoring.output import highlights
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scorecard
 from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
 from gym_extensions.site.board_views import Leaderboard, missing_reasons
@@ -77,8 +76,6 @@ def environment() -> Environment:
         stroboscopes=stroboscopes,
         board_columns=COLUMNS,
         core_metrics=CORE_METRICS,
-        forgetting=highlights.FORGETTING,
-        largest_change=highlights.largest_change,
         metrics=BY_NAME,
         FORGETTING=FORGETTING.name,
         LEARNING=LEARNING.name,

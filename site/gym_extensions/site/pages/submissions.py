@@ -55,7 +55,7 @@ def publish_list(site: Leaderboard, render: Render) -> Iterator[File]:
     """All submissions by level and name, published tables and refused ones last."""
     on_boards = {row.submission.name for board in site.boards for row in board.rows}
     rows = site.scored.core.rows if site.scored.core else ()
-    scores = {row.name: core.value(row, core.FINAL) for row in rows}
+    scores = {row.name: row.metrics[core.FINAL] for row in rows}
     levels = ["", *LEVELS]
     submissions = sorted(site.submissions, key=lambda submission: -levels.index(submission.level or ""))
     values = {"submissions": submissions, "on_boards": on_boards, "scores": scores}

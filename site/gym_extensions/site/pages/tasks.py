@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -16,15 +16,14 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS, Task, tasks_by_base, versions
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.references import MeasuredReference, experts, load_references, trained_alone
-from gym_extensions.scoring.ranking.boards import is_verified
-from gym_extensions.scoring.scorecard import PaperRow, ReferencesInfo
+from gym_extensions.scoring.ranking.boards import TaskBest
+from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
-from gym_extensions.site.board_views import BoardView, Leaderboard, Row
+from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures, task_picture
 from gym_extensions.site.pages.page import TASK_LIST, File, Render
 from gym_extensions.site.play.assets import play_link
 from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
-from gym_extensions.site.submission_results import SEQUENTIAL
 from gym_extensions.site.text import grouped, inline
 from gym_extensions.submissions.layout import POSES
 from gym_extensions.submissions.poses import PolicyPoses, TaskPoses
@@ -33,7 +32,7 @@ from gym_extensions.submissions.poses import PolicyPoses, TaskPoses
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The list of tasks, then a page per published task."""
     yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks_by_base())
-    references, best = measured(site.references), best_submissions(site.boards)
+    references, best = measured(site.references), site.scored.best
     for task in TASKS.values():
         path = paths.task_path(task.id)
         view = TaskView(task, references.get(task.id), best.get(task.id, ()))
@@ -85,31 +84,13 @@ def alone(task_id: str) -> tuple[float, ...]:
     return tuple(run.mean for run in found.runs) if found else ()
 
 
-BEST = 5
-"""Submissions that the page of a task lists."""
-
-
-@dataclass(frozen=True)
-class BestRow:
-    """A submission on a board, with the mean returns of one task."""
-
-    board: BoardView
-    row: Row
-    returns: PaperRow
-
-    @property
-    def end(self) -> float:
-        """The mean return at the end."""
-        return self.returns.fully_trained.mean if self.returns.fully_trained else float("-inf")
-
-
 @dataclass(frozen=True)
 class TaskView:
     """A task as its page shows it, with its best submissions, the best one first."""
 
     task: Task
     measured: MeasuredReference | None
-    best: tuple[BestRow, ...]
+    best: tuple[TaskBest, ...]
 
     @property
     def base(self) -> Task | None:
@@ -175,21 +156,3 @@ class TaskView:
             for group in GROUPS.values()
             if self.task.id in group.task_ids
         )
-
-
-def best_submissions(boards: Sequence[BoardView]) -> dict[str, tuple[BestRow, ...]]:
-    """The verified submissions with the highest return at the end of sequential training, by task id."""
-    by_task: dict[str, list[BestRow]] = {}
-    for board in boards:
-        if board.protocol != SEQUENTIAL or board.suite:
-            continue
-        for row in board.rows:
-            if row.submission.duplicate_of or not is_verified(row.card.level):
-                continue
-            for returns in row.result.detail.paper_table:
-                if returns.fully_trained:
-                    by_task.setdefault(returns.task, []).append(BestRow(board, row, returns))
-    return {
-        name: tuple(sorted(rows, key=lambda best: (-best.end, best.row.card.name))[:BEST])
-        for name, rows in by_task.items()
-    }
