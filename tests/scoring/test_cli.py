@@ -229,7 +229,12 @@ def test_out_writes_scorecards_and_boards_and_holds_nothing_older(
     folders, out = [make_submission(name=name) for name in "ab"], tmp_path / "out"
     assert cli.main([*map(str, folders), "--out", str(out)]) == 0
     assert [path.name for path in sorted((out / "scorecards").iterdir())] == ["a.json", "b.json"]
-    assert json.loads((out / "boards.json").read_text()) == {"format": 1, "core": None, "boards": []}
+    assert json.loads((out / "boards.json").read_text()) == {
+        "format": 1,
+        "core": None,
+        "boards": [],
+        "best": {},
+    }
     cli.main([str(folders[1]), "--out", str(out)])
     assert [path.name for path in (out / "scorecards").iterdir()] == ["b.json"]
 

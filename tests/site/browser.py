@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import msgspec
 
 from gym_extensions.scoring.scorecard import ScorecardDocument
+from gym_extensions.scoring.submission.scorer import completed
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST, Page, Render
@@ -83,8 +85,9 @@ class Reader(HTMLParser):
 
 
 def typed(document: dict[str, Any]) -> ScorecardDocument:
-    """The typed document of these JSON values."""
-    return msgspec.convert(document, ScorecardDocument)
+    """The typed document of these JSON values, with what follows from them."""
+    made = msgspec.convert(document, ScorecardDocument)
+    return replace(made, submissions=tuple(map(completed, made.submissions)))
 
 
 def site_files(

@@ -257,6 +257,7 @@ def make_card(document: Document) -> Make:
         card["groups"] = {"hopper-gravity-v0": {"sequential": scores}}
         runs = final or [0.0] * 5
         scores.update(level=card["level"], budget=budget, runs=list(range(len(runs))))
+        scores["return_matrix"] = scores["return_matrix"][:1] * len(runs)
         scores["episode_sketches"] = [[repr(value)] for value in final or []]
         scores["metrics"] |= {
             "final_performance": estimate(final) if final else missing("Every task is open."),

@@ -46,7 +46,8 @@ def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(original: Pa
         "import sys; from pathlib import Path; from gym_extensions.site.build import build_site;"
         "from gym_extensions.scoring.scorecard import ScorecardDocument;"
         "whole = ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes());"
-        "build_site(whole.submissions, whole.references, Path(sys.argv[2]))"
+        "from gym_extensions.scoring.submission.scorer import completed;"
+        "build_site(map(completed, whole.submissions), whole.references, Path(sys.argv[2]))"
     )
     command = [sys.executable, "-c", program, str(source), str(tmp_path / "site")]
     setting = {"PYTHONHASHSEED": "2", "TZ": OTHER_TIME_ZONE, "LC_ALL": "C"}

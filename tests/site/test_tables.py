@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import pytest
 
-from gym_extensions.scoring.scorecard import ReferenceValue
-from gym_extensions.site.submission_results import SubmissionResult
+from gym_extensions.scoring.scorecard import ReferenceValue, TaskChange
 from gym_extensions.site.tables import change_tint, tint
-
-from .test_submission_results import score
 
 
 @pytest.mark.parametrize(
-    ("runs", "classes"),
+    ("ends", "classes"),
     [
-        ([(80, 20), (80, 20.1)], "lost3"),
-        ([(80, 20)], "lost3 unsure"),
-        ([(20, 99), (20, 99.1)], "won4"),
-        ([(10, 0), (10, 50)], "won1 unsure"),
-        ([(50, 50), (50, 50)], "kept unsure"),
-        ([(900, 0), (900, 1)], "lost5"),
+        ((-0.6, -0.61, -0.59), "lost3"),
+        ((-0.6,), "lost3 unsure"),
+        ((0.79, 0.7, 0.9), "won4"),
+        ((0.15, -2.4, 2.7), "won1 unsure"),
+        ((0.0, 0.0, 0.0), "kept unsure"),
+        ((-8.9, -9.0, -8.8), "lost5"),
     ],
 )
 def test_a_change_is_tinted_around_zero_and_hatched_where_it_is_uncertain(
-    runs: list[tuple[float, float]], classes: str
+    ends: tuple[float, ...], classes: str
 ) -> None:
-    (change,) = SubmissionResult("group", "sequential", score(*runs)).changes
-    assert change_tint(change) == classes
+    assert change_tint(TaskChange(*ends, normalized=True)) == classes
+
+
+def test_a_raw_change_has_no_tint() -> None:
+    assert change_tint(TaskChange(-30.0, normalized=False)) == "raw unsure"
 
 
 def test_tints_of_a_matrix_reach_its_highest_score() -> None:

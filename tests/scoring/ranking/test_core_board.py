@@ -17,18 +17,16 @@ from gym_extensions.metrics.statistics import ALPHA
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.ranking.core_board import (
-    LOOKS,
     MARGIN,
     Method,
     compared_pairs,
     core_board,
     decided,
-    last_look,
-    next_look,
     pooled_difference,
     ranks,
 )
 from gym_extensions.scoring.scorecard import GroupScore, RunProvenance, Scorecard
+from gym_extensions.scoring.submission.core_score import LOOKS, core_score, last_look, next_look
 from gym_extensions.submissions.run import Memory
 from gym_extensions.submissions.submission import consecutive
 
@@ -166,7 +164,7 @@ def on_core(enter: Enter) -> OnCore:
 
 
 def board_of(cards: Sequence[Scorecard]) -> CoreBoard:
-    made = core_board(cards)
+    made = core_board([replace(card, core=core_score(card)) for card in cards])
     assert made is not None
     return made
 

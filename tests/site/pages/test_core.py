@@ -101,13 +101,11 @@ def test_nobody_leads_without_a_significant_difference() -> None:
 
 
 def test_a_method_that_lacks_groups_says_which() -> None:
-    row = core.own_row(
-        typed({**everything(), "submissions": [method("part", 1, 1, GROUPS[2:])]}).submissions[0]
-    )
-    assert row is not None
-    assert core.state(row) == f"lacks {GROUPS[0]}, {GROUPS[1]}"
-    assert row.metrics[core.FINAL].rank is None
-    assert core.own_row(typed(everything()).submissions[0]) is None
+    (part,) = typed({**everything(), "submissions": [method("part", 1, 1, GROUPS[2:])]}).submissions
+    assert part.core is not None
+    assert core.state(part.core) == f"lacks {GROUPS[0]}, {GROUPS[1]}"
+    assert part.core.metrics[core.FINAL].mean is None
+    assert typed(everything()).submissions[0].core is None
 
 
 def test_a_point_lies_at_learned_and_kept_below_the_line_where_nothing_is_lost() -> None:
@@ -167,6 +165,6 @@ def test_the_page_has_the_notes_and_the_parameters_of_every_method() -> None:
 def test_a_cost_is_steps_and_where_some_runs_state_it_a_time() -> None:
     (card,) = typed({**everything(), "submissions": [method("part", 1, 1, GROUPS[:3])]}).submissions
     cost = ("4.5M steps in 3 groups", "21 min in 1 of 3 groups")
-    assert core.cost(card, core.own_row(card)) == core.cost(card, None) == cost
+    assert core.cost(card) == core.cost(replace(card, core=None)) == cost
     (bare,) = typed({**everything(), "submissions": [make_submission("bare", {})]}).submissions
-    assert core.cost(bare, None) == ("–", "")
+    assert core.cost(bare) == ("–", "")

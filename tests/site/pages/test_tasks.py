@@ -11,7 +11,7 @@ import pytest
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.references import load_references
-from gym_extensions.site.pages.tasks import TaskView, best_submissions
+from gym_extensions.site.pages.tasks import TaskView
 from gym_extensions.site.paths import task_path
 
 from ..browser import Reader, site_files
@@ -70,7 +70,6 @@ def test_the_best_submissions_are_sorted_by_the_return_at_the_end(pages: dict[st
     assert text.index("Keeper") < text.index("Agile")
     assert "Zero action" not in text
     assert "No verified submission has trained on this task in sequence yet." in page(pages, "Striker").text
-    assert best_submissions(()) == {}
 
 
 def test_a_page_says_what_1_is(pages: dict[str, str]) -> None:

@@ -166,4 +166,6 @@ def run_cost(card: Scorecard) -> RunCost | None:
         return None
     times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in logs]
     means = [fmean(seconds) for seconds in times if seconds]
-    return RunCost(sum(fmean(run.steps for run in runs) for runs in logs), len(logs), sum(means), len(means))
+    return RunCost(
+        sum(fmean(run.steps for run in runs) for runs in logs), len(logs), sum(means, 0.0), len(means)
+    )

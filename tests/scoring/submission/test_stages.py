@@ -1,23 +1,83 @@
-"""Highlights of a group: the largest change, and only one that is significant over runs."""
+"""What happens to each task: scores of stages, changes, and the largest change that is significant."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from scipy import stats
 
 from gym_extensions.references import Reference, References
-from gym_extensions.scoring.output.highlights import highlights
 from gym_extensions.scoring.pipeline import score_folder
+from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue
+from gym_extensions.scoring.submission.stages import with_stages
 
 Write = Callable[..., Path]
+SCORE = GroupScore(
+    level="verified",
+    budget="smoke",
+    runs=(0, 1),
+    tasks=("a", "b"),
+    metrics={},
+    reference={},
+    return_matrix=(),
+)
+EXPERT, OPEN = ReferenceValue(0.0, 100.0, False), ReferenceValue(0.0, None, True)
+
+
+def two_tasks(*runs: tuple[float, float], expert: ReferenceValue = EXPERT) -> GroupScore:
+    """Two tasks; per run the return on the first right after its training and at the end."""
+    score = replace(
+        SCORE,
+        runs=tuple(range(len(runs))),
+        reference={"a": expert, "b": OPEN},
+        return_matrix=tuple(((0.0, 0.0), (after, 0.0), (end, 9.0)) for after, end in runs),
+    )
+    return with_stages(score, "sequential")
+
+
+def test_the_change_is_the_end_minus_right_after_training_over_the_span() -> None:
+    (change,) = two_tasks((80, 50), (90, 60)).changes
+    assert change.mean == pytest.approx(-0.3)
+    assert change.ends == pytest.approx((-0.3, -0.3))
+    assert (change.normalized, change.is_certain) == (True, True)
+    assert not two_tasks((10, 0), (10, 50)).changes[0].is_certain
+    assert not two_tasks((80, 20)).changes[0].is_certain, "one run has no interval"
+
+
+def test_an_open_task_has_a_raw_change_and_no_score() -> None:
+    score = two_tasks((80, 50), expert=OPEN)
+    assert [(each.mean, each.normalized) for each in score.changes] == [(-30.0, False)]
+    assert {cell.mean for row in score.stages for cell in row} == {None}
+
+
+def test_a_stage_has_the_mean_over_runs_and_its_interval() -> None:
+    first, open_task = two_tasks((80, 50), (90, 150)).stages[-1]
+    assert (first.mean, first.mean_return) == (1.0, 100.0)
+    half = 0.5 * stats.t.ppf(0.975, 1)  # of .5 and 1.5: standard error .5
+    assert first.ends == pytest.approx((1.0 - half, 1.0 + half))
+    assert (open_task.mean, open_task.mean_return) == (None, 9.0)
+
+
+def test_the_top_score_is_that_of_a_run_and_at_least_1() -> None:
+    assert [two_tasks((80, end)).top_score for end in (50, 150)] == [1.0, 1.5]
+
+
+def test_success_rates_are_averaged_over_runs_where_the_task_defines_success() -> None:
+    rates = (((None, 0.25), (None, 0.5)), ((None, 0.75), (None, 1.0)))
+    matrix = (((0.0, 0.0), (0.0, 0.0)),) * 2
+    score = with_stages(replace(SCORE, success_rates=rates, return_matrix=matrix), "joint")
+    assert [[cell.success_rate for cell in row] for row in score.stages] == [[None, 0.5], [None, 0.75]]
+    assert score.changes == ()
+
+
 FORGETS_HALF = "forgets HopperGravityHalf most: {} → {}"
 
 
 def sentences(folder: Path, references: References) -> list[str]:
-    group = score_folder(folder, references).groups["hopper-gravity-v0"]
-    return highlights(group["sequential"], group.get("single"))
+    return list(score_folder(folder, references).groups["hopper-gravity-v0"]["sequential"].highlights)
 
 
 def forgets(fall: float, noise: float, runs: int = 5) -> Callable[..., float]:
