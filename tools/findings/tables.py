@@ -19,7 +19,8 @@ from gym_extensions.metrics.formulas import BY_NAME
 from gym_extensions.metrics.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import load_references, trained_alone
-from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, last_look
+from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS
+from gym_extensions.scoring.submission.core_score import last_look
 from gym_extensions.site.text import fixed, interval
 from gym_extensions.submissions.landscapes import SHARES
 
