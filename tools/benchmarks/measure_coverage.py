@@ -192,11 +192,6 @@ def positive(text: str) -> int:
     return int(text)
 
 
-def datasets_at(runs: int, datasets: int) -> int:
-    """Number of data sets for the bootstraps: a twentieth at ten runs, which have 92,378 resamples."""
-    return max(1, datasets // 20) if runs == 10 else datasets
-
-
 def main(argv: list[str] | None = None) -> None:
     """Print both tables."""
     options = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
@@ -217,7 +212,8 @@ def main(argv: list[str] | None = None) -> None:
     write("| shape | N | t | percentile | BCa | bootstrap-t |\n| --- | --- | --- | --- | --- | --- |\n")
     for shape in SHAPES:
         for runs in (3, 5, 10, 20):
-            datasets = datasets_at(runs, arguments.datasets)
+            # ten runs have 92,378 resamples
+            datasets = max(1, arguments.datasets // 20) if runs == 10 else arguments.datasets
             shares = coverage(shape, runs, datasets, np.random.default_rng(next(seeds)))
             cells = [f"{100 * shares['t']:.1f}"] + [
                 f"{100 * shares[m]:.1f} ± {100 * _error(shares[m], datasets):.1f}" if m in shares else "–"

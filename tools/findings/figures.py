@@ -7,7 +7,6 @@ import re
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import matplotlib
 import pandas as pd
@@ -20,9 +19,6 @@ from gym_extensions.scoring.scorecard import PaperRow
 from gym_extensions.scoring.submission.stages import task_name
 from tools.findings.tables import Value
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 matplotlib.rcParams |= {"svg.hashsalt": "gym-extensions", "svg.fonttype": "none", "font.size": 9}
 COLUMNS = 2
 
@@ -33,19 +29,18 @@ def draw_groups(rows: Sequence[tuple[str, Sequence[Value]]], groups: Sequence[st
     panels = figure.subplots(1, len(groups), sharey=True)
     for column, (group, axes) in enumerate(zip(groups, panels, strict=True)):
         for height, (_, values) in enumerate(rows):
-            _draw_interval(axes, values[column], height, "C0")
-            axes.plot(values[column].mean, height, "o", color="C0", markersize=4)
+            each = values[column]
+            if not math.isnan(each.mean):
+                axes.plot(
+                    [each.low, each.high], [height, height], color="C0", linewidth=3, alpha=0.45, zorder=1
+                )
+            axes.plot(each.mean, height, "o", color="C0", markersize=4)
         axes.axvline(0, color="0.8", linewidth=0.8, zorder=0)
         axes.set_title(group, fontsize=8)
     panels[0].set_yticks(range(len(rows)), [name for name, _ in rows])
     panels[0].invert_yaxis()
     figure.supxlabel("score at the end (0 = floor, 1 = expert)", fontsize=9)
     _save(figure, path)
-
-
-def _draw_interval(axes: Axes, each: Value, height: float, color: str) -> None:
-    if not math.isnan(each.mean):
-        axes.plot([each.low, each.high], [height, height], color=color, linewidth=3, alpha=0.45, zorder=1)
 
 
 def draw_retention(frame: pd.DataFrame, groups: Sequence[str], path: Path) -> None:

@@ -16,6 +16,7 @@ from gym_extensions import results
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.files import write_text
+from gym_extensions.metrics.formulas import BY_NAME
 from gym_extensions.references import ALONE
 from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
@@ -78,7 +79,7 @@ def main() -> None:
     finals = dict(tables.by_group(metrics, names, FINAL))
     groups = tables.fine_tuning(metrics, forgetting_of_runs(submissions / FINE_TUNING))
     learned = [row for row in groups if row.is_learned]
-    other_ways = tables.in_other_ways(core)
+    other_ways = [tables.Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()]
     assert board is not None
     write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
     draw_groups(list(finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
@@ -119,7 +120,7 @@ def main() -> None:
             if name in trained
         ],
         open_tasks={name: each for name, each in tables.open_tasks().items() if name in scored},
-        transfer_titles=tables.transfer_titles(),
+        transfer_titles=[BY_NAME[name].title for name in tables.TRANSFERS],
         transfers=tables.transfers(metrics),
         practice=tables.practice_by_other_runs(evaluations),
         replay=tables.replay({name: forgetting_of_runs(submissions / name) for name in REPLAY}),

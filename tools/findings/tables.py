@@ -15,11 +15,9 @@ from gym_extensions import results
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, STANDARD_BUDGET
 from gym_extensions.metrics import iqm, probability_of_improvement
-from gym_extensions.metrics.formulas import BY_NAME
 from gym_extensions.metrics.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import load_references, trained_alone
-from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS
 from gym_extensions.scoring.submission.core_score import last_look
 from gym_extensions.site.text import fixed, interval
 from gym_extensions.submissions.landscapes import SHARES
@@ -124,11 +122,6 @@ def over_tasks(methods: Sequence[Method], submissions: Path) -> list[tuple[str, 
     return found
 
 
-def in_other_ways(core: pd.DataFrame) -> list[Method]:
-    """The rows of the reference agent on all tasks at once, and on each alone."""
-    return [Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()]
-
-
 def value(metrics: pd.DataFrame, name: str, group: str, metric: str, protocol: str = "sequential") -> Value:
     """A metric of a submission on a group or suite, at the standard budget."""
     found = metrics[
@@ -211,11 +204,6 @@ def practice_by_other_runs(evaluations: pd.DataFrame) -> list[tuple[str, Value]]
             gap = difference([normalize(each) for each in last], alone)
             rows.append((group.name, Value.of(gap)))
     return rows
-
-
-def transfer_titles() -> list[str]:
-    """The titles of ``TRANSFERS``."""
-    return [BY_NAME[name].title for name in TRANSFERS]
 
 
 def replay(runs: dict[str, dict[str, Sequence[float]]]) -> list[tuple[str, Value, float]]:
