@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from hashlib import sha256
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -118,34 +117,29 @@ def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limit
     return _closed(report, msgspec.convert(answer.get("problems", ()), list[Problem]))
 
 
-def judge(call: Mapping[str, Any]) -> Iterator[Any]:
-    """The job of the process with limits: reads and scores a submission, and repeats a sample of its
-    episodes.
-    """
-    yield msgspec.to_builtins(judgement_of(call))
-
-
 Judgement = dict[str, Any]
 """What is found out about a submission: some of ``JUDGED``, and the ``problems``."""
 
 
-def judgement_of(call: Mapping[str, Any]) -> Judgement:
-    """What is found out about the submission of the call."""
+def judge(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: reads and scores a submission, and repeats a sample of its
+    episodes.
+    """
     submission, donated = read(Path(call["folder"]), policies=True), frozenset(call["donated"])
     card = score(submission, load_references())
-    if problems := card.problems or tuple(donation_problems(submission, donated)):
-        return {"problems": problems}
-    if card.level == REPORTED:
-        return {"level": REPORTED, "notes": list(card.notes)}
-    found = repeated_sample(submission, donated)
-    scores = []
-    for group, protocols in card.groups.items():
-        for protocol, each in protocols.items():
-            name = METRICS[protocol][0].name
-            value, facts = each.metrics[name], (each.budget, len(each.runs), name)
-            scores.append(reports.GateScore(group, protocol, *facts, value.mean, value.low, value.high))
-    notes = [*found["notes"], *card.notes]
-    return found | {"level": CLAIMED, "scores": scores, "notes": notes}
+    found: Judgement = {"problems": card.problems or tuple(donation_problems(submission, donated))}
+    if not found["problems"] and card.level == REPORTED:
+        found = {"level": REPORTED, "notes": card.notes}
+    elif not found["problems"]:
+        found = repeated_sample(submission, donated)
+        scores = []
+        for group, protocols in card.groups.items():
+            for protocol, each in protocols.items():
+                name = METRICS[protocol][0].name
+                value, facts = each.metrics[name], (each.budget, len(each.runs), name)
+                scores.append(reports.GateScore(group, protocol, *facts, value.mean, value.low, value.high))
+        found |= {"level": CLAIMED, "scores": scores, "notes": [*found["notes"], *card.notes]}
+    yield msgspec.to_builtins(found)
 
 
 def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Problem]:
@@ -216,17 +210,15 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     drawn, end = set(sorted(map(draw, cells))[:SAMPLE]), time.monotonic() + SAMPLE_SECONDS
     repeated = episodes = 0
     problems: list[Problem] = []
-    for group, members in groupby(cells, key=lambda item: item[0].log.group):
-        for run, cell in members:
-            if draw((run, cell)) not in drawn or time.monotonic() > end:
-                continue
-            request = run.request(submission, (cell,))
-            result = repetition(run, (cell,), played(request, group))
-            repeated, episodes = repeated + result.repeated, episodes + result.episodes
-            if result.difference and run.other_machine:
-                notes.append(f"{run.name} was made elsewhere ({run.other_machine}): {result.difference}.")
-            elif result.difference:
-                hint = "Store the policy of every stage, and log its first evaluation."
-                problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))
+    for run, cell in cells:
+        if draw((run, cell)) not in drawn or time.monotonic() > end:
+            continue
+        result = repetition(run, (cell,), played(run.request(submission, (cell,)), run.log.group))
+        repeated, episodes = repeated + result.repeated, episodes + result.episodes
+        if result.difference and run.other_machine:
+            notes.append(f"{run.name} was made elsewhere ({run.other_machine}): {result.difference}.")
+        elif result.difference:
+            hint = "Store the policy of every stage, and log its first evaluation."
+            problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))
     counts = {"repeated": repeated, "episodes": episodes, "without_policies": without}
     return {**counts, "problems": problems, "notes": notes}

@@ -17,17 +17,13 @@ import numpy as np
 
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs import make_vec
-from gym_extensions.envs.fingerprinting import engine, require_published_engine
-from gym_extensions.envs.rollout import Outcome, run_episodes
+from gym_extensions.envs import fingerprinting, make_vec, rollout
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.manifest import Manifest
-from gym_extensions.submissions.policies import files as stored
-from gym_extensions.submissions.policies.files import AnyPolicy, Key
-from gym_extensions.submissions.policies.onnx import MISSING, RUNTIME, OnnxPolicy
+from gym_extensions.submissions.policies import files as stored, onnx
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.verification.limits import Limits, answers, end_all
 from gym_extensions.versions import blas_kernels, version, version_or_none
@@ -73,7 +69,7 @@ class RunRequest:
         """The name of the run, ``group/protocol/runN``."""
         return run_key(self.group, self.protocol, self.run)
 
-    def key(self, group: TaskGroup, cell: Cell) -> Key:
+    def key(self, group: TaskGroup, cell: Cell) -> stored.Key:
         """The key of the policy of a cell."""
         return cell.stage, group.tasks[cell.task].name if self.protocol == "single" else None
 
@@ -111,7 +107,7 @@ class Played:
     ``runtime`` is what ran ONNX networks, with its version; empty for plain arrays.
     """
 
-    outcomes: tuple[tuple[Outcome, ...], ...] = ()
+    outcomes: tuple[tuple[rollout.Outcome, ...], ...] = ()
     problem: str = ""
     runtime: str = ""
 
@@ -129,11 +125,11 @@ def no_log_file() -> Iterator[None]:
 
 def run_cell(
     group: TaskGroup,
-    policy: AnyPolicy,
+    policy: stored.AnyPolicy,
     cell: Cell,
     watch: Callable[[Any, Any], None] | None = None,
     world: Task | None = None,
-) -> list[Outcome]:
+) -> list[rollout.Outcome]:
     """The outcomes of a cell, an episode per seed, with the policy of its stage.
 
     A cell has environments of its own: making them takes milliseconds, and one of a Humanoid 17 MB of the
@@ -158,10 +154,10 @@ def run_cell(
 
     seen = None if watch is None else lambda actions: watch(env, actions)
     with closing(env), np.errstate(all="ignore"), no_log_file():
-        return run_episodes(env, cell.seeds, act, watch=seen, where="the policy")
+        return rollout.run_episodes(env, cell.seeds, act, watch=seen, where="the policy")
 
 
-def stored_policies(request: RunRequest, group: TaskGroup) -> dict[Key, AnyPolicy]:
+def stored_policies(request: RunRequest, group: TaskGroup) -> dict[stored.Key, stored.AnyPolicy]:
     """The policies of a run.
 
     Raises ``BenchError`` if they cannot be read, are others than those of the run's document, or one depends
@@ -188,7 +184,7 @@ def played(request: RunRequest, group: TaskGroup) -> Played:
 
     Raises ``BenchError`` with another engine than that of the published tasks, or without what runs networks.
     """
-    require_published_engine()
+    fingerprinting.require_published_engine()
     try:
         policies = stored_policies(request, group)
         results = {}
@@ -200,11 +196,11 @@ def played(request: RunRequest, group: TaskGroup) -> Played:
             except BenchError as error:
                 raise BenchError(error.code, f"{where}: {error.message}", hint=error.hint) from error
     except BenchError as error:
-        if error.code == MISSING:
+        if error.code == onnx.MISSING:
             raise
         return Played(problem=error.message)
-    has_networks = any(isinstance(policy, OnnxPolicy) for policy in policies.values())
-    runtime = f"{RUNTIME} {version(RUNTIME)}" if has_networks else ""
+    has_networks = any(isinstance(policy, onnx.OnnxPolicy) for policy in policies.values())
+    runtime = f"{onnx.RUNTIME} {version(onnx.RUNTIME)}" if has_networks else ""
     return Played(tuple(results[cell] for cell in request.cells), runtime=runtime)
 
 
@@ -224,8 +220,9 @@ class Store:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._machine = [*engine().values(), version("numpy"), version("gym-extensions"), blas_kernels()]
-        self._machine += [found] if (found := version_or_none(RUNTIME)) else []
+        packages = (version("numpy"), version("gym-extensions"), blas_kernels())
+        self._machine = [*fingerprinting.engine().values(), *packages]
+        self._machine += [found] if (found := version_or_none(onnx.RUNTIME)) else []
 
     def _path(self, request: RunRequest) -> Path:
         content = [replace(request, folder="", file=""), self._machine]

@@ -18,7 +18,6 @@ from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import landscapes
 from gym_extensions.submissions.fetch import Fetcher
-from gym_extensions.submissions.landscapes import Landscape, measured_runs
 from gym_extensions.submissions.layout import MANIFEST
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import AnyPolicy
@@ -59,7 +58,7 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
 
 def landscape_of(
     submission: Path, group: TaskGroup, documents: Mapping[int, RunDocument], fetcher: Fetcher, jobs: int = 1
-) -> Landscape | str:
+) -> landscapes.Landscape | str:
     """The landscape of runs of a submission on a group with axes, measured now; or why there is none.
 
     Runs are measured ``jobs`` at once. Raises ``BenchError`` if policies cannot be read or run, or a limit
@@ -76,7 +75,7 @@ def landscape_of(
     with ThreadPoolExecutor(jobs) as pool:
         runs = np.array(list(pool.map(work, documents.values())))  # (runs, axes · stages, points, episodes)
     along = axes(group)
-    return Landscape(
+    return landscapes.Landscape(
         group=group.id,
         episodes=landscapes.EPISODES,
         policies={str(run): each.policies.sha256 for run, each in documents.items() if each.policies},
@@ -122,9 +121,9 @@ def measure_all(
     for submission in submissions:
         for group in wanted:
             where = f"{submission.name}, {group.name}"
-            if not (documents := measured_runs(submission, group)):
+            if not (documents := landscapes.measured_runs(submission, group)):
                 continue
-            if not again and isinstance(landscapes.load(submission, group), Landscape):
+            if not again and isinstance(landscapes.load(submission, group), landscapes.Landscape):
                 yield f"{where}: up to date."
                 continue
             found = landscape_of(submission, group, documents, fetcher, jobs)
