@@ -54,6 +54,15 @@ def test_relative_links_lead_to_files_and_headings(page: Path) -> None:
     assert broken == []
 
 
+def test_the_architecture_names_every_module() -> None:
+    """But for agents and rules, which have a module each, named after them."""
+    text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
+    modules = [path for path in ROOT.glob("*/gym_extensions/**/*.py") if path.name != "__init__.py"]
+    named = [path for path in modules if path.parent.name not in ("algorithms", "rules")]
+    assert len(named) > 100
+    assert [relative(path) for path in named if not re.search(rf"\b{path.stem}\b", text)] == []
+
+
 def test_citation_and_recipe_have_the_version_and_requirements_of_pyproject() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     recipe = (ROOT / "packaging/recipe.yaml").read_text("utf-8")
