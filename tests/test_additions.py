@@ -42,7 +42,7 @@ ROW = """
 )
 """
 TEXTS = '[Monopod]\nsummary = "S."\nreward = "R."\nstart = "T."\nend = "E."\nsource = "Q."\n\n'
-IMPLEMENTATION = '    "Monopod": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
+IMPLEMENTATION = '    "Monopod": Implementation(planar.PlanarRules, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
 USE_BODY = """
 import numpy as np
 from gym_extensions.catalog.tasks import TASKS

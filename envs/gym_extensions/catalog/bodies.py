@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Mapping
@@ -111,6 +112,15 @@ class Feet:
 
 
 @dataclass(frozen=True)
+class Health:
+    """Open intervals of the root, outside which a body is not healthy."""
+
+    height: tuple[float, float]  # m
+    angle: tuple[float, float] = (-math.inf, math.inf)  # of a planar root, rad
+    state: float | None = None  # bounds the size of all other coordinates of a planar body
+
+
+@dataclass(frozen=True)
 class Rectangle:
     """An axis-aligned rectangle, lower and upper corner in m."""
 
@@ -135,6 +145,10 @@ class Body:
     beams: Frame | None = None  # of the range beams; None if the body has no torso to carry them
     wall_width: float | None = None  # of the published wall, m; None without a wall task
     velocity_limit: float | None = None  # Gymnasium clips observed velocities to this magnitude
+    frame_skip: int = 5  # physics steps per environment step
+    noise: float = 1e-2  # of a start; this and what follows: of planar bodies and humanoids
+    ctrl_cost: float = 0.1  # weight of the squared actions
+    health: Health | None = None  # None for a body that is always healthy
     goal_area: Rectangle | None = None  # within which a moving goal stays; None without a goal
     success: Success | None = None  # None if its tasks define no success
 
@@ -156,6 +170,10 @@ PLANAR = (
         beams="pitch",
         wall_width=0.8,
         velocity_limit=10.0,
+        frame_skip=4,
+        noise=5e-3,
+        ctrl_cost=1e-3,
+        health=Health((0.7, math.inf), (-0.2, 0.2), 100.0),
     ),
     Body(
         name="Walker2d",
@@ -169,6 +187,10 @@ PLANAR = (
         beams="pitch",
         wall_width=0.8,
         velocity_limit=10.0,
+        frame_skip=4,
+        noise=5e-3,
+        ctrl_cost=1e-3,
+        health=Health((0.8, 2.0), (-1.0, 1.0)),
     ),
     Body(
         name="HalfCheetah",
@@ -186,6 +208,7 @@ PLANAR = (
         },
         beams="pitch",
         wall_width=0.8,
+        noise=0.1,
     ),
 )
 
@@ -203,10 +226,11 @@ PARTS = {
     "Arm": ("right_uarm1", "right_larm", "left_uarm1", "left_larm"),
     "Hand": ("right_hand", "left_hand"),
 }
-HUMANOID: dict[str, Any] = {"parts": PARTS, "feet": FEET, "wall_width": WALL_WIDTH}
+HEALTH = Health((1.0, 2.0))
+HUMANOID: dict[str, Any] = {"parts": PARTS, "feet": FEET, "wall_width": WALL_WIDTH, "health": HEALTH}
 LYING: dict[str, Any] = HUMANOID | {
     "camera": Camera(0.4, 0.2, 3.0, 110, -20),
-    "success": Height(1.0, 2.0, IS_STANDING),
+    "success": Height(*HEALTH.height, IS_STANDING),
     "beams": "world",
 }
 

@@ -31,24 +31,23 @@ from gym_extensions.envs.mujoco.model import asset, compile_model
 
 
 class Implementation(NamedTuple):
-    """What makes the environments of a body: its rules, physics steps per environment step, and camera."""
+    """What makes the environments of a body: its rules and its camera."""
 
     rules: type[Rules]
-    frame_skip: int
     camera: Mapping[str, Any]
 
 
 _LYING = humanoidstandup_v5.DEFAULT_CAMERA_CONFIG
 _ARM = pusher_v5.DEFAULT_CAMERA_CONFIG
 IMPLEMENTATIONS: dict[str, Implementation] = {
-    "Hopper": Implementation(planar.HopperRules, 4, hopper_v5.DEFAULT_CAMERA_CONFIG),
-    "Walker2d": Implementation(planar.Walker2dRules, 4, walker2d_v5.DEFAULT_CAMERA_CONFIG),
-    "HalfCheetah": Implementation(planar.HalfCheetahRules, 5, half_cheetah_v5.DEFAULT_CAMERA_CONFIG),
-    "Humanoid": Implementation(humanoid.HumanoidRules, 5, humanoid_v5.DEFAULT_CAMERA_CONFIG),
-    "HumanoidStandup": Implementation(humanoid.HumanoidStandupRules, 5, _LYING),
-    "HumanoidStandupAndRun": Implementation(humanoid.HumanoidStandupAndRunRules, 5, _LYING),
-    "Pusher": Implementation(arms.PusherRules, 5, _ARM),
-    "Striker": Implementation(arms.StrikerRules, 5, _ARM),
+    "Hopper": Implementation(planar.PlanarRules, hopper_v5.DEFAULT_CAMERA_CONFIG),
+    "Walker2d": Implementation(planar.PlanarRules, walker2d_v5.DEFAULT_CAMERA_CONFIG),
+    "HalfCheetah": Implementation(planar.HalfCheetahRules, half_cheetah_v5.DEFAULT_CAMERA_CONFIG),
+    "Humanoid": Implementation(humanoid.HumanoidRules, humanoid_v5.DEFAULT_CAMERA_CONFIG),
+    "HumanoidStandup": Implementation(humanoid.HumanoidStandupRules, _LYING),
+    "HumanoidStandupAndRun": Implementation(humanoid.HumanoidStandupAndRunRules, _LYING),
+    "Pusher": Implementation(arms.PusherRules, _ARM),
+    "Striker": Implementation(arms.StrikerRules, _ARM),
 }
 """One row per body of the catalog that has a MuJoCo model."""
 
@@ -75,7 +74,7 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         check_variations(task)
         body = IMPLEMENTATIONS[task.base]
         camera = {"default_camera_config": body.camera}
-        super().__init__(str(asset(task.body)), body.frame_skip, None, **(camera | rendering))
+        super().__init__(str(asset(task.body)), task.body.frame_skip, None, **(camera | rendering))
         self.metadata = self.metadata | {"render_fps": round(1 / self.dt)}
         self._success = interfaces.success_test(task.body.success, self.model, self)
         self.observation_space = Box(-np.inf, np.inf, (0,))  # until the size is known

@@ -12,12 +12,7 @@ from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Ind
 from gym_extensions.envs.mujoco.base import Rules, uniform_state
 
 CONTACT_WEIGHT, MAX_CONTACT_COST = 5e-7, 10.0
-
-
-NOISE = 1e-2
-FORWARD_WEIGHT, CTRL_COST = 1.25, 0.1
-HEALTHY_REWARD, FALLEN_REWARD = 5.0, 1.0
-HEALTHY_HEIGHT = (1.0, 2.0)
+FORWARD_WEIGHT, HEALTHY_REWARD, FALLEN_REWARD = 1.25, 5.0, 1.0
 
 
 class HumanoidStandupRules(Rules):
@@ -36,18 +31,21 @@ class HumanoidStandupRules(Rules):
         self._field = {name: physics.field(name) for name in ("qpos", "qvel", *self.fields)}
         self._qpos = np.array([template.init_qpos for template in templates])
         self._qvel = np.array([template.init_qvel for template in templates])
+        self._task_body = templates[0].task.body
         self._bodies = int(templates[0].model.nbody - templates[0].model.nmocap)
         self._timestep = float(templates[0].model.opt.timestep)
         self._terms: dict[str, NDArray[Any]] = {}
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        qpos, qvel = uniform_state(generators, NOISE, self._qpos.shape[1], self._qvel.shape[1])
+        qpos, qvel = uniform_state(
+            generators, self._task_body.noise, self._qpos.shape[1], self._qvel.shape[1]
+        )
         return {"qpos": self._qpos[indices] + qpos, "qvel": self._qvel[indices] + qvel}
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """z / timestep − costs + 1."""
         upward = self._field["qpos"][:, 2] / self._timestep
-        control, impact = control_cost(ctrl), self._contact_cost()
+        control, impact = self._control_cost(ctrl), self._contact_cost()
         self._terms = {"reward_linup": upward, "reward_quadctrl": -control, "reward_impact": -impact}
         return upward - control - impact + 1, np.zeros(len(upward), np.bool_)
 
@@ -69,6 +67,11 @@ class HumanoidStandupRules(Rules):
         forces = self._field["cfrc_ext"][:, : self._bodies]
         squares = np.square(forces.reshape(len(forces), -1)).sum(axis=-1)
         return np.minimum(CONTACT_WEIGHT * squares, MAX_CONTACT_COST)
+
+    def _control_cost(self, ctrl: NDArray[Any]) -> Array:
+        """The weight × Σ ctrl², squared in float64 as in mjData."""
+        squares: Array = np.square(ctrl.astype(np.float64)).sum(axis=1)
+        return self._task_body.ctrl_cost * squares
 
     def observe(self) -> Array:
         """Positions without x and y, velocities, then inertias, velocities and forces of bodies."""
@@ -104,8 +107,9 @@ class HumanoidRules(HumanoidStandupRules):
         return np.array(weighted) / self._total_mass
 
     def _healthy(self) -> Flags:
-        height = self._field["qpos"][:, 2]
-        return (height > HEALTHY_HEIGHT[0]) & (height < HEALTHY_HEIGHT[1])
+        height, health = self._field["qpos"][:, 2], self._task_body.health
+        assert health is not None
+        return (height > health.height[0]) & (height < health.height[1])
 
     def _start_terms(self, survive: Array, ctrl: NDArray[Any]) -> dict[str, Array]:
         """Stores and returns the terms of the reward that all humanoids on their feet have."""
@@ -113,7 +117,7 @@ class HumanoidRules(HumanoidStandupRules):
         self._terms = {
             "reward_survive": survive,
             "reward_forward": FORWARD_WEIGHT * self._velocity[0],
-            "reward_ctrl": -control_cost(ctrl),
+            "reward_ctrl": -self._control_cost(ctrl),
             "reward_contact": -self._contact_cost(),
         }
         return self._terms
@@ -150,9 +154,3 @@ class HumanoidStandupAndRunRules(HumanoidRules):
         terms["reward_linup"] = self._field["qpos"][:, 2] / self._timestep
         gains = terms["reward_forward"] + terms["reward_linup"] + terms["reward_survive"]
         return gains + terms["reward_ctrl"] + terms["reward_contact"], np.zeros(len(gains), np.bool_)
-
-
-def control_cost(ctrl: NDArray[Any]) -> Array:
-    """0.1 × Σ ctrl², squared in float64 as in mjData."""
-    squares: Array = np.square(ctrl.astype(np.float64)).sum(axis=1)
-    return CTRL_COST * squares

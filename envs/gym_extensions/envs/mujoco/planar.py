@@ -3,35 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.catalog.bodies import Health
 from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules, uniform_rows, uniform_state
 
 
-@dataclass(frozen=True)
-class Health:
-    """Open intervals outside which an episode ends. ``state`` bounds the size of all other coordinates."""
-
-    height: tuple[float, float]
-    angle: tuple[float, float]
-    state: float | None = None
-
-
 class PlanarRules(Rules):
-    """Forward speed, a bonus while healthy, and a cost on the agent's action."""
-
-    ctrl_cost: ClassVar[float] = 1e-3
-    noise: ClassVar[float] = 5e-3
-    health: ClassVar[Health | None] = None
-    """None never ends an episode."""
+    """Forward speed, a bonus while healthy, and a cost on the agent's action: Hopper and Walker2d."""
 
     def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
-        self._velocity_limit = templates[0].task.body.velocity_limit
+        self._task_body = templates[0].task.body
         self._rest_qpos = np.array([template.init_qpos for template in templates])
         self._rest_qvel = np.array([template.init_qvel for template in templates])
         self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
@@ -45,7 +31,7 @@ class PlanarRules(Rules):
         return {"qpos": self._rest_qpos[indices] + qpos, "qvel": self._rest_qvel[indices] + qvel}
 
     def _draw_noise(self, generators: Generators, nq: int, nv: int) -> tuple[Array, Array]:
-        return uniform_state(generators, self.noise, nq, nv)
+        return uniform_state(generators, self._task_body.noise, nq, nv)
 
     def pre_step(self) -> None:
         self._x_before[:] = self._x
@@ -53,12 +39,12 @@ class PlanarRules(Rules):
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """Speed + 1 while healthy − cost. The cost keeps the action's own precision, as Gymnasium's does."""
         speed = (self._x - self._x_before) / self._dt
-        cost = self.ctrl_cost * np.square(actions).sum(axis=1)
+        cost = self._task_body.ctrl_cost * np.square(actions).sum(axis=1)
         # The weight of speed is 1: speed and its reward are one array.
         self._terms = {"x_velocity": speed, "reward_forward": speed, "reward_ctrl": -cost}
-        if self.health is None:
+        if self._task_body.health is None:
             return speed - cost, np.zeros(len(speed), np.bool_)
-        healthy = self._is_healthy(self.health)
+        healthy = self._is_healthy(self._task_body.health)
         self._terms["reward_survive"] = healthy.astype(np.float64)
         return speed + healthy - cost, ~healthy
 
@@ -67,7 +53,7 @@ class PlanarRules(Rules):
 
     def reset_infos(self) -> dict[str, NDArray[Any]]:
         """x of the root, and the height above the rest pose if episodes end by it, m."""
-        height = {} if self.health is None else {"z_distance_from_origin": self._z - self._rest_z}
+        height = {} if self._task_body.health is None else {"z_distance_from_origin": self._z - self._rest_z}
         return {"x_position": self._x.copy()} | height
 
     def _is_healthy(self, health: Health) -> Flags:
@@ -86,35 +72,20 @@ class PlanarRules(Rules):
         positions = self._qpos.shape[1] - 1
         observations = np.empty((len(self._qpos), positions + self._qvel.shape[1]))
         observations[:, :positions] = self._qpos[:, 1:]
-        if self._velocity_limit is None:
+        limit = self._task_body.velocity_limit
+        if limit is None:
             observations[:, positions:] = self._qvel
         else:
-            velocities = np.maximum(self._qvel, -self._velocity_limit)
-            np.minimum(velocities, self._velocity_limit, out=observations[:, positions:])
+            velocities = np.maximum(self._qvel, -limit)
+            np.minimum(velocities, limit, out=observations[:, positions:])
         return observations
 
 
-class HopperRules(PlanarRules):
-    """Hopper-v5."""
-
-    health: ClassVar[Health | None] = Health((0.7, np.inf), (-0.2, 0.2), 100.0)
-
-
-class Walker2dRules(PlanarRules):
-    """Walker2d-v5."""
-
-    health: ClassVar[Health | None] = Health((0.8, 2.0), (-1.0, 1.0))
-
-
 class HalfCheetahRules(PlanarRules):
-    """HalfCheetah-v5, with uniform noise on positions and normal noise on velocities.
-
-    Episodes never terminate.
-    """
-
-    ctrl_cost: ClassVar[float] = 0.1
-    noise: ClassVar[float] = 0.1
+    """HalfCheetah, with uniform noise on positions and normal noise on velocities."""
 
     def _draw_noise(self, generators: Generators, nq: int, nv: int) -> tuple[Array, Array]:
-        qpos = uniform_rows(generators, self.noise, nq)
-        return qpos, self.noise * np.array([generator.standard_normal(nv) for generator in generators])
+        qpos = uniform_rows(generators, self._task_body.noise, nq)
+        return qpos, self._task_body.noise * np.array(
+            [generator.standard_normal(nv) for generator in generators]
+        )

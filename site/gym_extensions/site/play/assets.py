@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from itertools import zip_longest
@@ -18,7 +19,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 
-from gym_extensions.catalog.bodies import BODIES, Body
+from gym_extensions.catalog.bodies import BODIES, Body, Health
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Wall
@@ -223,12 +224,23 @@ def _body(body: Body) -> dict[str, Any]:
         "feet": {"names": body.feet.names, "distance": body.feet.distance} if body.feet else None,
         "beams": body.beams,
         "velocity_limit": body.velocity_limit,
+        "frame_skip": body.frame_skip,
+        "noise": body.noise,
+        "ctrl_cost": body.ctrl_cost,
+        "health": _health(body.health) if body.health else None,
         "wall": {
             "half": wall.half_sizes,
             "height": wall.centre_height,
             "range": (wall.nearest, wall.farthest),
         },
     }
+
+
+def _health(health: Health) -> dict[str, Any]:
+    """Its intervals; JSON has no infinity, so an open end is None."""
+    ends = (health.height, health.angle)
+    height, angle = ([end if math.isfinite(end) else None for end in each] for each in ends)
+    return {"height": height, "angle": angle, "state": health.state}
 
 
 def _task(task: Task) -> dict[str, Any]:

@@ -1,21 +1,19 @@
 // Observation, reward, end and start of each body, as in gym_extensions.envs.mujoco (planar, humanoid).
 const sumOfSquares = (values) => values.reduce((total, x) => total + x * x, 0);
-const within = (value, [low, high]) => value > low && value < high;
+const within = (value, [low, high]) => value > (low ?? -Infinity) && value < (high ?? Infinity);
 const uniform = (size) => () => size * (2 * Math.random() - 1);
 const normal = (size) => () => size * Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
 
 // Forward speed, a bonus while healthy, and a cost on the action. Velocities are clipped to the body's limit.
-function planar({ skip, cost, noise, health = null }) {
+function planar({ noise, ctrl_cost: cost, health, velocity_limit: limit }, velocities = uniform) {
   const healthy = ({ qpos, qvel }) => !health || (
     within(qpos[1], health.height) && within(qpos[2], health.angle)
     && (!health.state || [...qpos.slice(2), ...qvel].every((x) => Math.abs(x) < health.state)));
   return {
-    skip,
-    noise,
+    noise: { qpos: uniform(noise), qvel: velocities(noise) },
     mark: ({ qpos }) => qpos[0],
-    observe({ qpos, qvel }, model, { velocity_limit: limit }) {
-      return [...qpos.slice(1), ...(limit ? qvel.map((v) => Math.min(Math.max(v, -limit), limit)) : qvel)];
-    },
+    observe: ({ qpos, qvel }) => [...qpos.slice(1),
+      ...(limit ? qvel.map((v) => Math.min(Math.max(v, -limit), limit)) : qvel)],
     reward(data, action, { before, dt }) {
       const fit = healthy(data);
       return [(data.qpos[0] - before) / dt + (health && fit ? 1 : 0) - cost * sumOfSquares(action), !fit];
@@ -23,7 +21,6 @@ function planar({ skip, cost, noise, health = null }) {
   };
 }
 
-const HEALTHY_HEIGHT = [1, 2];
 const slice = (values, from, to, width) => [...values.subarray(from * width, to * width)];
 
 // x of the center of mass.
@@ -37,10 +34,9 @@ function center({ xipos }, { body_mass: mass }) {
 }
 
 // `gain(height, speed, upright)` is the reward without the costs of control and contact.
-function humanoid(gain, canFall) {
+function humanoid({ noise, ctrl_cost: cost, health }, gain, canFall = false) {
   return {
-    skip: 5,
-    noise: { qpos: uniform(0.01), qvel: uniform(0.01) },
+    noise: { qpos: uniform(noise), qvel: uniform(noise) },
     usesContacts: true,
     mark: center,
     observe(data, { nbody, nmocap }) {
@@ -49,22 +45,22 @@ function humanoid(gain, canFall) {
         ...data.qfrc_actuator.subarray(6), ...slice(data.cfrc_ext, ...agent, 6)];
     },
     reward(data, action, { before, dt, timestep, model }) {
-      const height = data.qpos[2], upright = within(height, HEALTHY_HEIGHT);
+      const height = data.qpos[2], upright = within(height, health.height);
       const forces = data.cfrc_ext.subarray(0, 6 * (model.nbody - model.nmocap));
-      const costs = 0.1 * sumOfSquares(data.ctrl) + Math.min(5e-7 * sumOfSquares(forces), 10);
+      const costs = cost * sumOfSquares(data.ctrl) + Math.min(5e-7 * sumOfSquares(forces), 10);
       return [gain(height / timestep, (center(data, model) - before) / dt, upright) - costs, canFall && !upright];
     },
   };
 }
 
-const small = { qpos: uniform(0.005), qvel: uniform(0.005) };
+// By the name of a body: from its facts in index.json to its rules.
 export const RULES = {
-  Hopper: planar({ skip: 4, cost: 1e-3, noise: small, health: { height: [0.7, Infinity], angle: [-0.2, 0.2], state: 100 } }),
-  Walker2d: planar({ skip: 4, cost: 1e-3, noise: small, health: { height: [0.8, 2], angle: [-1, 1] } }),
-  HalfCheetah: planar({ skip: 5, cost: 0.1, noise: { qpos: uniform(0.1), qvel: normal(0.1) } }),
-  Humanoid: humanoid((lift, speed, upright) => 1.25 * speed + (upright ? 5 : 0), true),
-  HumanoidStandup: humanoid((lift) => lift + 1, false),
-  HumanoidStandupAndRun: humanoid((lift, speed, upright) => 1.25 * speed + lift + (upright ? 5 : 1), false),
+  Hopper: planar,
+  Walker2d: planar,
+  HalfCheetah: (body) => planar(body, normal),
+  Humanoid: (body) => humanoid(body, (lift, speed, upright) => 1.25 * speed + (upright ? 5 : 0), true),
+  HumanoidStandup: (body) => humanoid(body, (lift) => lift + 1),
+  HumanoidStandupAndRun: (body) => humanoid(body, (lift, speed, upright) => 1.25 * speed + lift + (upright ? 5 : 1)),
 };
 
 // The ten range beams, as in gym_extensions.envs.effects.wall_and_sensor: distance to the wall / 10 m, or 0.

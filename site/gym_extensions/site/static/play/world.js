@@ -7,7 +7,7 @@ const PULL = 25, STRONGEST = 12; // of a hand, per kg: N/m, and N
 export class World {
   // `mujoco` is the module, `body` the facts of index.json, `xml` the text of its model.
   constructor(mujoco, body, xml) {
-    Object.assign(this, { mujoco, body, xml, rules: RULES[body.name] });
+    Object.assign(this, { mujoco, body, xml, rules: RULES[body.name](body) });
     this.settings = { gravity: 1, limbs: {}, wall: null };
     this.build();
   }
@@ -56,7 +56,7 @@ export class World {
     this.lift = model.jnt_type[joint] === 0 ? 0 : model.body_pos[3 * torso + 2] - model.qpos0[joint + 1];
     this.torso = torso;
     this.gravity = model.opt.gravity[2];
-    this.dt = model.opt.timestep * this.rules.skip;
+    this.dt = model.opt.timestep * this.body.frame_skip;
     this.kilograms = model.body_mass.reduce((sum, kg) => sum + kg, 0);
     this.names = Array.from({ length: model.ngeom }, (_, id) => mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM.value, id));
     this.placeWall();
@@ -100,7 +100,7 @@ export class World {
 
   // The observation of a policy with this many inputs; with ten more than the body's, the range beams follow.
   observe(inputs = null) {
-    const values = this.rules.observe(this.data, this.model, this.body);
+    const values = this.rules.observe(this.data, this.model);
     if (inputs === values.length + 10) {
       const fan = beams(this.body.beams, this.data.qpos, this.lift);
       values.push(...(this.settings.wall === null ? fan[1].map(() => 0) : readings(fan, [...this.data.mocap_pos], this.body.wall.half)));
@@ -114,7 +114,7 @@ export class World {
     const clipped = Float32Array.from(action, (value, i) => Math.min(Math.max(value, range[2 * i]), range[2 * i + 1]));
     const before = rules.mark(data, model);
     data.ctrl.set(clipped);
-    for (let i = 0; i < rules.skip; i++) {
+    for (let i = 0; i < this.body.frame_skip; i++) {
       this.pull();
       mujoco.mj_step(model, data);
     }
