@@ -24,10 +24,10 @@ test: .venv/everything.installed  ## run the tests, except the slow ones and the
 browser: .venv/everything.installed .venv/docs.installed site-assets  ## run the tests of the pages in Chromium; none may be skipped
 	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser tests/site/test_html5.py
 
-extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, examples, minari and parquet (needs EGL and OSMesa); none may be skipped
-	$(PIP) -e '.[dev,onnx,sbx,examples,minari,parquet]' mlcroissant
+extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, examples and parquet, and of Minari (needs EGL and OSMesa); none may be skipped
+	$(PIP) -e '.[dev,onnx,sbx,examples,parquet]' mlcroissant 'minari[create,hdf5]>=0.5.3,<0.6'
 	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/adapters tests/envs/test_wrappers.py \
-	  tests/export tests/results/test_frames.py tests/submissions/policies tests/verification/test_networks.py tests/test_policies.py
+	  tests/export tests/examples/test_formats.py tests/results/test_frames.py tests/submissions/policies tests/verification/test_networks.py tests/test_policies.py
 
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow

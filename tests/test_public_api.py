@@ -34,7 +34,7 @@ PUBLIC = {
     """,
     "gym_extensions.policies": "OnnxPolicy Policy from_torch load",
     "gym_extensions.results": """
-        ForeignRuns board core core_pairs curves episodes evaluations foreign_board foreign_runs
+        board core core_pairs curves episodes evaluations
         landscapes metrics metrics_of plot_board plot_curves plot_matrix plot_retention score_matrix
         scores
     """,

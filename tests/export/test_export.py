@@ -8,14 +8,11 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
-from gym_extensions.errors import BenchError
-from gym_extensions.export import cli, every_eval_ever, hugging_face, minari_dataset
-from gym_extensions.metrics.formulas import BOARD_METRICS
+from gym_extensions.export import cli, hugging_face
 from gym_extensions.references import experts
 from gym_extensions.results.frames import EPISODE_DTYPES
 from gym_extensions.scoring.pipeline import make_scorer
@@ -31,35 +28,6 @@ def repositories(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("export") / "hf"
     assert cli.main(["hugging-face", str(SUBMISSION), "--group", GROUP, "--experts", "--out", str(out)]) == 0
     return out
-
-
-@pytest.mark.committed
-def test_a_record_of_every_eval_ever_has_every_ranked_metric_and_its_interval(
-    tmp_path: Path,
-) -> None:
-    out = tmp_path / "eee"
-    assert cli.main(["every-eval-ever", str(SUBMISSION), "--group", GROUP, "--out", str(out)]) == 0
-    [file] = out.rglob("*.json")
-    assert file.relative_to(out).parts[:2] == ("data", "gym-extensions")
-    record = json.loads(file.read_text("utf-8"))
-    assert (record["schema_version"], record["model_info"]["name"]) == ("0.3.0", "TRPO")
-    assert record["source_metadata"]["additional_details"]["level"] == "verified"
-    found = {each["evaluation_result_id"]: each for each in record["evaluation_results"]}
-    scores = make_scorer(only=[GROUP])(SUBMISSION).groups[GROUP_ID]
-    ranked = {
-        f"{GROUP_ID}/{protocol}/{metric.name}": (metric, score.metrics[metric.name])
-        for protocol, score in scores.items()
-        for metric in BOARD_METRICS[protocol]
-        if metric.better and score.metrics[metric.name].mean is not None
-    }
-    assert found.keys() == ranked.keys()
-    for name, (metric, value) in ranked.items():
-        details, interval = found[name]["score_details"], value.ends
-        assert details["score"] == value.mean
-        assert interval is not None
-        given = details["uncertainty"]["confidence_interval"]
-        assert (given["lower"], given["upper"]) == interval
-        assert found[name]["metric_config"]["lower_is_better"] is (metric.better == "lower")
 
 
 @pytest.mark.committed
@@ -82,14 +50,10 @@ def test_a_decision_is_stated(make_submission: Callable[..., Path], tmp_path: Pa
     decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
     write_review(submission, Review(decisions=[decision]))
     doubt = "withdrawn from all boards on 2026-01-02: An error."
-    scorer = make_scorer()
-    card = scorer(submission)
+    card = make_scorer()(submission)
     assert f"**This submission was {doubt}**" in hugging_face.model_card(
         card, [(GROUP, "sequential", 0)], set()
     )
-    record = every_eval_ever.record(card, scorer.references, 0)
-    assert record is not None
-    assert record["source_metadata"]["additional_details"]["decisions"] == doubt
 
 
 @pytest.mark.committed
@@ -119,7 +83,7 @@ def test_croissants_own_validator_accepts_the_metadata(repositories: Path) -> No
 
 
 def test_an_existing_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["every-eval-ever", str(SUBMISSION), "--out", str(tmp_path)]) == 2
+    assert cli.main(["hugging-face", str(SUBMISSION), "--out", str(tmp_path)]) == 2
     assert str(tmp_path) in capsys.readouterr().err
 
 
@@ -129,53 +93,7 @@ def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         (folder / "half").write_text("written")
         raise OSError("no space")
 
-    monkeypatch.setattr(every_eval_ever, "write_records", fail)
+    monkeypatch.setattr(hugging_face, "write_repositories", fail)
     with pytest.raises(OSError, match="no space"):
-        cli.main(["every-eval-ever", str(SUBMISSION), "--out", str(tmp_path / "out")])
+        cli.main(["hugging-face", str(SUBMISSION), "--out", str(tmp_path / "out")])
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("wanted", "code"),
-    [
-        ({"task": "Hoper"}, "unknown-task"),
-        ({"stage": 6}, "unknown-stage"),
-        ({"run": 77}, "unknown-run"),
-        ({"group_name": "no-such-group"}, "unknown-group"),
-        ({}, "not-verified"),
-    ],
-)
-def test_minari_gets_nothing_but_a_verified_policy(
-    wanted: dict[str, Any],
-    code: str,
-    make_submission: Callable[..., Path],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setitem(sys.modules, "minari", ModuleType("minari"))
-    with pytest.raises(BenchError) as error:
-        minari_dataset.write_dataset(
-            tmp_path, make_submission(groups=(GROUP,)), **({"group_name": GROUP} | wanted)
-        )
-    assert error.value.code == code
-
-
-def test_without_minari_the_error_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "minari", None)
-    with pytest.raises(BenchError, match=r"pip install 'gym-extensions\[minari\]'"):
-        minari_dataset.write_dataset(tmp_path, SUBMISSION, GROUP)
-
-
-@pytest.mark.committed
-def test_minari_loads_the_dataset_and_its_environment(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    minari = pytest.importorskip("minari")
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["minari", str(SUBMISSION), "--group", GROUP, "--episodes", "1", "--out", "minari"]) == 0
-    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
-    dataset = minari.load_dataset("gym-extensions/HopperWall/trpo-sequential-run0-stage2-v0")
-    assert dataset.total_episodes == 1
-    assert dataset.recover_environment().spec.id == "gym_extensions/HopperWall-v0"

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError, reports_mistakes, working
 
 EPILOG = "Nothing is sent anywhere: upload the folder yourself."
@@ -23,39 +22,19 @@ def parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
     )
     formats = command.add_subparsers(dest="format", required=True, metavar="FORMAT")
-    eee = formats.add_parser("every-eval-ever", help="metrics as records of Every Eval Ever", epilog=EPILOG)
-    _add_submissions(eee, "+")
-    _add_out(eee)
     hugging_face = formats.add_parser(
         "hugging-face",
         help="policies with model cards, and episodes as a dataset with Croissant metadata",
         epilog=EPILOG,
     )
-    _add_submissions(hugging_face, "*")
-    hugging_face.add_argument("--experts", action="store_true", help="also the experts of this version")
-    _add_out(hugging_face)
-    minari = formats.add_parser("minari", help="episodes of a verified policy as a Minari dataset")
-    add = minari.add_argument
-    add("submission", type=Path, metavar="SUBMISSION", help="a submission's folder")
-    add("--group", required=True, metavar="NAME", help="the group")
-    add("--protocol", choices=PROTOCOLS, default="sequential")
-    add("--run", type=int, default=0, metavar="N", help="the run (default: 0)")
-    add("--stage", type=int, metavar="S", help="the policy after S tasks (default: the last one)")
-    add("--task", metavar="NAME", help="the task (default: the last one of the group)")
-    add("--episodes", type=int, default=20, metavar="N", help="with the seeds 0 to N - 1 (default: 20)")
-    _add_out(minari)
-    return command
-
-
-def _add_submissions(command: argparse.ArgumentParser, count: str) -> None:
+    add = hugging_face.add_argument
     help_ = "a submission, or a folder of submissions"
-    command.add_argument("submissions", nargs=count, type=Path, metavar="SUBMISSION", help=help_)
+    add("submissions", nargs="*", type=Path, metavar="SUBMISSION", help=help_)
     help_ = "only this group; may be repeated (default: all)"
-    command.add_argument("--group", action="append", default=[], metavar="NAME", help=help_)
-
-
-def _add_out(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--out", required=True, type=Path, metavar="DIR", help="the new folder")
+    add("--group", action="append", default=[], metavar="NAME", help=help_)
+    add("--experts", action="store_true", help="also the experts of this version")
+    add("--out", required=True, type=Path, metavar="DIR", help="the new folder")
+    return command
 
 
 @contextmanager
@@ -86,20 +65,8 @@ def main(argv: list[str] | None = None) -> int:
     """Runs the command and returns the exit status."""
     options = parser().parse_args(argv)
     with new_folder(options.out) as folder, working(f"exporting to {options.out}"):
-        if options.format == "every-eval-ever":
-            from gym_extensions.export.every_eval_ever import write_records
+        from gym_extensions.export.hugging_face import write_repositories
 
-            count = write_records(folder, options.submissions, options.group)
-            said = f"{count} record{'s' if count > 1 else ''}"
-        elif options.format == "hugging-face":
-            from gym_extensions.export.hugging_face import write_repositories
-
-            said = ", ".join(write_repositories(folder, options.submissions, options.group, options.experts))
-        else:
-            from gym_extensions.export.minari_dataset import write_dataset
-
-            names = ("protocol", "run", "stage", "task", "episodes")
-            chosen = {name: getattr(options, name) for name in names}
-            said = write_dataset(folder, options.submission, options.group, **chosen)
-    print(f"{options.out}: {said}")
+        written = write_repositories(folder, options.submissions, options.group, options.experts)
+    print(f"{options.out}: {', '.join(written)}")
     return 0

@@ -7,7 +7,6 @@
 >>> means = episodes.groupby(["group", "run", "stage", "task"])["return"].mean()
 """
 
-from gym_extensions.results.foreign import ForeignRuns, foreign_board, foreign_runs
 from gym_extensions.results.frames import curves, episodes, evaluations
 from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
 from gym_extensions.results.scores import (
@@ -22,15 +21,12 @@ from gym_extensions.results.scores import (
 )
 
 __all__ = [
-    "ForeignRuns",
     "board",
     "core",
     "core_pairs",
     "curves",
     "episodes",
     "evaluations",
-    "foreign_board",
-    "foreign_runs",
     "landscapes",
     "metrics",
     "metrics_of",
