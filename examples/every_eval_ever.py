@@ -1,7 +1,7 @@
 """A scorecard as a record of Every Eval Ever: `python examples/every_eval_ever.py SUBMISSION > record.json`.
 
-The schema, here of version 0.3.0, is at https://github.com/evaleval/every_eval_ever. Its records were made for
-language models: what has no place there (protocol, budget, level) is in `additional_details`.
+The schema, here of version 0.3.0, is at https://github.com/evaleval/every_eval_ever. Its records were made
+for language models: what has no place there (protocol, budget, level) is in `additional_details`.
 """
 
 import json
@@ -20,7 +20,7 @@ def record(submission: str, now: int) -> dict[str, Any]:
     """The record of a submission; `now` is in seconds since 1970."""
     card = score_folder(submission)
     authors = card.manifest.authors if card.manifest else ()
-    results = []
+    results: list[dict[str, Any]] = []
     for group, protocols in card.groups.items():
         for protocol, score in protocols.items():
             facts = {"tasks": ", ".join(score.tasks), "protocol": protocol, "budget": score.budget}
@@ -38,13 +38,10 @@ def record(submission: str, now: int) -> dict[str, Any]:
                         "lower_is_better": metric.better == "lower",
                         "score_type": "continuous",
                     }
-                    key: Any = {
-                        "evaluation_result_id": f"{group}/{protocol}/{name}",
-                        "evaluation_name": group,
-                    }
+                    result: Any = {"evaluation_result_id": f"{group}/{protocol}/{name}"}
                     details = {"score": value.mean, **({"uncertainty": uncertainty} if ends else {})}
-                    key |= {"source_data": source, "metric_config": config, "score_details": details}
-                    results.append(key)
+                    result |= {"evaluation_name": group, "source_data": source}
+                    results.append(result | {"metric_config": config, "score_details": details})
     level = {"level": str(card.level), "decisions": "\n".join(card.doubts)}
     origin = {"source_name": NAME, "source_type": "evaluation_run", "source_organization_name": NAME}
     return {

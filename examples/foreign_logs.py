@@ -25,9 +25,8 @@ def read(folder: Path) -> tuple[dict[str, str], list[str], list[Any]]:
     """The settings of a run, its tasks, and per stage the success rates (evaluations, tasks)."""
     config = json.loads((folder / "config.json").read_text())
     log = pd.read_csv(folder / "progress.tsv", sep="\t")
-    columns = sorted(
-        (found for name in log if (found := SUCCESS.fullmatch(str(name)))), key=lambda m: int(m[1])
-    )
+    matches = (found for name in log if (found := SUCCESS.fullmatch(str(name))))
+    columns = sorted(matches, key=lambda found: int(found[1]))
     values = log[[column[0] for column in columns]].to_numpy()
     tasks = [column[2] for column in columns]
     if "task" in config:
