@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Card, Context, Observes, train
+from gym_extensions.baselines import Card, Context, Observes, agent_spec, train
 from gym_extensions.baselines.agent import TaskLabel
 from gym_extensions.baselines.agent_spec import AgentSpec, action_function, check_context, checked_card
 from gym_extensions.baselines.algorithms.floors import Zero
@@ -19,6 +19,8 @@ from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.rules.manifest import findings
+
+from .conftest import QUICK_GROUP
 
 
 class AgentWithCard(Zero):
@@ -190,6 +192,30 @@ def test_an_agent_that_cannot_receive_what_it_asks_for_is_rejected(agent: Any, n
     with pytest.raises(BenchError) as error:
         check_context(agent, "mine")
     assert (error.value.code, named in error.value.message) == ("bad-agent", True)
+
+
+class Counted(Zero):
+    """An agent that counts how many were made."""
+
+    made = 0
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        super().__init__(observation_space, action_space, seed)
+        Counted.made += 1
+
+
+def test_one_agent_is_made_to_be_checked_and_one_per_job(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checked: list[Any] = []
+
+    def problems(*subjects: Any) -> list[Any]:
+        checked.append(subjects)
+        return []
+
+    monkeypatch.setattr(agent_spec, "problems", problems)
+    train(Counted, QUICK_GROUP, ["joint", "sequential"], "smoke", 0, out=tmp_path / "mine")
+    assert (Counted.made, len(checked)) == (1 + 2, 1)
 
 
 class Undecided(Zero):
