@@ -1,7 +1,7 @@
 """One of each addition is made in a copy of the repository.
 
-It works, edits the files that CONTRIBUTING.md lists, and leaves the tests of the packages that it touches as
-they are.
+They work, edit the files that CONTRIBUTING.md lists, and leave the tests of the packages that they touch as
+they are. A process loads the packages for seconds, so that one tests all of them.
 """
 
 from __future__ import annotations
@@ -213,10 +213,9 @@ def run(copy: Path, *arguments: str | Path) -> str:
     return process.stdout
 
 
-def run_tests(copy: Path, code: str, *tests: str) -> None:
-    """Runs the code as a test, and tests of the copy."""
-    (copy / "tests" / "test_added.py").write_text(code, encoding="utf-8")
-    run(copy, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/test_added.py", *tests)
+def run_tests(copy: Path, *tests: str) -> None:
+    """Runs tests of the copy."""
+    run(copy, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests)
 
 
 def edit(path: Path, old: str, new: str) -> None:
@@ -242,6 +241,10 @@ def listed(addition: str, name: str = "") -> list[str]:
     return sorted(file.replace("NAME", name) for file in FILES[addition])
 
 
+ADDED = {"Reference agent": "ones", "Page": "hello"}
+"""What NAME is."""
+
+
 def catalog_of(copy: Path) -> Path:
     return copy / "envs" / "gym_extensions" / "catalog"
 
@@ -253,7 +256,6 @@ def add_task(copy: Path) -> None:
         '    tasks.append(_task("GravityOneAndThreeQuarters", "Hopper", Gravity(1.75)))\n'
         '    tasks += [_task("", body) for body in STANDING',
     )
-    assert changed(copy) == listed("Task")
 
 
 def add_version(copy: Path) -> None:
@@ -269,7 +271,6 @@ def add_body(copy: Path) -> None:
     edit(catalog / "bodies.py", "\n)\n\n\nBODIES", f"{ROW}\n\nBODIES")
     edit(catalog / "prose.toml", "[Hopper]", f"{TEXTS}[Hopper]")
     edit(catalog.parent / "envs" / "mujoco" / "env.py", '}\n"""One row', IMPLEMENTATION + '}\n"""One row')
-    assert changed(copy) == listed("Base body")
 
 
 def add_variation(copy: Path) -> None:
@@ -279,7 +280,6 @@ def add_variation(copy: Path) -> None:
     effects = catalog_of(copy).parent / "envs" / "effects.py"
     edit(effects, "EFFECTS: ", EFFECT)
     edit(effects, "TrackingGoalEffect),", "TrackingGoalEffect, WeakMotorsEffect),")
-    assert changed(copy) == listed("Run-time variation")
 
 
 def add_metric(copy: Path) -> None:
@@ -287,20 +287,17 @@ def add_metric(copy: Path) -> None:
     edit(metrics / "formulas.py", ')\n"""Every metric.', METRIC + ')\n"""Every metric.')
     kit = metrics / "conformance" / "sequential.json"
     edit(kit, '"forgetting": [0.5],', '"forgetting": [0.5], "best_task": [1],')
-    assert changed(copy) == listed("Metric")
 
 
 def add_agent(copy: Path) -> None:
     algorithms = copy / "baselines" / "gym_extensions" / "baselines" / "algorithms"
     (algorithms / "ones.py").write_text(AGENT, encoding="utf-8")
-    assert changed(copy) == listed("Reference agent", "ones")
 
 
 def add_page(copy: Path) -> None:
     site = copy / "site" / "gym_extensions" / "site"
     edit(site / "pages" / "__init__.py", "\n)\n", PAGE)
     (site / "templates" / "hello.html").write_text(TEMPLATE, encoding="utf-8")
-    assert changed(copy) == listed("Page", "hello")
 
 
 WRITE_TABLES = """
@@ -312,54 +309,37 @@ for page in (docs.ROOT / "docs").glob("*.md"):
 """The tables of ``make docs``. Its other pages take longer, and some need submissions."""
 
 
-def test_a_task_is_a_row_and_generated_files(copy: Path) -> None:
-    add_task(copy)
+ADDITIONS: dict[str, tuple[Callable[[Path], None], str]] = {
+    "Task": (add_task, USE_TASK),
+    "Base body": (add_body, USE_BODY),
+    "Run-time variation": (add_variation, USE_VARIATION),
+    "Metric": (add_metric, USE_METRIC),
+    "Reference agent": (add_agent, USE_AGENT),
+    "Page": (add_page, USE_PAGE),
+    "Version of a task": (add_version, USE_VERSION),
+}
+"""By name in CONTRIBUTING.md: what is added, and a test that uses it."""
+TESTS = (
+    *("tests/catalog", "tests/metrics", "tests/tools/test_docs.py", "tests/baselines/test_public_api.py"),
+    *("tests/site/test_documentation.py", "tests/site/test_markup.py"),
+    "tests/results/test_scores.py::test_every_metric_of_the_scorecard_is_a_row",
+    "tests/test_public_api.py::test_a_package_exports_these_names",
+)
+"""Those that would notice an addition first."""
+
+
+def test_additions_edit_the_files_of_the_table_and_work_together(copy: Path) -> None:
+    assert FILES.keys() < ADDITIONS.keys()
+    before: list[str] = []
+    for index, (name, (add, use)) in enumerate(ADDITIONS.items()):
+        add(copy)
+        (copy / "tests" / f"test_added_{index}.py").write_text(use, encoding="utf-8")
+        if name in FILES:
+            assert sorted({*changed(copy)} - {*before}) == listed(name, ADDED.get(name, ""))
+        before = changed(copy)
     run(copy, "-m", "gym_extensions", "envs", "fingerprint")
-    run_tests(copy, USE_TASK, "tests/catalog")
-
-
-def test_a_version_of_a_task_leaves_the_old_one_and_its_groups(copy: Path) -> None:
-    add_version(copy)
-    run_tests(copy, USE_VERSION)
-
-
-def test_a_base_body_is_data_and_a_row_in_the_table_of_rules(copy: Path) -> None:
-    add_body(copy)
-    run_tests(copy, USE_BODY, "tests/catalog/test_bodies.py")
-
-
-def test_a_runtime_variation_is_its_values_and_its_effect(copy: Path) -> None:
-    add_variation(copy)
     run(copy, "-c", WRITE_TABLES)
-    run_tests(
-        copy,
-        USE_VARIATION,
-        "tests/catalog",
-        "tests/tools/test_docs.py",
-        "tests/test_public_api.py::test_a_package_exports_these_names",
-    )
-
-
-def test_a_metric_is_a_row_and_its_worked_example(copy: Path) -> None:
-    add_metric(copy)
-    run(copy, "-c", WRITE_TABLES)
-    run_tests(
-        copy,
-        USE_METRIC,
-        "tests/metrics",
-        "tests/tools/test_docs.py",
-        "tests/results/test_scores.py::test_every_metric_of_the_scorecard_is_a_row",
-    )
-
-
-def test_an_agent_is_one_module(copy: Path) -> None:
-    add_agent(copy)
-    run_tests(copy, USE_AGENT, "tests/baselines/test_public_api.py")
-
-
-def test_a_page_is_a_function_and_its_template(copy: Path) -> None:
-    add_page(copy)
-    run_tests(copy, USE_PAGE, "tests/site/test_documentation.py", "tests/site/test_markup.py")
+    run_tests(copy, *(f"tests/test_added_{index}.py" for index in range(len(ADDITIONS))), *TESTS)
 
 
 @pytest.mark.slow
@@ -381,4 +361,4 @@ def test_all_tests_of_the_packages_pass_after_an_addition(
     add(copy)
     run(copy, "-m", "gym_extensions", "envs", "fingerprint")
     run(copy, "-m", "tools.docs")
-    run_tests(copy, "", *(f"tests/{folder}" for folder in tests))
+    run_tests(copy, *(f"tests/{folder}" for folder in tests))
