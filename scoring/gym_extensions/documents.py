@@ -20,7 +20,7 @@ def about(description: str) -> msgspec.Meta:
     return msgspec.Meta(description=description)
 
 
-def filled(document: type[Document], source: object, **own: Any) -> Document:
+def filled(document: type[Document], source: object, **own: object) -> Document:
     """A dataclass with these values of its own, and those of the source for all other fields."""
     names = (field.name for field in fields(document) if field.name not in own)  # type: ignore[arg-type]
     return document(**own, **{name: getattr(source, name) for name in names})

@@ -33,7 +33,7 @@ def published(task_id: str) -> str:
     return rows[task_id]["fingerprint"]
 
 
-def digest(row: Mapping[str, Any]) -> str:
+def digest(row: Mapping[str, object]) -> str:
     """The short digest of the canonical JSON of a row without its ``fingerprint``."""
     content = {key: value for key, value in row.items() if key != "fingerprint"}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=True)

@@ -191,7 +191,7 @@ _published = task
 KEYS = ("name", "version", "base", "max_steps", "variations")
 
 
-def definition(task: Task) -> dict[str, Any]:
+def definition(task: Task) -> dict[str, object]:
     """Returns the task as plain data, with the kind and the values of every variation."""
     return {
         "name": task.name,
@@ -213,7 +213,7 @@ def from_definition(content: Mapping[str, Any]) -> Task:
     return Task(content["name"], content["base"], variations, content["version"], content["max_steps"])
 
 
-def make_variation(table: Any, where: str) -> Variation:
+def make_variation(table: object, where: str) -> Variation:
     """Returns the variation of a table such as ``{"kind": "Gravity", "factor": 0.5}``.
 
     Raises ``BenchError`` if the kind or a parameter is unknown, or a value is invalid.
@@ -232,7 +232,9 @@ def make_variation(table: Any, where: str) -> Variation:
     return kind(**parameters)
 
 
-def check_keys(table: Mapping[str, Any], names: Collection[str], required: Iterable[str], where: str) -> None:
+def check_keys(
+    table: Mapping[str, object], names: Collection[str], required: Iterable[str], where: str
+) -> None:
     """Raises ``BenchError`` for an unknown key, or a required key that is missing."""
     for key in table:
         require_known("key", key, names, where)
@@ -328,7 +330,7 @@ def whole_number(name: str, value: Any, code: str, where: str = "") -> int:
     return number
 
 
-def _checked(variations: Any) -> tuple[Variation, ...]:
+def _checked(variations: object) -> tuple[Variation, ...]:
     if not isinstance(variations, Iterable):
         hint = "Give a list, even for one variation."
         raise BenchError("no-list", f"variations is {variations!r}.", hint=hint)

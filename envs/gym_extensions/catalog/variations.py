@@ -109,7 +109,7 @@ class Variation:
         return None
 
     @property
-    def played(self) -> dict[str, Any] | None:
+    def played(self) -> dict[str, object] | None:
         """What it sets in the world of the page Play (``static/play/world.js``); None if Play lacks it."""
         return None
 
@@ -135,7 +135,7 @@ class Gravity(Variation):
         return Quantity("gravity", "gravity", "g", points, Gravity, trained, unchanged=1.0)
 
     @property
-    def played(self) -> dict[str, Any]:
+    def played(self) -> dict[str, object]:
         return {"gravity": self.factor}
 
     def apply(self, spec: mujoco.MjSpec) -> None:
@@ -175,7 +175,7 @@ class LimbScale(Variation):
         return Quantity(part, f"width and mass of the {part}", "×", points, at, trained, unchanged=1.0)
 
     @property
-    def played(self) -> dict[str, Any]:
+    def played(self) -> dict[str, object]:
         return {"limbs": {self.part: self.factor}}
 
     def apply(self, spec: mujoco.MjSpec) -> None:
@@ -274,7 +274,7 @@ class Wall(Variation):
         return Quantity("wall", "distance of the wall", "m", points, at, trained)
 
     @property
-    def played(self) -> dict[str, Any]:
+    def played(self) -> dict[str, object]:
         return {"wall": not self.parked}
 
     @property
@@ -321,7 +321,7 @@ class RangeSensor(Variation):
     shows: ClassVar[Shown] = "beams"
 
     @property
-    def played(self) -> dict[str, Any]:
+    def played(self) -> dict[str, object]:
         return {}
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:

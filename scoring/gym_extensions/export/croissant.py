@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from datetime import date
 from pathlib import Path
-from typing import Any
 
 from gym_extensions.results.frames import EPISODE_DTYPES
 from gym_extensions.versions import version
@@ -39,10 +38,10 @@ TERMS = (
 """The terms of Croissant. Its validator asks for all of them in the context, used or not."""
 
 
-def croissant(files: dict[str, str]) -> dict[str, Any]:
+def croissant(files: dict[str, str]) -> dict[str, object]:
     """The Croissant 1.0 metadata of the CSV files of episodes, given their SHA-256 by path."""
     schema = "https://schema.org/"
-    context: dict[str, Any] = {"@language": "en", "@vocab": schema, "sc": schema}
+    context: dict[str, object] = {"@language": "en", "@vocab": schema, "sc": schema}
     context |= {"cr": "http://mlcommons.org/croissant/", "dct": "http://purl.org/dc/terms/"}
     context |= {"rai": "http://mlcommons.org/croissant/RAI/", "conformsTo": "dct:conformsTo"}
     context |= {term: f"cr:{term}" for term in TERMS}
@@ -77,7 +76,7 @@ def croissant(files: dict[str, str]) -> dict[str, Any]:
     }
 
 
-def _fields(record: str, path: str) -> list[dict[str, Any]]:
+def _fields(record: str, path: str) -> list[dict[str, object]]:
     return [
         {
             "@type": "cr:Field",

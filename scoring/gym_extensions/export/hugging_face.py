@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
@@ -30,7 +29,7 @@ LICENSE = "mit"
 TAGS = ("reinforcement-learning", "continual-learning", "gymnasium", "mujoco")
 
 
-def front_matter(values: dict[str, Any]) -> str:
+def front_matter(values: Mapping[str, object]) -> str:
     """The metadata at the head of a card. JSON is YAML."""
     lines = (f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in values.items())
     return "\n".join(["---", *lines, "---", ""])

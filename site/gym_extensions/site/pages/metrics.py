@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from gym_extensions import metrics
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
@@ -27,7 +26,7 @@ SPREAD = 0.02
 """Distance of neighbouring episodes of a cell, which lie evenly around its mean."""
 
 
-def example() -> dict[str, Any]:
+def example() -> dict[str, object]:
     """The numbers of the example, and ``results``: every metric of it by name."""
     offsets = [SPREAD * (at - (EVALUATION_EPISODES - 1) / 2) for at in range(EVALUATION_EPISODES)]
     found = metrics.compute(

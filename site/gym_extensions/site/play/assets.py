@@ -178,7 +178,7 @@ def policy_file(policies: Sequence[Policy]) -> bytes:
     data = bytearray()
     rows = []
     for policy in policies:
-        facts: dict[str, Any] = {
+        facts: dict[str, object] = {
             "head": policy.head,
             "activation": policy.activation,
             "output_activation": policy.output_activation,
@@ -213,7 +213,7 @@ def _model(body: Body) -> str:
     return f"play/models/{body.asset}"
 
 
-def _body(body: Body) -> dict[str, Any]:
+def _body(body: Body) -> dict[str, object]:
     wall = Wall(width=body.wall_width or 0.8)
     return {
         "name": body.name,
@@ -236,7 +236,7 @@ def _body(body: Body) -> dict[str, Any]:
     }
 
 
-def _health(health: Health) -> dict[str, Any]:
+def _health(health: Health) -> dict[str, object]:
     """Its intervals; JSON has no infinity, so an open end is None."""
     ends = (health.height, health.angle)
     height, angle = ([end if math.isfinite(end) else None for end in each] for each in ends)

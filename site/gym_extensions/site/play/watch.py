@@ -106,7 +106,7 @@ class Watch:
         rows = []
         for task in self.tasks:
             facts = task.description
-            row: dict[str, Any] = {
+            row: dict[str, object] = {
                 "unit": task.episodes[0].poses.unit,
                 "rate": task.episodes[0].poses.steps_per_second / task.episodes[0].poses.steps_per_frame
                 or 15.0,
