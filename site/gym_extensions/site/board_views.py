@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,11 +17,7 @@ from gym_extensions.scoring.ranking import boards as model
 from gym_extensions.scoring.ranking.boards import BoardMetric, BoardRow, BoardsDocument
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site.submission_results import (
-    SubmissionResult,
-    group_order,
-    shown_columns,
-)
+from gym_extensions.site.submission_results import SubmissionResult, group_order, shown_columns
 from gym_extensions.submissions.review import REPORTED
 
 
@@ -169,33 +165,26 @@ def board_views(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tu
 
     Boards that have only published tables without logs are omitted.
     """
-    by_name, budgets = {card.name: card for card in cards}, list(BUDGETS)
-    shown = [board for board in scored if any(submission.level != REPORTED for submission in board.rows)]
+    by_name, budgets, views = {card.name: card for card in cards}, list(BUDGETS), list[BoardView]()
+    for board in scored:
+        if all(row.level == REPORTED for row in board.rows):
+            continue
+        metrics = [(name, metric) for row in board.rows for name, metric in row.metrics.items()]
+        ranked_on = Counter(name for name, metric in metrics if metric.rank is not None)
+        suite = board.group in SUITES
+        rows = []
+        for row in board.rows:
+            card = by_name[row.name]
+            score = (card.suites if suite else card.groups)[board.group][board.protocol]
+            rows.append(Row(card, SubmissionResult(board.group, board.protocol, score), row, ranked_on))
+        key = (board.group, board.protocol, board.budget, board.task_conditioned)
+        views.append(BoardView(*key, suite, tuple(rows), board))
 
     def order(view: BoardView) -> tuple[bool, int, int, bool, tuple[int, str]]:
         place = (PROTOCOLS.index(view.protocol), budgets.index(view.budget))
         return view.task_conditioned, *place, not view.suite, group_order(view.group)
 
-    return tuple(sorted((_board(board, by_name) for board in shown), key=order))
-
-
-def _board(board: model.Board, cards: Mapping[str, Scorecard]) -> BoardView:
-    ranked_on = Counter(
-        name
-        for submission in board.rows
-        for name, metric in submission.metrics.items()
-        if metric.rank is not None
-    )
-    suite = board.group in SUITES
-    rows = []
-    for submission in board.rows:
-        card = cards[submission.name]
-        scores = card.suites if suite else card.groups
-        result = SubmissionResult(board.group, board.protocol, scores[board.group][board.protocol])
-        rows.append(Row(card, result, submission, ranked_on))
-    return BoardView(
-        board.group, board.protocol, board.budget, board.task_conditioned, suite, tuple(rows), board
-    )
+    return tuple(sorted(views, key=order))
 
 
 @dataclass(frozen=True)
@@ -204,7 +193,6 @@ class Leaderboard:
 
     references: ReferencesInfo  # that normalize all scores
     submissions: tuple[Scorecard, ...]  # of every submission, shortened, sorted by name
-    inputs: Mapping[str, bytes] = field(default_factory=dict)  # the digest of each whole scorecard, by name
 
     @cached_property
     def boards(self) -> tuple[BoardView, ...]:

@@ -13,14 +13,8 @@ from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.references import experts
 from gym_extensions.references.experts import Origin
-from gym_extensions.scoring.scorecard import (
-    GroupScore,
-    ReferenceValue,
-    RunProvenance,
-    Scorecard,
-    StageScore,
-    SuiteScore,
-)
+from gym_extensions.scoring import scorecard
+from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, Scorecard, SuiteScore
 from gym_extensions.site.text import count, digits_for
 
 SEQUENTIAL = "sequential"
@@ -58,7 +52,7 @@ class SubmissionResult:
         return self.detail.runs
 
     @property
-    def made(self) -> tuple[tuple[RunProvenance, ...], ...]:
+    def made(self) -> tuple[tuple[scorecard.RunProvenance, ...], ...]:
         """How the runs were made; runs with the same command, commit, versions and steps together."""
         same = groupby(
             self.detail.provenance, key=lambda made: (made.command, made.commit, made.versions, made.steps)
@@ -107,7 +101,7 @@ class SubmissionResult:
         return rates if any(rate is not None for row in rates for rate in row) else ()
 
     @property
-    def stages(self) -> tuple[tuple[StageScore, ...], ...]:
+    def stages(self) -> tuple[tuple[scorecard.StageScore, ...], ...]:
         """``[stage][task]`` scores of a sequential log; else empty."""
         return self.detail.stages if self.protocol == SEQUENTIAL else ()
 

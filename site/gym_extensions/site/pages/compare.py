@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterator, Sequence
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.scoring.ranking.boards import Difference
 from gym_extensions.scoring.ranking.group_board import MAX_PAIRED, pairs_across
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import paths
@@ -82,19 +81,13 @@ def differences(boards: Sequence[BoardView], cards: Sequence[Scorecard]) -> str:
     if len(boards) > 1:
         by_name = {card.name: card for card in cards}
         pairs += pairs_across(boards[0].scored, boards[1].scored, by_name)
-    found = {
-        f"{place[pair.first]},{place[pair.second]}": [
-            _numbers(pair.metrics.get(name)) for name in board.columns
-        ]
-        for pair in pairs
-    }
+    found: dict[str, list[list[float | None] | None]] = {}
+    for pair in pairs:
+        shown = found.setdefault(f"{place[pair.first]},{place[pair.second]}", [])
+        for each in map(pair.metrics.get, board.columns):
+            # With the digits that pages show, and two more.
+            numbers = (each.mean, each.low, each.high) if each else ()
+            rounded = [None if number is None else float(f"{number:.4g}") for number in numbers]
+            shown.append(rounded or None)
     document = {"board": board.id, "columns": board.columns, "names": names, "pairs": found}
     return f"boardPairs({json.dumps(document, separators=(',', ':'))});\n"
-
-
-def _numbers(difference: Difference | None) -> list[float | None] | None:
-    """Mean and ends of the interval with the digits that pages show, and two more."""
-    if difference is None:
-        return None
-    numbers = (difference.mean, difference.low, difference.high)
-    return [None if number is None else float(f"{number:.4g}") for number in numbers]

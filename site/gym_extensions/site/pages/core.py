@@ -9,7 +9,7 @@ from markupsafe import Markup, escape
 
 from gym_extensions.metrics import formulas
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreReference, CoreRow
+from gym_extensions.scoring.ranking.boards import CoreBoard, CoreReference, CoreRow
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
@@ -31,21 +31,21 @@ MOST_NAMED = 3
 """Up to this many methods are named in a sentence; more are counted."""
 
 
-def state(submission: CoreRow | CoreScore) -> str:
+def state(row: CoreRow | CoreScore) -> str:
     """Why a method is not ranked, for example ``lacks walker2d-wall, hopper-body``; empty if it is."""
-    if submission.missing:
-        return f"lacks {', '.join(split_version(group)[0] for group in submission.missing)}"
-    return submission.why
+    if row.missing:
+        return f"lacks {', '.join(split_version(group)[0] for group in row.missing)}"
+    return row.why
 
 
-def notes(submission: CoreRow | CoreScore) -> str:
+def notes(row: CoreRow | CoreScore) -> str:
     """What of a method is not compared, in sentences, without their codes."""
-    return " ".join(note.partition(": ")[2] for note in submission.notes)
+    return " ".join(note.partition(": ")[2] for note in row.notes)
 
 
-def scale(submissions: Sequence[CoreRow]) -> Scale:
+def scale(rows: Sequence[CoreRow]) -> Scale:
     """The scale of the drawn column, with every interval and 0."""
-    return scale_around(_ends(submissions), MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
+    return scale_around(_ends(rows), MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
 
 
 def cost(card: Scorecard) -> tuple[str, str]:
@@ -64,7 +64,7 @@ def cost(card: Scorecard) -> tuple[str, str]:
 
 def answers(board: CoreBoard | None) -> list[Markup]:
     """Who leads, who forgets least, and how certain either is, in sentences."""
-    ranked = [submission for submission in board.rows if submission.ranked] if board else []
+    ranked = [row for row in board.rows if row.ranked] if board else []
     if board is None or not ranked:
         return [Markup("No method has all runs of the core suite yet. Each row says what is missing.")]
     if len(ranked) == 1:
@@ -72,13 +72,13 @@ def answers(board: CoreBoard | None) -> list[Markup]:
         kept = ranked[0].metrics[FINAL]
         return [only.format(NAME.format(short(ranked[0].title, 40)), mean(kept), ends(kept))]
     sentences = [_answer(board, ranked, FINAL, "")]
-    learned = [submission for submission in ranked if submission.metrics[LOST].rank]
-    learned.sort(key=lambda submission: (submission.metrics[LOST].mean or 0.0, submission.name))
+    learned = [row for row in ranked if row.metrics[LOST].rank]
+    learned.sort(key=lambda row: (row.metrics[LOST].mean or 0.0, row.name))
     if learned:
         sentences.append(_answer(board, learned, LOST, LEARNERS))
     if learned and task_conditioned(learned[0]):
         sentences[-1] += BY_CONSTRUCTION
-        if others := [submission for submission in learned if not task_conditioned(submission)]:
+        if others := [row for row in learned if not task_conditioned(row)]:
             sentences.append(_answer(board, others, LOST, "Without the task label, "))
     return sentences
 
@@ -97,21 +97,23 @@ WORDS = {
 """By metric: of a significant lead, of the best mean without one, and the relation to the others."""
 
 
-def task_conditioned(submission: CoreRow) -> bool:
+def task_conditioned(row: CoreRow) -> bool:
     """Whether the agent is given the task label at test time."""
-    return submission.observes is not None and submission.observes.task_in_evaluation
+    return row.observes is not None and row.observes.task_in_evaluation
 
 
 def _answer(board: CoreBoard, methods: Sequence[CoreRow], metric: str, of: str | Markup) -> Markup:
     """The first of some methods, and from which of the others it differs significantly."""
     first, *others = methods
-    pairs = [
-        (submission, pair)
-        for submission in others
-        if (pair := board.pair(metric, first.name, submission.name))
+    pairs = [(row, pair) for row in others if (pair := board.pair(metric, first.name, row.name))]
+    # On fewer runs, the one with the lower mean can be significantly better.
+    won = [
+        row.name
+        for row, pair in pairs
+        if pair.verdict == "separated"
+        and ((pair.mean > 0) == (pair.first == first.name)) == (metric == FINAL)
     ]
-    won = [submission.name for submission, pair in pairs if _wins(first.name, pair, metric)]
-    tied = [short(submission.title, 40) for submission, _ in pairs if submission.name not in won]
+    tied = [short(row.title, 40) for row, _ in pairs if row.name not in won]
     leads, highest, relation = WORDS[metric]
     best, verb = first.metrics[metric], leads if len(tied) < len(pairs) else highest
     start = Markup("{}{} {} {} ({})").format(
@@ -124,16 +126,9 @@ def _answer(board: CoreBoard, methods: Sequence[CoreRow], metric: str, of: str |
         names = f"{len(tied)} of {count(len(pairs), 'other method')}"
     if len(tied) == len(pairs):
         return start + Markup("; no significant difference from {}.").format(names)
-    note = (
-        PRELIMINARY if any(pair.exploratory for submission, pair in pairs if submission.name in won) else ""
-    )
+    note = PRELIMINARY if any(pair.exploratory for row, pair in pairs if row.name in won) else ""
     scope = f"all but {names}" if tied else "every other method"
     return start + Markup(", significantly {} than {}{}.").format(relation, scope, note)
-
-
-def _wins(name: str, pair: CorePair, metric: str) -> bool:
-    """Whether a method is significantly better; on fewer runs, the one with the lower mean can be."""
-    return pair.verdict == "separated" and ((pair.mean > 0) == (pair.first == name)) == (metric == FINAL)
 
 
 SIDE, LEFT, TOP, BOTTOM = 400.0, 46.0, 16.0, 44.0
@@ -146,13 +141,13 @@ Box = tuple[float, float, float, float]
 """Left, top, right and bottom."""
 
 
-def figure(submissions: Sequence[CoreRow], references: Sequence[CoreReference] = ()) -> Markup:
+def figure(rows: Sequence[CoreRow], references: Sequence[CoreReference] = ()) -> Markup:
     """Learned (x) against kept at the end (y): a point per method with both intervals.
 
     On the diagonal nothing is lost; the best corner is at the top right. Empty without a ranked method.
     Submissions are best first; those without a score are left out. References are drawn as levels.
     """
-    shown = [submission for submission in submissions if submission.metrics[FINAL].mean is not None]
+    shown = [row for row in rows if row.metrics[FINAL].mean is not None]
     if not shown:
         return Markup("")
     reach = [*_ends(shown), *(each.value.mean or 0.0 for each in references)]
@@ -163,21 +158,17 @@ def figure(submissions: Sequence[CoreRow], references: Sequence[CoreReference] =
         level = y.at(each.value.mean or 0.0)
         parts.append(stroke(x.start, level, x.end, level, "way"))
         parts.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
-    parts += _points(shown, [submission.metrics[LEARNED] for submission in shown], "learned {}", x, y)
+    parts += _points(shown, [row.metrics[LEARNED] for row in shown], "learned {}", x, y)
     return _plane("Learned against kept, a point per method", parts)
 
 
-def cost_figure(submissions: Sequence[CoreRow]) -> Markup:
+def cost_figure(rows: Sequence[CoreRow]) -> Markup:
     """Processor time of a run of the core (x) against kept at the end (y), of the methods that state both.
 
     Empty with fewer than two of them.
     """
-    stated = [
-        submission
-        for submission in submissions
-        if submission.metrics[FINAL].mean is not None and submission.cost.cpu_seconds
-    ]
-    minutes = [Estimate((submission.cost.cpu_seconds or 0.0) / 60) for submission in stated]
+    stated = [row for row in rows if row.metrics[FINAL].mean is not None and row.cost.cpu_seconds]
+    minutes = [Estimate((row.cost.cpu_seconds or 0.0) / 60) for row in stated]
     if len(stated) < 2:
         return Markup("")
     x = scale_around([each.mean or 0.0 for each in minutes], LEFT, LEFT + SIDE, always=(0.0,))
@@ -190,36 +181,32 @@ def _plane(label: str, parts: Sequence[str]) -> Markup:
     return picture("plane", px(LEFT + SIDE + 8), px(TOP + SIDE + BOTTOM), label, "".join(parts))
 
 
-def _points(
-    submissions: Sequence[CoreRow], across: Sequence[Estimate], words: str, x: Scale, y: Scale
-) -> list[str]:
+def _points(rows: Sequence[CoreRow], across: Sequence[Estimate], words: str, x: Scale, y: Scale) -> list[str]:
     """The methods with their intervals and names; ``words`` say what is across."""
     places = [
-        (x.at(each.mean or 0), y.at(submission.metrics[FINAL].mean or 0))
-        for submission, each in zip(submissions, across, strict=True)
+        (x.at(each.mean or 0), y.at(row.metrics[FINAL].mean or 0))
+        for row, each in zip(rows, across, strict=True)
     ]
     parts, bars = [], []
-    for number, (submission, each, (left, up)) in reversed(
-        list(enumerate(zip(submissions, across, places, strict=True)))
-    ):
-        kept = submission.metrics[FINAL]
-        kind = "unranked" if not submission.ranked else "other" if number else "first"
+    for number, (row, each, (left, up)) in reversed(list(enumerate(zip(rows, across, places, strict=True)))):
+        kept = row.metrics[FINAL]
+        kind = "unranked" if not row.ranked else "other" if number else "first"
         ways = [(x.at(each.ends[0]), up, x.at(each.ends[1]), up)] if each.ends else []
         ways += [(left, y.at(kept.ends[1]), left, y.at(kept.ends[0]))] if kept.ends else []
         if ways:
             drawn = "".join(f"M{px(x0)} {px(y0)}L{px(x1)} {px(y1)}" for x0, y0, x1, y1 in ways)
             parts.append(f'<path class="whisker {kind}" d="{drawn}"/>')
         bars += ways
-        title = f"{short(submission.name, MAX_LABEL)}: {words.format(mean(each))}, kept {mean(kept)}"
+        title = f"{short(row.name, MAX_LABEL)}: {words.format(mean(each))}, kept {mean(kept)}"
         parts.append(
             f'<circle class="method {kind}" cx="{px(left)}" cy="{px(up)}">'
             f"<title>{escape(title)}</title></circle>"
         )
-    return parts + _labels([short(submission.name, MAX_LABEL) for submission in submissions], places, bars)
+    return parts + _labels([short(row.name, MAX_LABEL) for row in rows], places, bars)
 
 
-def _ends(submissions: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
-    values = [submission.metrics[metric] for submission in submissions for metric in metrics]
+def _ends(rows: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
+    values = [row.metrics[metric] for row in rows for metric in metrics]
     return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 
 
