@@ -9,12 +9,8 @@ from functools import cache, cached_property
 from markupsafe import Markup
 
 from gym_extensions import references
-from gym_extensions.catalog import tasks as catalog
-from gym_extensions.catalog.descriptions import description
-from gym_extensions.catalog.fingerprints import published
-from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import TASKS, Task, tasks_by_base, versions
-from gym_extensions.catalog.variations import Gravity
+from gym_extensions.catalog import descriptions, fingerprints, groups, tasks, variations
+from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.references import MeasuredReference, experts, load_references, trained_alone
 from gym_extensions.scoring.ranking.boards import TaskBest
 from gym_extensions.scoring.scorecard import ReferencesInfo
@@ -31,15 +27,15 @@ from gym_extensions.submissions.poses import PolicyPoses, TaskPoses
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The list of tasks, then a page per published task."""
-    yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks_by_base())
+    yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks.tasks_by_base())
     references, best = measured(site.references), site.scored.best
     for task in TASKS.values():
         path = paths.task_path(task.id)
         view = TaskView(task, references.get(task.id), best.get(task.id, ()))
         facts = {
-            "description": description(task.id),
-            "fingerprint": published(task.id),
-            "versions": versions(task),
+            "description": descriptions.description(task.id),
+            "fingerprint": fingerprints.published(task.id),
+            "versions": tasks.versions(task),
         }
         values = {"task": view, "runs": alone(task.id), "play": play_link(task), **facts}
         yield path, render("task.html", path, **values)
@@ -51,8 +47,8 @@ def publish_references(site: Leaderboard, render: Render) -> Iterator[File]:
     """What 0 and 1 mean: a table per base body; bodies without a reference are in one sentence."""
     known = measured(site.references)
     tables = {
-        base: [(task.id, known[task.id], alone(task.id)) for task in tasks if task.id in known]
-        for base, tasks in tasks_by_base().items()
+        base: [(task.id, known[task.id], alone(task.id)) for task in members if task.id in known]
+        for base, members in tasks.tasks_by_base().items()
     }
     bases = {base: rows for base, rows in tables.items() if rows}
     missing = [base for base, rows in tables.items() if not rows]
@@ -65,7 +61,7 @@ def publish_pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
         yield f"pictures/{file.name}", file.read_bytes()
     maps = {map_picture(task): task.id for task in reversed(TASKS.values())}
     for name, task_id in sorted(maps.items()):
-        facts = description(task_id)
+        facts = descriptions.description(task_id)
         if name and facts is not None:
             yield f"pictures/{name}", map_file(facts)
 
@@ -97,7 +93,7 @@ class TaskView:
         """The task of the base body without variations; None for that task itself and for maps."""
         if not self.task.variations or self.task.body.family == "navigation":
             return None
-        return catalog.task(self.task.base)
+        return tasks.task(self.task.base)
 
     @property
     def picture(self) -> str:
@@ -113,7 +109,7 @@ class TaskView:
     @property
     def gravity(self) -> float | None:
         """Its gravity relative to that of the base body; None if gravity does not differ."""
-        factors = [variation.factor for variation in self.task.variations if isinstance(variation, Gravity)]
+        factors = [each.factor for each in self.task.variations if isinstance(each, variations.Gravity)]
         return factors[0] if factors else None
 
     @property
@@ -153,6 +149,6 @@ class TaskView:
         """Id of each group that it belongs to, its position there, and the number of tasks."""
         return tuple(
             (group.id, group.task_ids.index(self.task.id) + 1, len(group.tasks))
-            for group in GROUPS.values()
+            for group in groups.GROUPS.values()
             if self.task.id in group.task_ids
         )
