@@ -28,7 +28,7 @@ from gym_extensions.metrics.values import NO_TERM, TOO_FEW_POINTS, MetricValue
 from gym_extensions.references import Reference, References
 from gym_extensions.scoring.submission.normalization import GroupReturns, normalized_runs
 from gym_extensions.scoring.submission.reported_tables import paper_table
-from gym_extensions.scoring.submission.values import metric_values
+from gym_extensions.scoring.submission.scorer import metric_values
 
 KIT = Path(str(metrics.__file__)).parent / "conformance"
 EXACT = 1e-12

@@ -13,7 +13,7 @@ from gym_extensions.catalog.groups import SUITES
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import Board, BoardKey
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.values import suite_scores
+from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.submissions.review import Level
 from gym_extensions.submissions.run import file_sha256, read_run, write_run
 

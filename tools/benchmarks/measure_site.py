@@ -27,7 +27,7 @@ from gym_extensions.references import Reference, References
 from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
 from gym_extensions.scoring.submission.normalization import GroupReturns
 from gym_extensions.scoring.submission.scorer import score_group
-from gym_extensions.scoring.submission.values import suite_scores
+from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.site.build import build_site
 from gym_extensions.submissions.manifest import (
     Code,

@@ -13,7 +13,6 @@ from gym_extensions.catalog.groups import CORE, CORES, GROUPS, TaskGroup, with_c
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.files import write_text
 from gym_extensions.references import RULERS, References, add_references, load_references, read_references
-from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions.layout import MANIFEST, NAME, submission_folders
@@ -183,6 +182,8 @@ def publish(folder: Path, cards: Iterable[Scorecard], references: References) ->
     Raises:
         BenchError: the folder is a submission, to which no files may be added.
     """
+    from gym_extensions.scoring.ranking.group_board import boards  # for which scoring does not wait
+
     if (folder / MANIFEST).exists():
         raise BenchError("bad-out", "The folder is a submission.", str(folder), "Name another one.")
     written = []

@@ -196,6 +196,11 @@ class RunProvenance:
         )
 
 
+Sketch = tuple[str, ...]
+SKETCH_SIZE = 16
+"""Digests per run: the smallest of those of all its last episodes (a bottom-k sketch)."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class GroupScore:
     """One submission on one group under one protocol."""
@@ -238,7 +243,7 @@ class GroupScore:
     ] = ()
     curves: Annotated[tuple[TrainingCurve, ...], about("training curves, one per run and task")] = ()
     episode_sketches: Annotated[
-        tuple[tuple[str, ...], ...],
+        tuple[Sketch, ...],
         about("hashes of episodes (navigation: of policies) per run, by which boards find copies"),
     ] = ()
     paper_table: Annotated[tuple[PaperRow, ...], about("one row per task; empty outside `sequential`")] = ()

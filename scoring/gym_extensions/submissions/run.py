@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -182,3 +183,12 @@ def file_sha256(path: Path) -> str:
     """The SHA-256 of a file as hexadecimal digits."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def consecutive(runs: Sequence[int]) -> int:
+    """The number N of runs 0 to N − 1 that are all there.
+
+    >>> consecutive((0, 1, 2, 4))
+    3
+    """
+    return next(number for number in range(len(runs) + 1) if number not in runs)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import Manifest
 from gym_extensions.submissions.problem import Problem
 from gym_extensions.submissions.review import Review
-from gym_extensions.submissions.run import Memory, RunDocument
+from gym_extensions.submissions.run import Memory, RunDocument, consecutive
 
 TOLERANCE = 1e-5
 """Largest difference of identical returns, absolute and relative: a copy with noise is the same run."""
@@ -79,15 +79,6 @@ class Submission:
         parts = [msgspec.structs.astuple(document.memory) for document in self.documents]
         largest = map(max, zip(*parts, strict=True))
         return Memory(**dict(zip(Memory.__struct_fields__, largest, strict=True))) if parts else None
-
-
-def consecutive(runs: Sequence[int]) -> int:
-    """The number N of runs 0 to N − 1 that are all there.
-
-    >>> consecutive((0, 1, 2, 4))
-    3
-    """
-    return next(number for number in range(len(runs) + 1) if number not in runs)
 
 
 def is_trainable(runs: Mapping[str, Mapping[int, RunDocument]]) -> bool:

@@ -10,10 +10,10 @@ import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.ranking.copies import duplicate_submissions
+from gym_extensions.scoring.ranking.copies import duplicate_submissions, is_common
 from gym_extensions.scoring.ranking.group_board import board
-from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.sketches import Sketch, is_common, run_sketches
+from gym_extensions.scoring.scorecard import Scorecard, Sketch
+from gym_extensions.scoring.submission.scorer import run_sketches
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Decision
 from gym_extensions.submissions.run import PolicyFile

@@ -27,8 +27,7 @@ from gym_extensions.scoring.ranking.core_board import (
 )
 from gym_extensions.scoring.scorecard import GroupScore, RunProvenance, Scorecard
 from gym_extensions.scoring.submission.core_score import LOOKS, core_score, last_look, next_look
-from gym_extensions.submissions.run import Memory
-from gym_extensions.submissions.submission import consecutive
+from gym_extensions.submissions.run import Memory, consecutive
 
 from ..made_submissions import Enter, at_level
 

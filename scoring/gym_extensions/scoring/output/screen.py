@@ -6,7 +6,7 @@ Texts are printed literally, in color on a terminal, and 80 columns wide elsewhe
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 from rich.table import Table
@@ -15,9 +15,11 @@ from rich.text import Text
 from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.scoring.ranking.boards import Comparison
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, GroupScore, PaperCell, Scorecard, SuiteScore
 from gym_extensions.scoring.submission.stages import task_name
+
+if TYPE_CHECKING:
+    from gym_extensions.scoring.ranking.boards import Comparison
 
 MAX_ROWS, MAX_NOTES = 16, 3
 """Most suites and groups, and most notes, on the screen of a submission."""

@@ -18,7 +18,7 @@ from gym_extensions.metrics.formulas import METRICS, Metric
 from gym_extensions.metrics.statistics import Summary, subtract, to_interval, zero_mean_p
 from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.scoring.scorecard import CoreCost, CoreGroup, GroupScore, Scorecard, SuiteScore
-from gym_extensions.scoring.submission.values import estimate
+from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions.manifest import Evaluation, Observes, Steps
 from gym_extensions.submissions.review import LEVELS, REPRODUCED, VERIFIED, Level
 from gym_extensions.submissions.run import Memory

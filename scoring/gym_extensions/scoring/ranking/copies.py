@@ -7,11 +7,12 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
 from gym_extensions.scoring.ranking.boards import BoardKey, board_level, is_verified
-from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.sketches import SHARE, Sketch, is_common
+from gym_extensions.scoring.scorecard import SKETCH_SIZE, Scorecard, Sketch
 
 LAST_DATE = "9999"
 """Sorts after every date."""
+SHARE = 0.5
+"""Least share of common episodes of two runs, and of such runs of a submission, that makes it a duplicate."""
 
 
 def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
@@ -45,13 +46,20 @@ def duplicate_submissions(submissions: Mapping[str, Sequence[Sketch]]) -> dict[s
     changed runs or episodes, or without its training curves is still recognized. Of submissions that share
     most episodes, the first of the mapping, which has the sketches of their runs, is the original.
     """
+
+    def has_most(first: Sequence[Sketch], second: Sequence[Sketch]) -> bool:
+        """Whether half of the runs of the first share most episodes with a run of the second."""
+        return sum(any(is_common(run, each) for each in second) for run in first) >= SHARE * len(first)
+
     holders: dict[str, list[str]] = defaultdict(list)
     copies: dict[str, str] = {}
     order = {name: index for index, name in enumerate(submissions)}
     for name, sketches in submissions.items():
         digests = {digest for sketch in sketches for digest in sketch}
         earlier = sorted({other for digest in digests for other in holders[digest]}, key=order.__getitem__)
-        original = next((other for other in earlier if _share(sketches, submissions[other])), None)
+        pairs = ((other, submissions[other]) for other in earlier)
+        found = (other for other, theirs in pairs if has_most(sketches, theirs) or has_most(theirs, sketches))
+        original = next(found, None)
         if original is not None:
             copies[name] = original
             continue
@@ -60,16 +68,18 @@ def duplicate_submissions(submissions: Mapping[str, Sequence[Sketch]]) -> dict[s
     return copies
 
 
+def is_common(first: Sketch, second: Sketch) -> bool:
+    """Whether two runs share at least half of their episodes, as estimated from their sketches.
+
+    Two runs of n episodes with f n common ones have f / (2 − f) common ones per episode of either.
+    """
+    union = sorted({*first, *second})[:SKETCH_SIZE]
+    return bool(union) and len({*first} & {*second} & {*union}) >= SHARE / (2 - SHARE) * len(union)
+
+
 def copy_of(original: str) -> str:
     """Why a copy has no rank."""
     return f"Has most episodes of {original}."
-
-
-def _share(first: Sequence[Sketch], second: Sequence[Sketch]) -> bool:
-    return any(
-        sum(any(is_common(run, other) for other in theirs) for run in ours) >= SHARE * len(ours)
-        for ours, theirs in ((first, second), (second, first))
-    )
 
 
 def family(algorithm: str) -> str:

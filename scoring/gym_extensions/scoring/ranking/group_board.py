@@ -23,7 +23,7 @@ from gym_extensions.scoring.ranking.computed_rows import computed_rows
 from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_submissions
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
-from gym_extensions.scoring.submission.values import estimate
+from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions.review import REPORTED, Level
 
 MAX_PAIRED = 60

@@ -17,8 +17,8 @@ from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, Metric
 from gym_extensions.metrics.statistics import mean_of_groups, summary, to_interval
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.scorecard import CoreCost, CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
-from gym_extensions.scoring.submission.values import suite_expert_errors
-from gym_extensions.submissions.submission import consecutive
+from gym_extensions.scoring.submission.suites import suite_expert_errors
+from gym_extensions.submissions.run import consecutive
 
 LOOK_LEVELS = {5: 0.005, 10: 0.01, 20: 0.01, 40: 0.01, 80: 0.01}
 """The level of a family of pairs at each look: together the error is at most .05.

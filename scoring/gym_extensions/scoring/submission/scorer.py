@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.documents import filled
-from gym_extensions.metrics.formulas import iqm, profile
+from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, NormalizedRun, iqm, profile
+from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 from gym_extensions.references import References
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import GroupScore, ManifestSummary, Scorecard, VerificationSummary
+from gym_extensions.scoring.scorecard import (
+    SKETCH_SIZE,
+    GroupScore,
+    ManifestSummary,
+    Scorecard,
+    Sketch,
+    VerificationSummary,
+)
 from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.normalization import GroupReturns, group_returns, normalized_runs
 from gym_extensions.scoring.submission.reported_tables import paper_table, reported_groups
-from gym_extensions.scoring.submission.sketches import Sketch, run_sketches
 from gym_extensions.scoring.submission.stages import with_stages
-from gym_extensions.scoring.submission.values import metric_values, suite_scores
+from gym_extensions.scoring.submission.suites import suite_scores
+from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.review import (
     CLAIMED,
     LEVELS,
@@ -27,7 +36,7 @@ from gym_extensions.submissions.review import (
     why_claimed,
 )
 from gym_extensions.submissions.run import RunDocument
-from gym_extensions.submissions.submission import Submission, scored_runs
+from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_runs
 
 
 def score(submission: Submission, references: References, only: Collection[str] = ()) -> Scorecard:
@@ -155,3 +164,74 @@ def score_group(
         paper_table=rows,
         paper_total=total,
     )
+
+
+def metric_values(
+    results: GroupReturns, references: References, protocol: str, runs: Sequence[NormalizedRun]
+) -> dict[str, MetricValue]:
+    """The value of every metric of a protocol by its name, in the order of the metrics' table.
+
+    A metric that compares runs of two protocols is over the training seeds that have both.
+    ``runs`` are the protocol's normalized runs, empty where a task of the group has no reference.
+    """
+    ids = results.group.task_ids
+    if missing := references.missing(ids):
+        why = f"{len(missing)} of {len(ids)} tasks have no floor and expert in version {references.version} "
+        value = MetricValue(why=f"{why}of the references, {missing[0]} among them.")
+        return {metric.name: value for metric in METRICS[protocol]}
+    experts = [references.tasks[task].expert_error for task in ids]
+    present = {*results.runs, *(["curves"] if results.curves else [])}
+    values: dict[str, MetricValue] = {}
+    for metric in METRICS[protocol]:
+        if lacking := [NEEDS[name] for name in metric.needs if name in NEEDS and name not in present]:
+            value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this submission lacks.")
+        elif metric is JOINT_GAP:
+            joint = over_runs(FINAL, normalized_runs(results, references, "joint"), experts)
+            value = joint_gap(values[FINAL.name], joint, experts)
+        else:
+            partners = [set(results.runs[name]) for name in metric.needs if name in results.runs]
+            numbered = zip(results.runs[protocol], runs, strict=True)
+            paired = [run for number, run in numbered if all(number in each for each in partners)]
+            value = over_runs(metric, paired, experts)
+        values[metric.name] = value
+    return values
+
+
+SIGNIFICANT_DIGITS = 5
+"""Digits of a return that count in a sketch, so that little noise changes few digests."""
+
+
+def run_sketches(submitted: SubmittedGroup, protocol: str) -> tuple[Sketch, ...]:
+    """What two equal runs have in common: the sketch of the last episodes of each run of a log.
+
+    In navigation, returns are whole numbers, and different agents that stand still have equal episodes.
+    Episodes cannot show a copy there. A run's sketch is the digest of its policies instead, and is empty
+    without them.
+    """
+    log = submitted.logs[protocol]
+    if any(task.body.family != "navigation" for task in submitted.group.tasks):
+        return episode_sketches(log)
+    policies = [submitted.runs[protocol][run].policies for run in log.runs]
+    return tuple((each.sha256,) if each else () for each in policies)
+
+
+def episode_sketches(log: Log) -> tuple[Sketch, ...]:
+    """The sketch of each run: the 16 smallest digests of its episodes after the last stage, sorted.
+
+    Where there are several tasks, the last one does not count: methods that only differ in what they keep of
+    earlier tasks rightly have equal episodes on it. An episode's digest is the first eight hexadecimal digits
+    of the SHA-256 of its task's index, number, length, return (five significant digits) and end. Two sketches
+    estimate the Jaccard index of the episodes of two runs: the number of common ones per episode that either
+    has.
+
+    Source: E. Cohen and H. Kaplan, Summarizing data using bottom-k sketches, PODC 2007.
+    """
+    digests: dict[int, set[str]] = {run: set() for run in log.runs}
+    last = log.rows[log.rows["stage"] == log.rows["stage"].max()]
+    earlier = last[last["position"] < last["position"].max()]
+    last = earlier if len(earlier) else last
+    columns = ("run", "position", "episode", "length", "return", "terminated")
+    for run, *key, return_, terminated in zip(*(last[name].tolist() for name in columns), strict=True):
+        episode = (*key, f"{return_:.{SIGNIFICANT_DIGITS - 1}e}", terminated)
+        digests[run].add(hashlib.sha256(repr(episode).encode()).hexdigest()[:8])
+    return tuple(tuple(sorted(digests[run])[:SKETCH_SIZE]) for run in log.runs)

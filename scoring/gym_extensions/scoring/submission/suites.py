@@ -1,4 +1,4 @@
-"""The value of every metric of a submission: over the runs of a group, and over the groups of a suite."""
+"""Means over the groups of a suite, with the errors of the experts."""
 
 from __future__ import annotations
 
@@ -6,46 +6,13 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from gym_extensions.catalog.groups import SUITES
-from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, Metric, NormalizedRun
+from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, Metric
 from gym_extensions.metrics.statistics import Summary, mean_of_groups, subtract, summary, to_interval
-from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
-from gym_extensions.references import References
+from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.scorecard import GroupScore, SuiteScore
-from gym_extensions.scoring.submission.normalization import GroupReturns, normalized_runs
 
 Groups = Mapping[str, Mapping[str, GroupScore]]
 """Scores by group id and protocol, as in a scorecard."""
-
-
-def metric_values(
-    results: GroupReturns, references: References, protocol: str, runs: Sequence[NormalizedRun]
-) -> dict[str, MetricValue]:
-    """The value of every metric of a protocol by its name, in the order of the metrics' table.
-
-    A metric that compares runs of two protocols is over the training seeds that have both.
-    ``runs`` are the protocol's normalized runs, empty where a task of the group has no reference.
-    """
-    ids = results.group.task_ids
-    if missing := references.missing(ids):
-        why = f"{len(missing)} of {len(ids)} tasks have no floor and expert in version {references.version} "
-        value = MetricValue(why=f"{why}of the references, {missing[0]} among them.")
-        return {metric.name: value for metric in METRICS[protocol]}
-    experts = [references.tasks[task].expert_error for task in ids]
-    present = {*results.runs, *(["curves"] if results.curves else [])}
-    values: dict[str, MetricValue] = {}
-    for metric in METRICS[protocol]:
-        if lacking := [NEEDS[name] for name in metric.needs if name in NEEDS and name not in present]:
-            value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this submission lacks.")
-        elif metric is JOINT_GAP:
-            joint = over_runs(FINAL, normalized_runs(results, references, "joint"), experts)
-            value = joint_gap(values[FINAL.name], joint, experts)
-        else:
-            partners = [set(results.runs[name]) for name in metric.needs if name in results.runs]
-            numbered = zip(results.runs[protocol], runs, strict=True)
-            paired = [run for number, run in numbered if all(number in each for each in partners)]
-            value = over_runs(metric, paired, experts)
-        values[metric.name] = value
-    return values
 
 
 def estimate(groups: Groups, names: Iterable[str], protocol: str, metric: Metric) -> Summary | None:
