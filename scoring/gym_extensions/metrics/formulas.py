@@ -366,15 +366,13 @@ def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | N
     if len(steps) < CURVE_POINTS:
         return None
     points = [(0.0, values[0]), *zip(map(float, steps), values, strict=True)]
-    points = [*points, (float(end), values[-1])] if steps[-1] <= end else _cut(points, float(end))
+    if steps[-1] <= end:
+        points.append((float(end), values[-1]))
+    else:  # the curve's value at the end in place of the points after it
+        beyond = next(index for index, (x, _) in enumerate(points) if x >= end)
+        (x0, y0), (x1, y1) = points[beyond - 1], points[beyond]
+        points[beyond:] = [(float(end), y0 + (y1 - y0) * (float(end) - x0) / (x1 - x0))]
     return math.fsum([(x1 - x0) * (y0 + y1) / 2 for (x0, y0), (x1, y1) in pairwise(points)]) / end
-
-
-def _cut(points: Sequence[tuple[float, float]], end: float) -> list[tuple[float, float]]:
-    """The points before ``end``, and the curve's value at ``end``."""
-    beyond = next(index for index, (x, _) in enumerate(points) if x >= end)
-    (x0, y0), (x1, y1) = points[beyond - 1], points[beyond]
-    return [*points[:beyond], (end, y0 + (y1 - y0) * (end - x0) / (x1 - x0))]
 
 
 THRESHOLDS = tuple(step / 20 for step in range(-10, 41))

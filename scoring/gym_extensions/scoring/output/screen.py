@@ -177,19 +177,17 @@ def _overview(out: Console, card: Scorecard) -> None:
     shown = parts if len(parts) <= MAX_ROWS else parts[: MAX_ROWS - 1]
     for name, protocols in shown:
         scores = ((protocols.get(protocol), metrics[0].name) for protocol, metrics in METRICS.items())
-        values = (score.metrics[first] if score else Estimate() for score, first in scores)
-        table.add_row(name, *map(_short, values))
+        cells = []
+        for score, first in scores:
+            value = score.metrics[first] if score else Estimate()
+            half = "" if value.high is None or value.mean is None else f" ± {value.high - value.mean:.2f}"
+            cells.append(f"{number(value.mean, 2)}{half}")
+        table.add_row(name, *cells)
     if table.row_count:
         out.print()
         out.print(table)
     if len(shown) < len(parts):
         out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
-
-
-def _short(value: Estimate) -> str:
-    """A mean with half of its interval."""
-    half = "" if value.high is None or value.mean is None else f" ± {value.high - value.mean:.2f}"
-    return f"{number(value.mean, 2)}{half}"
 
 
 def show_comparison(out: Console, comparison: Comparison) -> None:

@@ -17,7 +17,7 @@ from gym_extensions.submissions.submission import SubmittedGroup
 Cells = list[list[list[list[float]]]]
 Means = list[list[list[float]]]
 Rates = tuple[tuple[tuple[float | None, ...], ...], ...]
-Curve = tuple[list[int], list[float]]
+Points = tuple[list[int], list[float]]
 """A training curve: steps, and the mean return of the training episodes that ended since the point before."""
 
 
@@ -38,7 +38,7 @@ class GroupReturns:
     steps: int
     runs: dict[str, tuple[int, ...]]
     returns: dict[str, Cells]
-    curves: dict[tuple[str, int, str], Curve] = field(default_factory=dict)
+    curves: dict[tuple[str, int, str], Points] = field(default_factory=dict)
     successes: dict[str, list[list[list[list[int]]]]] = field(default_factory=dict)
 
     @cached_property

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,9 +29,12 @@ def paper_table(results: GroupReturns) -> tuple[tuple[PaperRow, ...], PaperColum
         stages = (("fully_trained", -1), ("after_env_training", index + 1), ("first_step", index))
         episodes = {name: [x for run in sequential for x in run[stage][index]] for name, stage in stages}
         episodes["single_env"] = [value for run in single for value in run[0][index]]
-        rows.append({column: _cell(values) for column, values in episodes.items()})
+        rows.append(dict.fromkeys(episodes))
         for column, values in episodes.items():
             pooled[column] += values
+            if values:
+                mean = math.fsum(values) / len(values)
+                rows[-1][column] = PaperCell(mean, standard_deviation(values, center=mean))
     total: dict[str, PaperCell | None] = {}
     for column, values in pooled.items():
         means = [cell.mean for row in rows if (cell := row[column])]
@@ -40,13 +42,6 @@ def paper_table(results: GroupReturns) -> tuple[tuple[PaperRow, ...], PaperColum
         total[column] = PaperCell(mean, standard_deviation(values)) if means else None
     table = zip(results.group.task_ids, rows, strict=True)
     return tuple(PaperRow(task, "", **row) for task, row in table), PaperColumns(**total)
-
-
-def _cell(episodes: Sequence[float]) -> PaperCell | None:
-    if not episodes:
-        return None
-    mean = math.fsum(episodes) / len(episodes)
-    return PaperCell(mean, standard_deviation(episodes, center=mean))
 
 
 PRINTED_COLUMNS = {column.removesuffix("_training"): column for column in PAPER_COLUMNS}

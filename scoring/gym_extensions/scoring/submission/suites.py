@@ -35,23 +35,23 @@ def _of_group(protocols: Mapping[str, GroupScore], protocol: str, metric: Metric
 
 def suite_scores(groups: Groups) -> dict[str, dict[str, SuiteScore]]:
     """The mean of each metric over a suite's groups, by suite and protocol, of suites with every group."""
+
+    def value(names: Sequence[str], protocol: str, metric: Metric) -> MetricValue:
+        total = estimate(groups, names, protocol, metric)
+        if total is None:
+            missing = [name for name in names if estimate(groups, (name,), protocol, metric) is None]
+            return MetricValue(why=f"It has no value in {', '.join(missing)}.")
+        errors = suite_expert_errors([groups[name][protocol] for name in names], metric)
+        return MetricValue.of(to_interval(total, errors))
+
     suites: dict[str, dict[str, SuiteScore]] = {}
     for suite, names in SUITES.items():
         for protocol, metrics in METRICS.items():
             if all(protocol in groups.get(name, {}) for name in names):
-                values = {metric.name: _suite_value(groups, names, protocol, metric) for metric in metrics}
+                values = {metric.name: value(names, protocol, metric) for metric in metrics}
                 score = SuiteScore(groups[names[0]][protocol].budget, tuple(names), values)
                 suites.setdefault(suite, {})[protocol] = score
     return suites
-
-
-def _suite_value(groups: Groups, names: Sequence[str], protocol: str, metric: Metric) -> MetricValue:
-    total = estimate(groups, names, protocol, metric)
-    if total is None:
-        missing = [name for name in names if estimate(groups, (name,), protocol, metric) is None]
-        return MetricValue(why=f"It has no value in {', '.join(missing)}.")
-    errors = suite_expert_errors([groups[name][protocol] for name in names], metric)
-    return MetricValue.of(to_interval(total, errors))
 
 
 def suite_expert_errors(scores: Collection[GroupScore], metric: Metric) -> list[tuple[float, float]]:
