@@ -65,15 +65,16 @@ def test_a_folder_that_git_leaves_behind_is_no_submission_unless_it_is_named(
 
 
 @pytest.mark.parametrize(
-    ("path", "fetched"), [("mine", False), ("submissions", True), ("submissions/trpo", True)]
+    ("path", "command"),
+    [("mine", ""), ("submissions", "disable"), ("submissions/trpo", "add submissions/trpo")],
 )
 def test_a_missing_folder_is_refused_with_the_command_that_fetches_committed_ones(
-    tmp_path: Path, path: str, fetched: bool
+    tmp_path: Path, path: str, command: str
 ) -> None:
     with pytest.raises(BenchError) as error:
         submission_folders([tmp_path / path])
     assert (error.value.code, error.value.where) == ("no-such-folder", str(tmp_path / path))
-    assert error.value.hint.endswith(": git sparse-checkout disable") is fetched
+    assert error.value.hint.partition("git sparse-checkout ")[2] == command
 
 
 def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:

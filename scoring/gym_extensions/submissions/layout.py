@@ -217,7 +217,8 @@ def submission_folders(paths: list[Path]) -> list[Path]:
         if not os.path.lexists(path):
             hint = "Name a submission, or a folder of submissions."
             if "submissions" in path.parts[-2:]:
-                hint += " A clone without the committed ones gets them by: git sparse-checkout disable"
+                part = "disable" if path.name == "submissions" else f"add submissions/{escape(path.name)}"
+                hint += f" What a clone leaves out is fetched by: git sparse-checkout {part}"
             raise BenchError("no-such-folder", "There is no such folder.", escape(str(path)), hint)
         is_alias = exists_readable(path, Path.is_symlink) or path.name in ("", ".", "..")
         target = path.resolve() if is_alias else path
