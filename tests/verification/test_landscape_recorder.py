@@ -149,7 +149,7 @@ def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path
             measured = found.axis(axis.name)
             for each in axis.trained:  # a wall stands anywhere in a range of several points
                 at = [each.low <= point <= each.high for point in axis.points]
-                logged, error = cells.loc[(stage, group.task_ids[each.task])]
+                logged, error = cells.loc[[(stage, group.task_ids[each.task])]].to_numpy()[0]
                 means = np.array(measured.returns[index][stage])[at]
                 deviation = np.array(measured.deviations[index][stage])[at].max()
                 error = np.hypot(error, deviation / 9**0.5) + 1.0
