@@ -41,10 +41,9 @@ def test_a_submission_without_a_rank_is_not_called_the_best(make_card: Make) -> 
     board = only(make_card("lucky", around(0.9, runs=4)), make_card("one", around(0.4, runs=1)))
     assert board.least_forgetting is None
     assert board.leader is not None
-    assert (board.leader.row.submission.name, board.leader.row.submission.ranked) == ("lucky", False)
+    assert (board.leader.submission.name, board.leader.submission.ranked) == ("lucky", False)
     ranked = only(make_card("lucky", around(0.9, runs=4)), make_card("full", around(0.4)))
-    assert ranked.leader is not None
-    rows = (ranked.leader.row, ranked.least_forgetting)
+    rows = (ranked.leader, ranked.least_forgetting)
     assert [row.submission.name for row in rows if row] == ["full", "full"]
 
 
@@ -100,6 +99,6 @@ def test_an_agent_that_learned_nothing_has_nothing_to_forget(
 def test_the_certainty_of_a_lead_follows_from_its_runs(
     make_card: Make, runs: dict[str, list[float]], sentence: str
 ) -> None:
-    leader = only(*(make_card(name, values) for name, values in runs.items())).leader
-    assert leader is not None
-    assert (leader.row.submission.name, leader.certainty) == ("a", sentence)
+    lead = only(*(make_card(name, values) for name, values in runs.items())).scored.lead
+    assert lead is not None
+    assert (lead.name, lead.certainty) == ("a", sentence)

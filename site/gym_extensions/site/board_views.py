@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
@@ -14,7 +13,7 @@ from gym_extensions.metrics.formulas import COLUMNS
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import load_references
 from gym_extensions.scoring.ranking import boards as model
-from gym_extensions.scoring.ranking.boards import BoardMetric, BoardRow, BoardsDocument
+from gym_extensions.scoring.ranking.boards import BoardRow, BoardsDocument
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.submission_results import SubmissionResult, group_order, shown_columns
@@ -55,36 +54,6 @@ class Row:
         return self.submission.metrics[metric].rank if self.ranked_on[metric] > 1 else None
 
 
-class Leader(NamedTuple):
-    """The first submission of a board, and how certain its lead is, in a sentence."""
-
-    row: Row
-    certainty: str
-
-
-@dataclass(frozen=True)
-class Computed:
-    """A row that follows from the references: an agent without rank and page."""
-
-    submission: model.ComputedRow
-
-    @property
-    def note(self) -> str:
-        """What the agent is."""
-        return COMPUTED_NOTES.get(self.submission.name, "")
-
-    def metric(self, name: str) -> BoardMetric:
-        """The named metric; one without a value where the board's document has none."""
-        return self.submission.metrics.get(name, BoardMetric())
-
-
-COMPUTED_NOTES = {
-    "alone": "trpo, trained on each task alone",
-    "random": "ignores observations, learns nothing",
-    "zero": "ignores observations, learns nothing",
-}
-
-
 @dataclass(frozen=True)
 class BoardView:
     """The submissions of one group or suite, protocol and budget; task-conditioned ones are apart."""
@@ -113,11 +82,6 @@ class BoardView:
         return tuple(row.result for row in self.rows)
 
     @cached_property
-    def computed(self) -> tuple[Computed, ...]:
-        """The rows that are computed from the references; they are no submissions."""
-        return tuple(map(Computed, self.scored.computed))
-
-    @cached_property
     def open_tasks(self) -> tuple[str, ...]:
         """Tasks without an expert; normalized means exclude them."""
         return next((result.open_tasks for result in self.results if result.open_tasks), ())
@@ -137,11 +101,9 @@ class BoardView:
         return next((row for row in self.rows if row.submission.name == name), None)
 
     @cached_property
-    def leader(self) -> Leader | None:
+    def leader(self) -> Row | None:
         """The first ranked submission, or if none is ranked the first with a score; None without a score."""
-        lead = self.scored.lead
-        row = self.row(lead.name) if lead else None
-        return Leader(row, lead.certainty) if lead and row else None
+        return self.row(self.scored.lead.name) if self.scored.lead else None
 
     @cached_property
     def least_forgetting(self) -> Row | None:

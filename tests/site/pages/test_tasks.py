@@ -11,7 +11,7 @@ import pytest
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.references import load_references
-from gym_extensions.site.pages.tasks import TaskView
+from gym_extensions.site.pages.tasks import expert_panel
 from gym_extensions.site.paths import task_path
 
 from ..browser import Reader, site_files
@@ -91,6 +91,6 @@ def test_the_expert_plays(pages: dict[str, str]) -> None:
 
 
 def test_poses_of_another_policy_are_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert TaskView(task("Hopper"), None, ()).watch is not None
+    assert expert_panel(task("Hopper")) is not None
     monkeypatch.setattr("gym_extensions.references.experts.DATA", Path("nowhere"))
-    assert TaskView(task("Hopper"), None, ()).watch is None
+    assert expert_panel(task("Hopper")) is None

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
-from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
@@ -22,23 +21,19 @@ from gym_extensions.submissions.review import REPORTED
 
 def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
     """Which method is best on the core, a figure of it, and where everything else is; then every pair."""
-    scored = [
-        submission
-        for submission in site.submissions
-        if not submission.problems and submission.level != REPORTED
-    ]
+    scored = [card for card in site.submissions if not card.problems and card.level != REPORTED]
     board = site.scored.core
-    cards = {submission.name: submission for submission in site.submissions}
+    cards = {card.name: card for card in site.submissions}
     boards = {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)}
     values = {
         "submissions": len(scored),
-        "verified": sum(is_verified(submission.level) for submission in scored),
-        "reported": sum(submission.level == REPORTED for submission in site.submissions),
-        "refused": sum(bool(submission.problems) for submission in site.submissions),
+        "verified": sum(is_verified(card.level) for card in scored),
+        "reported": sum(card.level == REPORTED for card in site.submissions),
+        "refused": sum(bool(card.problems) for card in site.submissions),
         "groups": groups.groups(site),
         "core_groups": len(CORES[CORE]),
         "landscapes": {group.id: boards[group.id] for group in GROUPS.values() if group.id in boards},
-        "tasks_published": len(TASKS),
+        "known": tasks.measured(site.references),
         "board": board,
         "costs": {row.name: core.cost(cards[row.name]) for row in (board.rows if board else ())},
         "core": core,

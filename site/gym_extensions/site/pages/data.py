@@ -16,8 +16,9 @@ from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages.groups import Group, groups
+from gym_extensions.site.pages.groups import groups
 from gym_extensions.site.pages.page import File, Render
+from gym_extensions.site.pages.tasks import measured
 from gym_extensions.submissions.layout import MANIFEST
 from gym_extensions.submissions.manifest import Manifest
 from gym_extensions.submissions.poses import Poses
@@ -109,28 +110,23 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         yield paths.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()
         yield paths.board_data(board.id, "csv"), to_csv(board_frame(board.scored))
     for group in members:
-        yield paths.group_data(group.id), _group_document(group, site, boards).to_json()
+        known = {
+            task: ReferenceValue(each.floor.mean, each.expert.mean if each.expert else None, not each.expert)
+            for task in group.tasks
+            if (each := measured(site.references).get(task))
+        }
+        used = next((result.detail.reference for board in group.boards for result in board.results), {})
+        document = GroupDocument(
+            id=group.id,
+            references=site.references,
+            tasks=group.tasks,
+            groups=group.members,
+            reference=used or known,
+            boards=tuple(boards[board.id] for board in group.boards),
+        )
+        yield paths.group_data(group.id), document.to_json()
     for name, text in schema_texts().items():
         yield f"schemas/{name}", text
-
-
-def _group_document(group: Group, site: Leaderboard, boards: dict[str, IndexBoard]) -> GroupDocument:
-    known = {}
-    for row in group.tasks:
-        if row.measured:
-            expert = row.measured.expert
-            known[row.task] = ReferenceValue(
-                row.measured.floor.mean, expert.mean if expert else None, not expert
-            )
-    used = next((result.detail.reference for board in group.boards for result in board.results), {})
-    return GroupDocument(
-        id=group.id,
-        references=site.references,
-        tasks=group.task_ids,
-        groups=group.members,
-        reference=used or known,
-        boards=tuple(boards[board.id] for board in group.boards),
-    )
 
 
 DOCUMENTS: dict[str, type[JsonDocument]] = {

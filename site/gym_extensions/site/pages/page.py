@@ -11,6 +11,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scorecard
 from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
@@ -82,6 +83,7 @@ def environment() -> Environment:
         missing_reasons=missing_reasons,
         paper_columns=PAPER_COLUMNS,
         reported=REPORTED,
+        TASKS=TASKS,
         play_group_link=play_group_link,
     )
     return templates

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import cache, cached_property
-
-from markupsafe import Markup
+from functools import cache
 
 from gym_extensions import references
-from gym_extensions.catalog import descriptions, fingerprints, groups, tasks, variations
+from gym_extensions.catalog import descriptions, fingerprints, tasks, variations
+from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.references import MeasuredReference, experts, load_references, trained_alone
-from gym_extensions.scoring.ranking.boards import TaskBest
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures, task_picture
+from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures
 from gym_extensions.site.pages.page import TASK_LIST, File, Render
 from gym_extensions.site.play.assets import play_link
 from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
-from gym_extensions.site.text import grouped, inline
+from gym_extensions.site.text import grouped
 from gym_extensions.submissions.layout import POSES
-from gym_extensions.submissions.poses import PolicyPoses, TaskPoses
+from gym_extensions.submissions.poses import PolicyPoses
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -30,17 +27,33 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks.tasks_by_base())
     references, best = measured(site.references), site.scored.best
     for task in TASKS.values():
-        path = paths.task_path(task.id)
-        view = TaskView(task, references.get(task.id), best.get(task.id, ()))
-        facts = {
+        path, panel, success = paths.task_path(task.id), expert_panel(task), task.body.success
+        is_varied = task.variations and task.body.family != "navigation"
+        values = {
+            "task": task,
+            "base": tasks.task(task.base) if is_varied else None,  # the body without variations
+            "gravity": [each.factor for each in task.variations if isinstance(each, variations.Gravity)],
+            "facts": {
+                "Reward per step": task.body.prose.reward,
+                "Start": task.body.prose.start,
+                "End": task.body.prose.end,
+                "Time limit": f"{grouped(task.max_steps)} steps.",
+                "Success": success.text if success else "Not defined.",
+                "Source": task.body.prose.source,
+            },
+            "reference": references.get(task.id),
+            "runs": alone(task.id),
+            "best": best.get(task.id, ()),
+            "groups": [group for group in GROUPS.values() if task.id in group.task_ids],
+            "panel": panel,
+            "play": play_link(task),
             "description": descriptions.description(task.id),
             "fingerprint": fingerprints.published(task.id),
             "versions": tasks.versions(task),
         }
-        values = {"task": view, "runs": alone(task.id), "play": play_link(task), **facts}
         yield path, render("task.html", path, **values)
-        if view.watch is not None:
-            yield view.watch.path, view.watch.script
+        if panel is not None:
+            yield panel.path, panel.script
 
 
 def publish_references(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -80,75 +93,14 @@ def alone(task_id: str) -> tuple[float, ...]:
     return tuple(run.mean for run in found.runs) if found else ()
 
 
-@dataclass(frozen=True)
-class TaskView:
-    """A task as its page shows it, with its best submissions, the best one first."""
-
-    task: Task
-    measured: MeasuredReference | None
-    best: tuple[TaskBest, ...]
-
-    @property
-    def base(self) -> Task | None:
-        """The task of the base body without variations; None for that task itself and for maps."""
-        if not self.task.variations or self.task.body.family == "navigation":
-            return None
-        return tasks.task(self.task.base)
-
-    @property
-    def picture(self) -> str:
-        """The path of its picture; empty without one."""
-        return task_picture(self.task.id)
-
-    @property
-    def base_picture(self) -> str:
-        """The path of the base body's picture; empty if it is the same."""
-        picture = task_picture(self.base.id) if self.base else ""
-        return "" if picture == self.picture else picture
-
-    @property
-    def gravity(self) -> float | None:
-        """Its gravity relative to that of the base body; None if gravity does not differ."""
-        factors = [each.factor for each in self.task.variations if isinstance(each, variations.Gravity)]
-        return factors[0] if factors else None
-
-    @property
-    def facts(self) -> tuple[tuple[str, Markup], ...]:
-        """Reward, start, end, time limit, success and source, in words."""
-        prose, success = self.task.body.prose, self.task.body.success
-        facts = (
-            ("Reward per step", prose.reward),
-            ("Start", prose.start),
-            ("End", prose.end),
-            ("Time limit", f"{grouped(self.task.max_steps)} steps."),
-            ("Success", success.text if success else "Not defined."),
-            ("Source", prose.source),
-        )
-        return tuple((name, inline(text)) for name, text in facts)
-
-    @cached_property
-    def shown(self) -> TaskPoses | None:
-        """The poses of the expert; None if there are none of its policy."""
-        path = experts.DATA / POSES / f"{self.task.bare_name}.json"
-        poses = PolicyPoses.load(path, "bad-poses", "python -m tools.experts poses")
-        if poses is not None and poses.policy == experts.card(self.task).policy:
-            return poses.poses
+def expert_panel(task: Task) -> Watch | None:
+    """The panel with an episode of the expert; None if there are no poses of its policy."""
+    file = experts.DATA / POSES / f"{task.bare_name}.json"
+    poses = PolicyPoses.load(file, "bad-poses", "python -m tools.experts poses")
+    if poses is None or poses.policy != experts.card(task).policy:
         return None
-
-    @cached_property
-    def watch(self) -> Watch | None:
-        """The panel; None without poses."""
-        found = watched_task(self.shown, "The expert") if self.shown else None
-        if found is None or not found.episodes:
-            return None
-        path = paths.task_path(self.task.id).removesuffix(".html") + "-poses.js"
-        return Watch("watch-policies", path, 0, (WatchedTask(self.task.id, found.episodes),))
-
-    @property
-    def groups(self) -> tuple[tuple[str, int, int], ...]:
-        """Id of each group that it belongs to, its position there, and the number of tasks."""
-        return tuple(
-            (group.id, group.task_ids.index(self.task.id) + 1, len(group.tasks))
-            for group in groups.GROUPS.values()
-            if self.task.id in group.task_ids
-        )
+    found = watched_task(poses.poses, "The expert")
+    if found is None or not found.episodes:
+        return None
+    path = paths.task_path(task.id).removesuffix(".html") + "-poses.js"
+    return Watch("watch-policies", path, 0, (WatchedTask(task.id, found.episodes),))
