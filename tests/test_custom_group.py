@@ -14,7 +14,7 @@ from gymnasium.spaces import Box
 
 from gym_extensions import results
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import Factory, Parallel, references as measuring, train
+from gym_extensions.baselines import Factory, references as measuring, train
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.envs import TaskGroup, Wall, customize, load_group, make
@@ -61,8 +61,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     agents: dict[str, str | Factory] = {"random": "random", "other": OtherRandom}
     for name, agent in agents.items():
         protocols = ["sequential", "single"] if name == "random" else ["sequential"]
-        parallel = Parallel(num_envs=5)  # they are stepped together
-        train(agent, group, protocols, "smoke", [0, 1], out=root / name, parallel=parallel)
+        train(agent, group, protocols, "smoke", [0, 1], out=root / name)
     with pytest.MonkeyPatch.context() as patch:
         make_quick(patch, 20)
         options = ["--groups", str(group), "--budget", "smoke", "--runs", "1000", "--agent", "random"]
