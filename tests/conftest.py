@@ -29,7 +29,7 @@ from gym_extensions.catalog.protocol import (
     FULL_SUBMISSION_RUNS,
     evaluation_seed,
 )
-from gym_extensions.references import Reference, References
+from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
 from gym_extensions.submissions.log import Episode, write_log
 from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
@@ -276,7 +276,7 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 def references() -> References:
     """Synthetic references of the gravity groups: floor 0, expert 1000, so that p is R / 1000."""
     tasks = {
-        task: Reference(0.0, 1000.0)
+        task: Reference(Floor(0.0), Expert(1000.0))
         for body in ("hopper", "walker2d", "halfcheetah", "humanoid")
         for task in group(f"{body}-gravity").task_ids
     }

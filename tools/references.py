@@ -19,7 +19,7 @@ from gym_extensions.baselines.training.jobs import parse_groups
 from gym_extensions.catalog.tasks import TASKS, Task, whole_number
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.references import Expert, File, Floor, FloorAgent, MeasuredReference, experts, path_of
+from gym_extensions.references import Expert, File, Floor, FloorAgent, Reference, experts, path_of
 from gym_extensions.references.experts import EPISODES
 from tools.experts.candidates import QUICK, measured_again
 
@@ -29,22 +29,20 @@ ROUNDING = 1e-9
 """Relative difference of mean returns on another processor."""
 
 
-def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> MeasuredReference:
+def with_expert(task: Task, floor: Floor, folder: Path = experts.DATA) -> Reference:
     """A published MuJoCo task, from its floor and the card of its expert; open without a clear expert.
 
     Raises ``BenchError`` if the card is of another definition of the task, or the policy is not the one of
     the card.
     """
     if task.bare_name not in experts.names(folder):
-        return MeasuredReference(floor, None)
+        return Reference(floor, None)
     card = experts.card(task, folder)
     experts.load(task, folder)  # raises if the policy is another
     mean, error, count = card.measurement.mean, card.measurement.standard_error, card.measurement.episodes
     expert = Expert(mean, error, count, "expert", card.policy, provisional=card.provisional)
     return (
-        MeasuredReference(floor, expert)
-        if measuring.is_above(floor, mean, error)
-        else MeasuredReference(floor, None, expert)
+        Reference(floor, expert) if measuring.is_above(floor, mean, error) else Reference(floor, None, expert)
     )
 
 
@@ -71,7 +69,7 @@ def published(out: Path, jobs: int, folder: Path = experts.DATA, tasks: Iterable
             planned = first[task.id].expert
             assert planned is not None, f"version {FIRST} has a planner of every navigation task"
             expert = Expert(planned.mean, planned.standard_error, planned.episodes, measuring.PLANNER)
-            content[task.id] = MeasuredReference(floor, expert)
+            content[task.id] = Reference(floor, expert)
     return File(2, out.stem, content)
 
 

@@ -15,7 +15,7 @@ from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.references import Floor, FloorAgent, parse_file, path_of
+from gym_extensions.references import Floor, FloorAgent, parse_references, path_of
 
 PUSHER = task("Pusher")
 HOPPER = task("Hopper")
@@ -104,7 +104,7 @@ def test_an_interrupted_measurement_of_custom_groups_trains_nothing_twice(
     monkeypatch.setattr(PendingJob, "_train", None)
     assert references.main(command) == 0
     assert not (tmp_path / ".progress").exists()
-    rows = parse_file(out.read_bytes()).tasks.values()
+    rows = parse_references(out.read_bytes()).tasks.values()
     found = [(best.agent, best.budget) for row in rows if (best := row.expert or row.attempts)]
     assert found == [("trpo", "smoke")] * 2
 

@@ -16,7 +16,7 @@ from gym_extensions.catalog.groups import group
 from gym_extensions.curation.cli import maintain
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import GateReport
-from gym_extensions.references import Reference, References
+from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.ranking.group_board import boards
 from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions.policies.files import policy_keys
@@ -50,7 +50,7 @@ reason = "None"
 """
 REASON = ("--by", "A. Maintainer", "--reason", "A reason.")
 REFERENCES = References(
-    "synthetic", {task: Reference(-1000.0, 1000.0) for task in group(GROUP).task_ids}, "0" * 64
+    "synthetic", {task: Reference(Floor(-1000.0), Expert(1000.0)) for task in group(GROUP).task_ids}, "0" * 64
 )
 
 

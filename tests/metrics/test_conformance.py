@@ -25,7 +25,7 @@ from gym_extensions.metrics.statistics import (
     to_interval,
 )
 from gym_extensions.metrics.values import NO_TERM, TOO_FEW_POINTS, MetricValue
-from gym_extensions.references import Reference, References
+from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.submission.normalization import GroupReturns, normalized_runs
 from gym_extensions.scoring.submission.reported_tables import paper_table
 from gym_extensions.scoring.submission.scorer import metric_values
@@ -76,7 +76,10 @@ def results(case: dict[str, Any]) -> GroupReturns:
 
 def references(case: dict[str, Any], group: TaskGroup) -> References:
     heights = zip(group.task_ids, case["floor"], case["expert"], strict=True)
-    tasks = {task: Reference(floor, expert) for task, floor, expert in heights}
+    tasks = {
+        task: Reference(Floor(floor), None if expert is None else Expert(expert))
+        for task, floor, expert in heights
+    }
     return References("kit", tasks)
 
 

@@ -13,7 +13,7 @@ from scipy import stats
 
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.references import Reference, References
+from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
 from gym_extensions.submissions.manifest import Observes
@@ -102,7 +102,7 @@ def test_scores_by_hand(make_submission: Write, references: References) -> None:
 
 def with_error(references: References, task: str, error: float) -> References:
     """The references with an error of one expert, over 101 episodes."""
-    reference = Reference(0.0, 1000.0, {}, error, 100.0)
+    reference = Reference(Floor(0.0), Expert(1000.0, error, 101))
     return References("x", {**references.tasks, task: reference})
 
 

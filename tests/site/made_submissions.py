@@ -8,7 +8,7 @@ import msgspec
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import BUDGETS
-from gym_extensions.references import Reference, References
+from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.submissions.run import read_run, write_run
 
 from ..conftest import MANIFEST, write_submission
@@ -16,7 +16,7 @@ from ..conftest import MANIFEST, write_submission
 HOPPER = "hopper-gravity"
 REFERENCES = References(
     "made-up",
-    {task: Reference(0.0, 100.0) for task in group(HOPPER).task_ids},
+    {task: Reference(Floor(0.0), Expert(100.0)) for task in group(HOPPER).task_ids},
     "0f" * 32,
 )
 """Floor 0 and expert 100 on every task of the group."""

@@ -12,7 +12,7 @@ import pytest
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError
-from gym_extensions.references import Floor, FloorAgent, MeasuredReference, experts, parse_file, path_of
+from gym_extensions.references import Floor, FloorAgent, Reference, experts, parse_references, path_of
 from tools import references
 from tools.experts.candidates import QUICK
 from tools.references import differences, published, with_expert
@@ -59,12 +59,12 @@ def test_a_file_that_does_not_exist_cannot_be_checked(capsys: pytest.CaptureFixt
 
 def test_the_published_file_is_made_from_floors_cards_and_the_planner(tmp_path: Path) -> None:
     made = published(tmp_path / "2.json", 0, tasks=[PUSHER, NAVIGATION])
-    current = parse_file(path_of().read_bytes())
+    current = parse_references(path_of().read_bytes())
     assert made.tasks == {task.id: current.tasks[task.id] for task in (PUSHER, NAVIGATION)}
 
 
 def test_a_task_is_open_without_an_expert_or_with_one_that_is_not_clear(tmp_path: Path) -> None:
-    assert with_expert(HOPPER, FLOOR, tmp_path) == MeasuredReference(FLOOR, None)
+    assert with_expert(HOPPER, FLOOR, tmp_path) == Reference(FLOOR, None)
     high = Floor(3700.0, "zero", agents={"zero": FloorAgent(3700.0, std=100.0)})
     row = with_expert(HOPPER, high)
     assert row.expert is None

@@ -92,7 +92,7 @@ def test_an_interrupted_append_leaves_the_file_as_it_was(file: Path, monkeypatch
 def test_scores_are_means_of_normalized_returns() -> None:
     reference = load_references("2").tasks[task("Hopper").id]
     assert reference.expert is not None
-    floor, span = reference.floor, reference.expert - reference.floor
+    floor, span = reference.floor.mean, reference.expert.mean - reference.floor.mean
     returns = [[floor + 0.8 * span, floor + 0.1 * span], [floor + 0.4 * span, floor + 0.6 * span]]
     end, learned = tune.scores(PLAN, "Hopper", returns)
     assert end == pytest.approx((0.4 + 0.6) / 2)

@@ -23,7 +23,7 @@ import msgspec
 import numpy as np
 
 from gym_extensions.catalog.groups import SUITES, group
-from gym_extensions.references import Reference, References
+from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
 from gym_extensions.scoring.submission.normalization import GroupReturns
 from gym_extensions.scoring.submission.scorer import score_group
@@ -48,7 +48,7 @@ SPAN = 1000.0
 
 REFERENCES = References(
     "synthetic",
-    tasks={task: Reference(0.0, SPAN) for name in GROUPS for task in group(name).task_ids},
+    tasks={task: Reference(Floor(0.0), Expert(SPAN)) for name in GROUPS for task in group(name).task_ids},
 )
 
 

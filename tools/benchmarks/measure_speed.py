@@ -24,7 +24,7 @@ from functools import partial
 from pathlib import Path
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.references import Reference, References
+from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.pipeline import Scorer, publish, scorecards
 
 GROUP_NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity")
@@ -80,7 +80,9 @@ def main() -> None:
     parser.add_argument("--distinct", type=int, default=1000, help="submissions with different returns")
     parser.add_argument("--workers", type=int, help="worker processes, as in score --jobs")
     args = parser.parse_args()
-    tasks = {task: Reference(0.0, 1000.0) for name in GROUP_NAMES for task in GROUPS[name].task_ids}
+    tasks = {
+        task: Reference(Floor(0.0), Expert(1000.0)) for name in GROUP_NAMES for task in GROUPS[name].task_ids
+    }
     references = References("synthetic", tasks, "0" * 64)
     with tempfile.TemporaryDirectory() as temporary:
         root = Path(temporary)

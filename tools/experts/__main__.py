@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gym_extensions.catalog.tasks import mujoco_tasks
 from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes, require_known
-from gym_extensions.references import experts, measured
+from gym_extensions.references import experts, load_references
 from tools.experts import candidates, training
 from tools.experts.candidates import QUICK, Workplace
 from tools.experts.recipes import FAMILIES, recipe
@@ -70,7 +70,7 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     else:
         ranked = candidates.stored_candidates(args.submissions)
         cells = {task.bare_name: ranked.get(task.bare_name, []) for task in tasks}
-        yield from candidates.challenge(work, cells, args.episodes, measured())
+        yield from candidates.challenge(work, cells, args.episodes, load_references().tasks)
 
 
 def _parser() -> argparse.ArgumentParser:

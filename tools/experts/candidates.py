@@ -22,7 +22,7 @@ from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
-from gym_extensions.references import MeasuredReference, experts, measured
+from gym_extensions.references import Reference, experts, load_references
 from gym_extensions.references.experts import ExpertCard, Measurement, Step, seed
 from gym_extensions.submissions import poses
 from gym_extensions.submissions.layout import POSES
@@ -373,7 +373,7 @@ def challenge(
     work: Workplace,
     cells: Mapping[str, Sequence[tuple[float, str]]],
     count: int,
-    references: Mapping[str, MeasuredReference],
+    references: Mapping[str, Reference],
 ) -> Iterator[str]:
     """Evaluates cells of submissions above the expert on fresh seeds; yields a line for each.
 
@@ -410,7 +410,7 @@ def challenge(
 
 def tables() -> Iterator[str]:
     """The lines of the documentation's tables, one per body, and the sums."""
-    known = measured()
+    known = load_references().tasks
     states, steps, measuring = Counter[str](), dict[str, float](), 0.0
     for family in dict.fromkeys(FAMILIES.values()):
         yield f"\n### {family}\n"

@@ -49,9 +49,9 @@ from gym_extensions.references import (
     File,
     Floor,
     FloorAgent,
-    MeasuredReference,
     MeasuredRun,
-    parse_file,
+    Reference,
+    parse_references,
     path_of,
 )
 from gym_extensions.references.experts import EPISODES, floor_margin
@@ -169,9 +169,7 @@ def is_above(floor: Floor, mean: float, standard_error: float) -> bool:
     return mean - floor.mean > floor_margin(standard_error, deviation)
 
 
-def with_runs(
-    floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, budget: str = ""
-) -> MeasuredReference:
+def with_runs(floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, budget: str = "") -> Reference:
     """A custom task, from its floor and the returns of its training runs, or of the planner, by run."""
     parts = {run: summary(returns) for run, returns in runs.items()}
     beaten = {run: is_above(floor, part.mean, part.standard_error) for run, part in parts.items()}
@@ -184,10 +182,10 @@ def with_runs(
     if budget:
         expert.runs = [MeasuredRun(run, part.mean, part.std, beaten[run]) for run, part in parts.items()]
     is_unbeaten = is_open(list(beaten.values()))
-    return MeasuredReference(floor, None, expert) if is_unbeaten else MeasuredReference(floor, expert)
+    return Reference(floor, None, expert) if is_unbeaten else Reference(floor, expert)
 
 
-def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, MeasuredReference]:
+def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, Reference]:
     """The references by task id of the file at ``path``; none if it does not exist.
 
     Raises:
@@ -196,7 +194,7 @@ def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, MeasuredReference]
     if not path.exists():
         return {}
     try:
-        found = parse_file(path.read_bytes()).tasks
+        found = dict(parse_references(path.read_bytes()).tasks)
     except (OSError, ValueError) as error:
         message, hint = "The file does not hold references.", "Name another file with --out."
         raise BenchError("malformed-references", message, str(path), hint) from error

@@ -60,11 +60,8 @@ def check_pull_request(
         if not any(map(is_data, pull_request.paths)):
             return replace(report, kind="code", verdict="not-judged")
         name = next(iter(pull_request.submissions), "")
-        report = replace(
-            report,
-            kind=pull_request.kind,
-            submission=name if NAME.fullmatch(name) else "",
-        )
+        known = name if NAME.fullmatch(name) else ""
+        report = replace(report, kind=pull_request.kind, submission=known)
         problems = problems_of("pull request", pull_request, rules=RULES)
         return _closed(report, problems) if problems else _judged(report, pull_request, limits)
     except BenchError as error:
@@ -91,7 +88,6 @@ def opened(repository: Repository, base: str, head: str) -> PullRequest:
 
 
 def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.GateReport:
-    """The report with its problems and verdict."""
     return replace(
         report,
         verdict="refused" if problems else "review" if report.kind == "edit" else "passed",
@@ -165,9 +161,8 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
         elif steps and not 0.95 < document.steps / max(1, *steps) < 1.05:
             message = f"It states {document.steps} training steps; other runs have up to {max(steps)}."
         if message:
-            hint = (
-                "Train it with the versions and the steps (within 5 %) that the submission's documents state."
-            )
+            hint = "Train it with the versions and the steps (within 5 %) "
+            hint += "that the submission's documents state."
             yield Problem("other-agent-version", name, message, hint)
 
 

@@ -189,12 +189,10 @@ def outdated_submission(pull_request: PullRequest) -> Iterator[Finding]:
     """The submission has not changed on the base since the pull request started from it. (A pull request that
     only donates runs may be older.)"""
     for name in () if pull_request.donated_runs else pull_request.submissions:
-        folder = f"submissions/{name}"
-        repository = pull_request.repository
-        if repository.tree(pull_request.start, folder) != repository.tree(pull_request.base, folder):
-            yield Finding(
-                folder, "The submission was changed on the base meanwhile.", "Merge the base first."
-            )
+        folder, tree = f"submissions/{name}", pull_request.repository.tree
+        if tree(pull_request.start, folder) != tree(pull_request.base, folder):
+            message = "The submission was changed on the base meanwhile."
+            yield Finding(folder, message, "Merge the base first.")
 
 
 @rule
@@ -206,11 +204,10 @@ def donated_twice(pull_request: PullRequest) -> Iterator[Finding]:
     ours = {file.path: file.object_id for file in pull_request.head_files}
     for path in pull_request.paths:
         if path in theirs:
-            how = "with the same content" if theirs[path] == ours[path] else "with other content"
-            hint = (
-                "Donate another run. If they differ, open an issue with both documents: one machine is wrong."
-            )
-            yield Finding(path, f"The run was donated meanwhile, {how}.", hint)
+            how = "the same" if theirs[path] == ours[path] else "other"
+            message = f"The run was donated meanwhile, with {how} content."
+            differ = "If they differ, open an issue with both documents: one machine is wrong."
+            yield Finding(path, message, f"Donate another run. {differ}")
 
 
 @rule
@@ -221,10 +218,9 @@ def path_characters(pull_request: PullRequest) -> Iterator[Finding]:
         names = change.path.split("/")
         is_plain = all(map(COMPONENT.fullmatch, names)) and len(change.path) <= MAX_PATH
         if not is_plain or any(map(layout.is_reserved, names)):
+            message = "A name is reserved or has other characters, or is too long."
             hint = "Use letters, digits, dots, dashes and underscores, at most 200 in all."
-            yield Finding(
-                change.path[:MAX_PATH], "A name is reserved or has other characters, or is too long.", hint
-            )
+            yield Finding(change.path[:MAX_PATH], message, hint)
 
 
 @rule
@@ -246,9 +242,8 @@ def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
             path = "/".join(names[:depth])
             first = spellings.setdefault(unicodedata.normalize("NFKC", path).casefold(), path)
             if first != path and submission.path in changed:
-                yield Finding(
-                    submission.path, f"{path} and {first} differ only in letter case.", "Rename it."
-                )
+                message = f"{path} and {first} differ only in letter case."
+                yield Finding(submission.path, message, "Rename it.")
                 break
 
 

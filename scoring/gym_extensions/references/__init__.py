@@ -6,9 +6,8 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Literal
@@ -80,60 +79,15 @@ class Expert(msgspec.Struct, omit_defaults=True):
         return float(max((len(self.runs) if len(self.runs) > 1 else self.episodes) - 1, 0))
 
 
-class MeasuredReference(msgspec.Struct):
-    """How a task's floor and expert were measured.
+class Reference(msgspec.Struct):
+    """A task's floor and expert in raw returns; an *open* task has no expert.
 
-    An open task has no expert; its attempts did not beat the floor clearly.
+    The ``attempts`` of an open task did not beat the floor clearly.
     """
 
     floor: Floor
     expert: Expert | None
     attempts: Expert | msgspec.UnsetType | None = msgspec.UNSET
-
-
-class File(msgspec.Struct):
-    """A references file."""
-
-    format: Literal[2]
-    version: str
-    tasks: dict[str, MeasuredReference]
-
-
-def parse_file(data: bytes) -> File:
-    """The content of a references file. Raises ``ValueError`` for another format."""
-    return msgspec.json.decode(data, type=File)
-
-
-@dataclass(frozen=True)
-class Reference:
-    """A task's floor and expert in raw returns; an *open* task has no expert.
-
-    Attributes:
-        floor: the higher mean return of the two agents that ignore observations.
-        expert: the mean return of the expert; None if the task is open.
-        agents: the mean return of both agents of the floor, ``random`` and ``zero``; empty if not known.
-        standard_error, df: of the expert's mean return, and its degrees of freedom; 0 if not known.
-        provisional: why the expert does not do what the task is for; empty if it does.
-
-    Raises:
-        ValueError: a number is not finite, a standard error is not one, or the expert is not above the floor.
-    """
-
-    floor: float
-    expert: float | None
-    agents: Mapping[str, float] = field(default_factory=dict)
-    standard_error: float = 0.0
-    df: float = 0.0
-    provisional: str = ""
-
-    def __post_init__(self) -> None:
-        numbers = (self.floor, self.expert or 0.0, self.standard_error, *self.agents.values())
-        if not all(map(math.isfinite, numbers)):
-            raise ValueError(f"a number is not finite: {self}")
-        if self.standard_error < 0 or (self.standard_error > 0 and self.df < 1):
-            raise ValueError(f"standard error {self.standard_error} with {self.df} degrees of freedom")
-        if self.expert is not None and self.expert <= self.floor:
-            raise ValueError(f"the expert, {self.expert}, is not above the floor, {self.floor}")
 
     @property
     def open(self) -> bool:
@@ -142,15 +96,24 @@ class Reference:
 
     @property
     def expert_error(self) -> tuple[float, float]:
-        """The expert's standard error in spans from floor to expert, 0 for an open task, and its df."""
-        span = math.inf if self.expert is None else self.expert - self.floor
-        return self.standard_error / span, self.df
+        """The expert's standard error in spans from floor to expert, and its df; both 0 for an open task."""
+        if self.expert is None:
+            return 0.0, 0.0
+        return self.expert.standard_error / (self.expert.mean - self.floor.mean), self.expert.df
 
     def normalize(self, value: float) -> float:
         """(value − floor) / (expert − floor), not clipped. Raises ValueError for an open task."""
         if self.expert is None:
             raise ValueError("An open task has no normalized return.")
-        return (value - self.floor) / (self.expert - self.floor)
+        return (value - self.floor.mean) / (self.expert.mean - self.floor.mean)
+
+
+class File(msgspec.Struct):
+    """A references file."""
+
+    format: Literal[2]
+    version: str
+    tasks: dict[str, Reference]
 
 
 @dataclass(frozen=True, repr=False)
@@ -170,17 +133,23 @@ class References:
 
 
 def parse_references(data: bytes) -> References:
-    """The references of a JSON file (docs/metrics.md). Raises ``ValueError`` with what is wrong."""
-    document = parse_file(data)
-    tasks = {}
+    """The references of a JSON file (docs/metrics.md).
+
+    Raises:
+        ValueError: the format is another one, a standard error is not one, or an expert is not above the
+            floor.
+    """
+    document = msgspec.json.decode(data, type=File)
     for name, task in document.tasks.items():
-        agents, expert = {agent: value.mean for agent, value in task.floor.agents.items()}, task.expert
-        error = (expert.standard_error, expert.df, expert.provisional) if expert else ()
-        try:
-            tasks[name] = Reference(task.floor.mean, expert.mean if expert else None, agents, *error)
-        except ValueError as wrong:
-            raise ValueError(f"{name}: {wrong}") from wrong
-    return References(document.version, tasks, hashlib.sha256(data).hexdigest())
+        expert, floor = task.expert, task.floor.mean
+        if expert is None:
+            continue
+        if expert.standard_error < 0 or (expert.standard_error > 0 and expert.df < 1):
+            error = f"standard error {expert.standard_error} with {expert.df} degrees of freedom"
+            raise ValueError(f"{name}: {error}")
+        if expert.mean <= floor:
+            raise ValueError(f"{name}: the expert, {expert.mean}, is not above the floor, {floor}")
+    return References(document.version, document.tasks, hashlib.sha256(data).hexdigest())
 
 
 def add_references(published: References, own: References) -> References:
@@ -218,13 +187,8 @@ def load_references(version: str = CURRENT) -> References:
 
 
 @cache
-def measured(version: str = CURRENT) -> Mapping[str, MeasuredReference]:
-    """How the floors and experts of a benchmark version were measured, by task id."""
-    return parse_file(path_of(version).read_bytes()).tasks
-
-
-@cache
 def trained_alone() -> Mapping[str, Expert]:
     """The reference agent after 300,000 steps on a task alone: the runs of version 1, by task id."""
-    found = {name: task.expert or task.attempts or None for name, task in measured(RULERS[ALONE]).items()}
+    tasks = read_references(path_of(RULERS[ALONE])).tasks
+    found = {name: task.expert or task.attempts or None for name, task in tasks.items()}
     return {name: each for name, each in found.items() if each and each.budget == STANDARD_BUDGET}

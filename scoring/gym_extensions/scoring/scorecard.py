@@ -71,7 +71,11 @@ class ReferenceValue:
     @classmethod
     def of(cls, known: Reference | None) -> ReferenceValue:
         """The values of a reference; of None, a task without one."""
-        return filled(cls, known) if known else cls()
+        if known is None or known.expert is None:
+            return cls() if known is None else cls(known.floor.mean, None, True, 0.0, 0.0)
+        expert = known.expert
+        error = expert.standard_error, expert.df
+        return cls(known.floor.mean, expert.mean, False, *error, expert.provisional)
 
     @property
     def span(self) -> float | None:

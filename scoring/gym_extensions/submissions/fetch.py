@@ -1,6 +1,6 @@
 """Gets policies that lie elsewhere into a cache. Their size is enforced while they stream.
 
-By hand any address works that fsspec knows. A workflow reads only ``https`` at public addresses: it has no
+By hand any address works that urllib knows. A workflow reads only ``https`` at public addresses: it has no
 credentials, follows a redirect only to such an address, and connects to the address that was checked.
 """
 
@@ -12,8 +12,6 @@ import os
 import socket
 import time
 import urllib.request
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -30,7 +28,6 @@ LIMIT = MAX_FILE_BYTES[POLICIES]
 IDLE_SECONDS, TOTAL_SECONDS = 30.0, 600.0
 """Longest silence of a server, and longest time for a file."""
 PUBLIC_SCHEMES = ("https",)
-WEB_SCHEMES = ("http", "https")
 
 
 @dataclass(frozen=True)
@@ -60,9 +57,10 @@ class Fetcher:
             hint = "Verify the submission by hand, or move the file."
             raise BenchError("policies-address", message, where, hint)
         try:
-            with _opened(url, self.public_only) as file:
+            handlers = PUBLIC_HANDLERS if self.public_only else ()
+            with urllib.request.build_opener(*handlers).open(url, timeout=IDLE_SECONDS) as file:
                 content = _content(file, size)
-        except (OSError, http.client.HTTPException, ValueError, ImportError) as error:
+        except (OSError, http.client.HTTPException, ValueError) as error:
             reason = str(getattr(error, "reason", "") or error) or type(error).__name__
             message = f"{url} cannot be read: {reason}."
             raise BenchError("policies-missing", message, where, hint) from error
@@ -82,29 +80,13 @@ def cache_folder() -> Path:
 def _content(file: Any, size: int) -> bytes:
     """The bytes of a file, of which no more are read than one beyond the stated size."""
     parts, length, end = [], 0, time.monotonic() + TOTAL_SECONDS
-    read = getattr(file, "read1", file.read)  # what is there, without waiting for more
-    while length <= size and (part := read(min(CHUNK, size + 1 - length))):
+    # read1 gives what is there, without waiting for more.
+    while length <= size and (part := file.read1(min(CHUNK, size + 1 - length))):
         parts.append(part)
         length += len(part)
         if time.monotonic() > end:
             raise TimeoutError(f"It was not finished after {TOTAL_SECONDS:.0f} seconds")
     return b"".join(parts)
-
-
-@contextmanager
-def _opened(url: str, public_only: bool) -> Iterator[Any]:
-    if urlsplit(url).scheme in WEB_SCHEMES:
-        handlers = (urllib.request.ProxyHandler({}), *PUBLIC_HANDLERS) if public_only else ()
-        with urllib.request.build_opener(*handlers).open(url, timeout=IDLE_SECONDS) as file:
-            yield file
-        return
-    try:
-        import fsspec  # type: ignore[import-untyped, unused-ignore]
-    except ImportError:
-        hint = "Run: pip install fsspec, and what it needs for this kind of address."
-        raise BenchError("no-fsspec", f"{url} needs the package fsspec.", hint=hint) from None
-    with fsspec.open(url, "rb") as file:
-        yield file
 
 
 def is_public(address: str) -> bool:
@@ -147,4 +129,4 @@ class _Redirects(urllib.request.HTTPRedirectHandler):
         return super().redirect_request(*arguments)
 
 
-PUBLIC_HANDLERS = (_Handler, _Redirects)
+PUBLIC_HANDLERS = (urllib.request.ProxyHandler({}), _Handler, _Redirects)

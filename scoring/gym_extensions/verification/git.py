@@ -128,10 +128,8 @@ class Repository:
 
         Sizes need the contents of the files, which a clone may lack; without them they are None.
         """
-        return self._submissions("-r", *["-l"] * sizes, commit, *(f"{folder}/" for folder in folders))
-
-    def _submissions(self, *arguments: str) -> tuple[TreeEntry, ...]:
-        output = self.run("ls-tree", "-z", "--full-tree", *arguments)
+        paths = (f"{folder}/" for folder in folders)
+        output = self.run("ls-tree", "-z", "--full-tree", "-r", *["-l"] * sizes, commit, *paths)
         found = []
         for line in filter(None, output.split(b"\0")):
             meta, _, path = line.partition(b"\t")
@@ -161,8 +159,9 @@ class Repository:
 
     def file(self, commit: str, path: str) -> bytes | None:
         """The content of a file of a commit; None without such a file."""
-        submissions = (each for each in self._submissions(commit, path) if each.path == path)
-        return next(self.blobs(each.object_id for each in submissions if each.mode.startswith("100")), None)
+        listed = self.run("ls-tree", "-z", "--full-tree", commit, path)
+        mode, _, object_id = listed.partition(b"\t")[0].decode().split() or ("", "", "")
+        return next(self.blobs([object_id]), None) if mode.startswith("100") else None
 
     def require_history(self) -> None:
         """Raises ``BenchError`` if the clone lacks older commits."""

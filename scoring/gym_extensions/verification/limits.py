@@ -162,16 +162,8 @@ def main() -> None:
         last = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(last.filename).name}, {last.name}"
         message = f"The verifier stopped with {type(error).__name__} in {place}."
-        _write(
-            {
-                "error": [
-                    "fault-of-the-verifier",
-                    message,
-                    "",
-                    "Please report it; the submission may be right.",
-                ]
-            }
-        )
+        hint = "Please report it; the submission may be right."
+        _write({"error": ["fault-of-the-verifier", message, "", hint]})
 
 
 def _write(answer: dict[str, Any]) -> None:

@@ -15,7 +15,7 @@ from scipy import stats
 from gym_extensions.catalog.groups import group
 from gym_extensions.metrics.formulas import BOARD_METRICS, BY_NAME
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.references import Reference, References, trained_alone
+from gym_extensions.references import Expert, Floor, FloorAgent, Reference, References, trained_alone
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking.boards import (
     Board,
@@ -226,9 +226,11 @@ def test_a_withdrawn_submission_is_on_no_board_and_an_accepted_one_has_its_date(
 
 def with_agents(references: References, random: float, zero: float) -> References:
     """The references with the mean returns of both agents of the floor, the same on every task."""
-    agents = {"random": random, "zero": zero}
-    tasks = {name: Reference(task.floor, task.expert, agents) for name, task in references.tasks.items()}
-    return References("synthetic", tasks)
+    agents = {"random": FloorAgent(random), "zero": FloorAgent(zero)}
+    floor = Floor(0.0, agents=agents)
+    return References(
+        "synthetic", {name: Reference(floor, task.expert) for name, task in references.tasks.items()}
+    )
 
 
 @pytest.mark.parametrize("group", [GROUP, "gravity"])
@@ -261,7 +263,7 @@ KEY_300K = BoardKey(GROUP, "sequential", "300k", False)
 
 def test_the_reference_agent_on_each_task_alone_is_a_row(enter: Enter, references: References) -> None:
     first = group("hopper-gravity").task_ids[0]
-    known = References("x", {**references.tasks, first: Reference(0.0, 1000.0, {}, 100.0, 999.0)})
+    known = References("x", {**references.tasks, first: Reference(Floor(0.0), Expert(1000.0, 100.0, 1000))})
     made = board([at_300k(enter("a", 300))], KEY_300K, known)
     (alone,) = [row for row in made.computed if row.name == "alone"]
     final = alone.metrics["final_performance"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from scipy import stats
 
-from gym_extensions.references import Reference, References
+from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue
 from gym_extensions.scoring.submission.stages import with_stages
@@ -153,7 +153,7 @@ def test_the_largest_is_measured_in_the_spans_of_the_tasks(
     folder = make_submission(value=value)
     assert sentences(folder, references) == ["forgets HopperGravityThreeQuarters most: 500 → 400"]
     first = "gym_extensions/HopperGravityHalf-v0"
-    narrow = References("x", {**references.tasks, first: Reference(0.0, 500.0)})
+    narrow = References("x", {**references.tasks, first: Reference(Floor(0.0), Expert(500.0))})
     assert sentences(folder, narrow) == [FORGETS_HALF.format(500, 410)]
 
 
@@ -173,7 +173,7 @@ def test_help_and_harm_are_after_the_earlier_tasks_against_alone(
 
 
 def test_open_tasks_are_named(make_submission: Write, references: References) -> None:
-    known = {**references.tasks, "gym_extensions/Hopper-v0": Reference(0.0, None)}
+    known = {**references.tasks, "gym_extensions/Hopper-v0": Reference(Floor(0.0), None)}
     with_open = References("x", known)
     folder = make_submission(runs=(0,), value=lambda *_: 1.0)
     assert sentences(folder, with_open) == ["open (no expert), left out of normalized means: Hopper"]

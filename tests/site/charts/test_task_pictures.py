@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from gym_extensions.catalog.tasks import TASKS, task
-from gym_extensions.references import Expert, Floor, MeasuredReference
+from gym_extensions.references import Expert, Floor, Reference
 from gym_extensions.site.charts.task_pictures import reference_dots, task_picture
 
-SOLVED = MeasuredReference(Floor(10.0), Expert(200.0, agent="expert"))
+SOLVED = Reference(Floor(10.0), Expert(200.0, agent="expert"))
 
 
 def test_every_task_has_a_picture_or_a_drawn_map() -> None:

@@ -6,17 +6,17 @@ import numpy as np
 from msgspec.structs import replace
 
 from gym_extensions.catalog.tasks import task
-from gym_extensions.references import experts, measured
+from gym_extensions.references import experts, load_references
 from tools.experts import candidates
 from tools.experts.candidates import Workplace
 
 
 def test_a_challenge_evaluates_cells_above_the_expert_on_seeds_of_its_own(tmp_path: Path) -> None:
     row = task("Pusher")
-    before = measured()[row.id]
+    before = load_references().tasks[row.id]
     assert before.expert is not None
     expert = replace(before.expert, mean=-45.0, standard_error=0.5)
-    references = {**measured(), row.id: replace(before, expert=expert)}
+    references = {**load_references().tasks, row.id: replace(before, expert=expert)}
     work = Workplace(tmp_path / "work")
     experts.write_policy(tmp_path / "work/policies/run/1.npz", experts.load("Pusher"))
     cells = {"Pusher": [(-40.0, "run@1"), (-46.0, "run@2")], "HopperWall": [(9e9, "run@3")]}

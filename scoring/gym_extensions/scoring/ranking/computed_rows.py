@@ -57,9 +57,10 @@ def floor_values(
     mean return of that agent.
     """
     known = [references.tasks.get(task) for task in task_ids]
-    if any(reference is None or agent not in reference.agents for reference in known):
+    if any(reference is None or agent not in reference.floor.agents for reference in known):
         return {}
-    p = {j: each.normalize(each.agents[agent]) for j, each in enumerate(known, 1) if each and not each.open}
+    scored = {j: each for j, each in enumerate(known, 1) if each and not each.open}
+    p = {j: each.normalize(each.floor.agents[agent].mean) for j, each in scored.items()}
     T = len(task_ids)
     stages = {(s, j): value for s in range(T + 1) for j, value in p.items()}
     run = NormalizedRun(T=T, scored=tuple(p), normalized_returns=stages, single_task=p)

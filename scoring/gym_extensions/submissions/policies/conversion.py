@@ -1,115 +1,22 @@
-"""Converts policies: plain arrays to a PyTorch module, and a module to an ONNX network."""
+"""Converts a PyTorch module to a policy that is an ONNX network."""
 
 from __future__ import annotations
 
 import io
 import warnings
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.policies.mlp_arrays import LEAK, Arrays, key_of, text_of
-from gym_extensions.submissions.policies.onnx import MISSING, OnnxPolicy, required
+from gym_extensions.submissions.policies.onnx import OnnxPolicy, required
 
 if TYPE_CHECKING:
     import torch
 
 OPSET = 17
 """Of the networks that are written: old enough for every runtime that is supported."""
-BUFFERS = (
-    *("observation_mean", "observation_scale", "action_offset", "action_scale"),
-    *("log_sigma", "log_sigma_weight", "log_sigma_clip"),
-)
-"""The arrays of a policy that a module does not train."""
 SCALES, TOLERANCE = (0.01, 0.1, 1.0, 10.0, 100.0) * 3, 1e-3
 """Of the random batches on which a module and its network are compared; the difference that is rounding."""
-
-
-def _of_task(arrays: Arrays, task: int) -> dict[str, Any]:
-    """The arrays of one task, with masks applied, and the layers as pairs; names as text."""
-    chosen: dict[str, Any] = {}
-    for name, values in arrays.items():
-        key = key_of(name)
-        assert key is not None, "the policy checked its arrays"
-        has_rows = key.has_tasks and values.ndim > len(key.shape)
-        row = values[min(task, len(values) - 1)] if has_rows else values
-        chosen[name] = text_of(row) if key.kind == "name" else row
-    layers = sum(name.startswith("weight_") for name in chosen)
-    if not layers or chosen["head"] == "uniform":
-        message = "The policy is uniform." if chosen["head"] == "uniform" else "The policy has no layers."
-        raise BenchError("unsupported-policy", message, "policy", "Only a policy with layers is converted.")
-    for layer in range(layers):
-        if f"mask_{layer}" in chosen:
-            chosen[f"weight_{layer}"] = chosen[f"weight_{layer}"] * chosen[f"mask_{layer}"]
-    chosen["layers"] = [(chosen[f"weight_{layer}"], chosen[f"bias_{layer}"]) for layer in range(layers)]
-    return chosen
-
-
-def torch_module(arrays: Arrays, task: int) -> torch.nn.Module:
-    """See :meth:`gym_extensions.submissions.policies.mlp.Policy.to_torch`."""
-    try:
-        import torch
-    except ImportError as error:
-        raise BenchError(MISSING, "The conversion needs torch.", hint="Run: pip install torch") from error
-    functional = torch.nn.functional
-    activations: dict[str, Any] = {
-        "linear": lambda values: values,
-        "tanh": torch.tanh,
-        "relu": functional.relu,
-        "leaky_relu": lambda values: functional.leaky_relu(values, LEAK),
-        # onnxruntime has no Elu of float64
-        "elu": lambda values: torch.where(values > 0, values, values.clamp(max=0).exp() - 1),
-        "silu": functional.silu,
-    }
-    parts = _of_task(arrays, task)
-
-    class PolicyModule(torch.nn.Module):
-        """Actions (…, a) from observations (…, o); the mean without noise (…, a)."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.layers = torch.nn.ModuleList()
-            for weights, biases in parts["layers"]:
-                layer = torch.nn.Linear(*weights.shape).to(torch.from_numpy(weights).dtype)
-                layer.load_state_dict({"weight": torch.tensor(weights.T), "bias": torch.tensor(biases)})
-                self.layers.append(layer)
-            for name in BUFFERS:
-                if name in parts:
-                    self.register_buffer(name, torch.tensor(parts[name]))
-
-        def forward(self, observation: torch.Tensor, noise: torch.Tensor | None = None) -> torch.Tensor:
-            own: Any = self
-            values = observation.to(getattr(torch, parts["observation_dtype"]))
-            if "observation_mean" in parts:
-                values = (values - own.observation_mean) / own.observation_scale
-            if "observation_clip" in parts:
-                bound = float(parts["observation_clip"])
-                values = values.clamp(-bound, bound)
-            values = values.to(own.layers[0].weight.dtype)
-            for layer in own.layers[:-1]:
-                values = activations[parts["activation"]](layer(values))
-            mean = activations[parts["output_activation"]](own.layers[-1](values))
-            if noise is not None and parts["head"] == "gaussian":
-                log_sigma = own.log_sigma
-                if "log_sigma_weight" in parts:
-                    log_sigma = values @ own.log_sigma_weight + log_sigma
-                if "log_sigma_clip" in parts:
-                    log_sigma = log_sigma.clamp(*own.log_sigma_clip)
-                mean = mean + log_sigma.exp() * noise
-            return own.action_offset + own.action_scale * activations[parts["squash"]](mean)
-
-    return PolicyModule()
-
-
-def onnx_network(arrays: Arrays, task: int) -> OnnxPolicy:
-    """See :meth:`gym_extensions.submissions.policies.mlp.Policy.to_onnx`."""
-    module, parts = torch_module(arrays, task), _of_task(arrays, task)
-    return from_torch(
-        module,
-        parts["layers"][0][0].shape[:1],
-        noise=len(parts["action_offset"]) if parts["head"] == "gaussian" else 0,
-        dtype=parts["observation_dtype"],
-    )
 
 
 def from_torch(

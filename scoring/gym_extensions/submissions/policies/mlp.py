@@ -10,12 +10,24 @@ import numpy as np
 
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies import mlp_arrays
-from gym_extensions.submissions.policies.mlp_arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, Array, Arrays
+from gym_extensions.submissions.policies.mlp_arrays import (
+    ACTIVATIONS,
+    KEYS,
+    LAYER_FIELDS,
+    LEAK,
+    Array,
+    Arrays,
+)
 
 if TYPE_CHECKING:
     import torch
 
 HINT = "docs/rollout-log.md lists the arrays of a policy."
+BUFFERS = (
+    *("observation_mean", "observation_scale", "action_offset", "action_scale"),
+    *("log_sigma", "log_sigma_weight", "log_sigma_clip"),
+)
+"""The arrays of a policy that a PyTorch module does not train."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -180,9 +192,7 @@ class Policy:
         Raises:
             BenchError: the policy has no layers or is uniform, or torch is not installed.
         """
-        from gym_extensions.submissions.policies.conversion import torch_module
-
-        return torch_module(self.arrays(), task)
+        return _torch_module(self, task)
 
     def to_onnx(self, path: str | Path | None = None, task: int = 0) -> bytes:
         """The policy as an ONNX network, which ``OnnxPolicy`` describes; needs torch and the extra ``onnx``.
@@ -192,9 +202,11 @@ class Policy:
         Raises:
             BenchError: the policy has no layers or is uniform, or torch or onnx is not installed.
         """
-        from gym_extensions.submissions.policies.conversion import onnx_network
+        from gym_extensions.submissions.policies.conversion import from_torch
 
-        return onnx_network(self.arrays(), task).to_onnx(path)
+        module, inputs = self.to_torch(task), self.weights[0].shape[-2:-1]
+        noise = self.num_actions if self.head == "gaussian" else 0
+        return from_torch(module, inputs, noise=noise, dtype=self.observation_dtype).to_onnx(path)
 
 
 def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tuple[Array, Array]:
@@ -243,5 +255,65 @@ def _normalized(policy: Policy, observations: Array, task: int) -> Array:
 
 
 def _row(values: Array, ndim: int, task: int) -> Array:
-    """The array of a task: a row of the leading axis, if there is that axis."""
+    """The array of a task, a row of the leading axis if there is that axis."""
     return values if values.ndim == ndim else values[min(task, len(values) - 1)]
+
+
+def _torch_module(policy: Policy, task: int) -> torch.nn.Module:
+    try:
+        import torch
+    except ImportError as error:
+        hint = "Run: pip install torch"
+        raise BenchError("missing-extra", "The conversion needs torch.", hint=hint) from error
+    if policy.head == "uniform" or not policy.weights:
+        message = "The policy is uniform." if policy.head == "uniform" else "The policy has no layers."
+        raise BenchError("unsupported-policy", message, "policy", "Only a policy with layers is converted.")
+    functional = torch.nn.functional
+    activations: dict[str, Any] = {
+        "linear": lambda values: values,
+        "tanh": torch.tanh,
+        "relu": functional.relu,
+        "leaky_relu": lambda values: functional.leaky_relu(values, LEAK),
+        # onnxruntime has no Elu of float64
+        "elu": lambda values: torch.where(values > 0, values, values.clamp(max=0).exp() - 1),
+        "silu": functional.silu,
+    }
+
+    class PolicyModule(torch.nn.Module):
+        """Actions (…, a) from observations (…, o); the mean without noise (…, a)."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.layers = torch.nn.ModuleList()
+            masks = policy.masks or (None,) * len(policy.weights)
+            for weights, mask, biases in zip(policy.weights, masks, policy.biases, strict=True):
+                weight, bias = _row(weights, 2, task), torch.tensor(_row(biases, 1, task))
+                weight = weight if mask is None else weight * _row(mask, 2, task)
+                layer = torch.nn.Linear(*weight.shape).to(torch.from_numpy(weight).dtype)
+                layer.load_state_dict({"weight": torch.tensor(weight.T), "bias": bias})
+                self.layers.append(layer)
+            for name in BUFFERS:
+                if (values := getattr(policy, name)) is not None:
+                    self.register_buffer(name, torch.tensor(_row(values, len(KEYS[name].shape), task)))
+
+        def forward(self, observation: torch.Tensor, noise: torch.Tensor | None = None) -> torch.Tensor:
+            own: Any = self
+            values = observation.to(getattr(torch, policy.observation_dtype))
+            if policy.observation_mean is not None:
+                values = (values - own.observation_mean) / own.observation_scale
+            if (bound := policy.observation_clip) is not None:
+                values = values.clamp(-bound, bound)
+            values = values.to(own.layers[0].weight.dtype)
+            for layer in own.layers[:-1]:
+                values = activations[policy.activation](layer(values))
+            mean = activations[policy.output_activation](own.layers[-1](values))
+            if noise is not None and policy.head == "gaussian":
+                log_sigma = own.log_sigma
+                if policy.log_sigma_weight is not None:
+                    log_sigma = values @ own.log_sigma_weight + log_sigma
+                if policy.log_sigma_clip is not None:
+                    log_sigma = log_sigma.clamp(*own.log_sigma_clip)
+                mean = mean + log_sigma.exp() * noise
+            return own.action_offset + own.action_scale * activations[policy.squash](mean)
+
+    return PolicyModule()

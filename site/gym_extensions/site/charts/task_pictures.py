@@ -11,7 +11,7 @@ from gym_extensions.catalog.descriptions import Description, picture_file
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.catalog.variations import Course
-from gym_extensions.references import MeasuredReference
+from gym_extensions.references import Reference
 from gym_extensions.site import FOLDER
 from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import digits_for, fixed
@@ -89,7 +89,7 @@ def _arrow(x: int, factor: float, kind: str, label: str) -> str:
 WIDTH, MARGIN, LINE = 480, 24, 34
 
 
-def reference_dots(reference: MeasuredReference, runs: tuple[float, ...]) -> Markup:
+def reference_dots(reference: Reference, runs: tuple[float, ...]) -> Markup:
     """The floor as a line marked 0, the expert as one marked 1, and the runs on the task alone as dots."""
     floor, agent = reference.floor.mean, reference.expert.agent if reference.expert else ""
     one = (reference.expert.mean,) if reference.expert else ()
