@@ -18,6 +18,7 @@ import numpy as np
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task, mujoco_tasks, task as published_task
+from gym_extensions.documents import filled
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.errors import BenchError
@@ -363,8 +364,7 @@ def write_poses(names: Sequence[str], folder: Path = experts.DATA) -> Iterator[s
             returns=tuple(round(value, 2) for value in returns),
             **pose_recorder.motion(tracks[episode], outcomes[episode], timing),
         )
-        frames = {name: getattr(timing, name) for name in pose_recorder.FRAMES}
-        shown = poses.TaskPoses(task=row.id, after=clip, end=None, **frames)
+        shown = filled(poses.TaskPoses, timing, task=row.id, after=clip, end=None)
         write_text(path, poses.PolicyPoses(policy=digest, poses=shown).to_json())
         yield str(path)
 

@@ -17,7 +17,7 @@ from gym_extensions.scoring.cli import print_text
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.layout import MANIFEST, submission_folders
 from gym_extensions.submissions.manifest import LONG
-from gym_extensions.submissions.review import Action, Decision, add_decision
+from gym_extensions.submissions.review import Action, Decision, add_to_review
 from gym_extensions.verification import cli as verification
 from gym_extensions.verification.git import Repository
 from gym_extensions.verification.landscape_recorder import measure_all
@@ -119,7 +119,7 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         (submission,) = _existing([options.submission])
         today = datetime.now(UTC).date().isoformat()
         stated = {"by": options.by, "date": today, "reason": options.reason}
-        add_decision(submission, Decision(action=options.decision, **stated))
+        add_to_review(submission, decisions=[Decision(action=options.decision, **stated)])
         return 0
     fetcher = Fetcher(options.cache / "policies", options.public_only)
     submissions = _existing(options.submissions)

@@ -17,9 +17,6 @@ from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import AnyPolicy, missing_networks, read_arrays
 from gym_extensions.submissions.problem import Problem, Scope, summarize
 from gym_extensions.submissions.review import Review, review_of
-from gym_extensions.submissions.rules.log import compared_rows
-from gym_extensions.submissions.rules.policies import RunPolicies
-from gym_extensions.submissions.rules.run_document import SubmittedRun
 from gym_extensions.submissions.run import RunDocument, run_of
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, is_trainable
 
@@ -129,7 +126,7 @@ class _Reader:
                     frames.setdefault(protocol, {})[run] = frame
         logs = {protocol: log_of(parts, protocol, group) for protocol, parts in frames.items()}
         for log in logs.values():
-            self._check("log", compared_rows(log), log)
+            self._check("log", rules.log.compared_rows(log), log)
         self._check("group", logs, is_trainable(documents))
         self._policies(group, documents, policies)
         if len(self.problems) > before:
@@ -153,7 +150,7 @@ class _Reader:
         first = next((part for parts in others.values() for part in parts.values()), document)
         suffixes = self.folder.runs[group.name, protocol][run] - {LOG, DOCUMENT}
         files = {suffix: run_file(group.name, protocol, run, suffix) for suffix in suffixes}
-        subject = SubmittedRun(
+        subject = rules.run_document.SubmittedRun(
             *(group, protocol, run, document),
             log_sha256=hashlib.sha256(log).hexdigest() if log is not None else "",
             policies={suffix: self.folder.files[path].size for suffix, path in files.items()},
@@ -182,7 +179,8 @@ class _Reader:
                     path = Path(error.where).relative_to(self.folder.root).as_posix()
                     self._check("file", "malformed-policies", path, error.message)
                     continue
-                subject = RunPolicies(group, document, arrays, whole, first, observes_task, evaluation)
+                stated = (first, observes_task, evaluation)
+                subject = rules.policies.RunPolicies(group, document, arrays, whole, *stated)
                 self._check("policies", subject)
                 sized = (each for each in subject.policies.values() if each.num_inputs is not None)
                 first = first or next(sized, None)

@@ -124,16 +124,13 @@ def write_review(folder: Path, review: Review) -> None:
     write_text(folder / REVIEW, review_text(review))
 
 
-def add_verifications(folder: Path, *found: Verification) -> None:
-    """Adds verifications to the review of a submission, all or none."""
-    review = read_review(folder)
-    write_review(folder, msgspec.structs.replace(review, verifications=[*review.verifications, *found]))
-
-
-def add_decision(folder: Path, decision: Decision) -> None:
-    """Adds a decision to the review of a submission."""
-    review = read_review(folder)
-    write_review(folder, msgspec.structs.replace(review, decisions=[*review.decisions, decision]))
+def add_to_review(
+    folder: Path, verifications: Iterable[Verification] = (), decisions: Iterable[Decision] = ()
+) -> None:
+    """Adds verifications and decisions to the review of a submission, all or none."""
+    known = read_review(folder)
+    found = [*known.verifications, *verifications], [*known.decisions, *decisions]
+    write_review(folder, Review(verifications=found[0], decisions=found[1]))
 
 
 def why_claimed(review: Review, digests: Mapping[str, str]) -> str:

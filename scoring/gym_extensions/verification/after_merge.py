@@ -92,4 +92,4 @@ def take(submission: Submission, file: Path) -> None:
             raise BenchError("bad-record", "Jobs retrain only reference agents up to 300k.", str(file), AGAIN)
         if not set(each.retrained) <= each.runs.keys():
             raise BenchError("bad-record", "It says that other runs were trained again.", str(file), AGAIN)
-    review.add_verifications(submission.path, *found.verifications)
+    review.add_to_review(submission.path, found.verifications)

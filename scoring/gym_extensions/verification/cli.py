@@ -20,7 +20,7 @@ from gym_extensions.submissions import poses
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.layout import submission_folders
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import Review, add_verifications, review_text
+from gym_extensions.submissions.review import Review, add_to_review, review_text
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge
 from gym_extensions.verification.episodes import Store
@@ -228,7 +228,7 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
         if options.record:
             write_text(options.record / f"{submission.name}.toml", review_text(Review(verifications=found)))
         elif options.write:
-            add_verifications(path, report.verification)
+            add_to_review(path, [report.verification])
             write_poses(submission, report)
     return status
 

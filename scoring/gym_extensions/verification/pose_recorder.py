@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import msgspec
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.tasks import Task
+from gym_extensions.documents import filled
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.rollout import Outcome
@@ -25,8 +26,6 @@ from gym_extensions.verification.new_seeds import tested_cells
 from gym_extensions.verification.verify import SAMPLED, LoggedRun
 
 JOB = "gym_extensions.verification.pose_recorder:record"
-FRAMES = ("unit", "steps_per_second", "steps_per_frame")
-"""What the poses of a task state of its timing."""
 Array = NDArray[np.float64]
 
 
@@ -78,15 +77,14 @@ def coordinates(states: Mapping[str, Any], episode: int) -> Array:
 
 
 def record(call: Mapping[str, Any]) -> Iterator[Any]:
-    """The job of the process with limits: a clip of each cell of a run, in the order of the cells."""
+    """The job of the process with limits: the motion in each cell of a run, in the order of the cells."""
     request = msgspec.convert(call["run"], RunRequest)
     group = with_custom(call["groups"])[request.group]
     policies = stored_policies(request, group)
-    timings = [timing_of(task) for task in group.tasks]
     for cell, episode in zip(request.cells, call["episodes"], strict=True):
-        timing = timings[cell.task]
+        timing = timing_of(group.tasks[cell.task])
         outcomes, tracks = recorded(group, policies[request.key(group, cell)], cell, timing)
-        yield {**motion(tracks[episode], outcomes[episode], timing), **asdict(timing)}
+        yield motion(tracks[episode], outcomes[episode], timing)
 
 
 def recorded(
@@ -129,28 +127,13 @@ def poses_of(run: LoggedRun, submission: Submission) -> store.Poses:
     episodes = [shown_episode(returns[key]) for key in keys]
     call = {"run": msgspec.to_builtins(request), "groups": [], "episodes": episodes}
     clips: dict[tuple[int, int], store.Clip] = {}
-    timings: dict[int, Mapping[str, Any]] = {}
     found = answers(JOB, call, limits_of([request]))
     for key, episode, values in zip(keys, episodes, found, strict=True):
-        timings[key[1]] = values
-        clips[key] = store.Clip(
-            stage=key[0],
-            episode=episode,
-            returns=tuple(round(value, 2) for value in returns[key]),
-            **{name: values[name] for name in ("steps", "success", "frames", "motion")},
-        )
-    last = len(group.tasks)
-    return store.Poses(
-        submission=submission.name,
-        group=group.id,
-        run=run.document.run,
-        tasks=tuple(
-            store.TaskPoses(
-                task=task.id,
-                after=clips[index + 1, index],
-                end=None if index + 1 == last else clips[last, index],
-                **{name: timings[index][name] for name in FRAMES},
-            )
-            for index, task in enumerate(group.tasks)
-        ),
-    )
+        rounded = tuple(round(value, 2) for value in returns[key])
+        clips[key] = store.Clip(stage=key[0], episode=episode, returns=rounded, **values)
+    tasks, last = [], len(group.tasks)
+    for index, task in enumerate(group.tasks):
+        end = None if index + 1 == last else clips[last, index]
+        own = {"task": task.id, "after": clips[index + 1, index], "end": end}
+        tasks.append(filled(store.TaskPoses, timing_of(task), **own))
+    return store.Poses(submission=submission.name, group=group.id, run=run.document.run, tasks=tuple(tasks))
