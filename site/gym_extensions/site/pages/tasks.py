@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cache
 
-from gym_extensions import references
 from gym_extensions.catalog import descriptions, fingerprints, tasks, variations
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.tasks import TASKS, Task
-from gym_extensions.references import MeasuredReference, experts, load_references, trained_alone
+from gym_extensions.references import Reference, experts, load_references, trained_alone
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
@@ -80,11 +79,10 @@ def publish_pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
 
 
 @cache
-def measured(info: ReferencesInfo) -> Mapping[str, MeasuredReference]:
+def measured(info: ReferencesInfo) -> Mapping[str, Reference]:
     """Floor and expert by task id, of this benchmark version; empty if the digest of its file is another."""
-    if not info.sha256 or load_references(info.version).digest != info.sha256:
-        return {}
-    return references.measured(info.version)
+    found = load_references(info.version)
+    return found.tasks if info.sha256 and found.digest == info.sha256 else {}
 
 
 def alone(task_id: str) -> tuple[float, ...]:
