@@ -1,0 +1,233 @@
+"""What runs in the box: creates the agent from the stranger's file and does what the world commands.
+
+Nothing here is trusted: once the agent's file is imported, its code can change all of it. That changes
+nothing but its own training, because steps, returns, evaluations and files are the world's. This module is
+imported after :func:`confine`, since libraries start threads.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from contextlib import ExitStack, suppress
+from dataclasses import asdict, astuple
+from importlib import util
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from gym_extensions import baselines
+from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.agent import Array, Context, Described, Resumable, TaskLabel, not_requested
+from gym_extensions.baselines.agent_checks import action_function, create_agent, observes_of, policy_of
+from gym_extensions.baselines.generators import preserved_global_generators, seeded_global_generators
+from gym_extensions.baselines.isolated import frames
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.policies.onnx import OnnxPolicy
+
+AGENT, CHECKPOINT = Path("/agent"), Path("/tmp/agent.npz")
+NEEDS = {
+    **dict.fromkeys(("task_ids", "env_task_ids", "env_tasks"), "task_in_training"),
+    **dict.fromkeys(("stage", "num_tasks"), "boundaries"),
+}
+"""The field of ``Observes`` that an attribute of the environment needs."""
+Reply = tuple[Any] | tuple[Any, bytes]
+
+
+class Guest:
+    """Answers the commands of the world: each is a method with the arguments and bytes that it sent."""
+
+    def __init__(self, reader: int, writer: int, limit: int) -> None:
+        self.pipe, self.limit = frames.Pipe(reader, writer), limit
+        self._make: Any = None
+        self._agent: Any = None
+        self._network: Any = None
+        self._scopes: list[ExitStack] = []
+        self.pipe.write(frames.STARTED)
+
+    def serve(self, until: bytes) -> None:
+        """Answers commands until a frame of the kind ``until``."""
+        while True:
+            try:
+                if self.pipe.read_kind() == until:
+                    return
+                (name, arguments), blob = self.pipe.read_message(self.limit)
+                reply: Reply | None = getattr(self, name)(*arguments, *([blob] if blob else []))
+                sys.stdout.flush()
+            except EOFError:  # the world has closed the pipe
+                os._exit(0)
+            except BaseException as error:  # noqa: BLE001 - also SystemExit: the world has to know
+                text = _described(error)
+                with suppress(Exception):  # the agent may have closed it
+                    sys.stdout.flush()
+                self.pipe.write_text(frames.ERROR, text)
+                os._exit(1)
+            if reply is not None:
+                self.pipe.write_message(frames.REPLY, *reply)
+
+    def scopes(self, closed: int, opened: list[int | None]) -> Reply:
+        """Leaves and enters what keeps or seeds the global random generators in the world at the moment."""
+        for _ in range(closed):
+            self._scopes.pop().close()
+        for seed in opened:
+            scope = preserved_global_generators() if seed is None else seeded_global_generators(seed)
+            self._scopes.append(ExitStack())
+            self._scopes[-1].enter_context(scope)
+        return (None,)
+
+    def load_agent(self, file: str, attribute: str) -> Reply:
+        """Imports the agent's file and finds the factory; without a file it is an agent of this project."""
+
+        def train(*_: Any, **__: Any) -> None:
+            raise RuntimeError("Call it under `if __name__ == '__main__':`, because the world trains.")
+
+        vars(baselines).update(train=train, record=train)
+        if file:
+            path = AGENT / file
+            name = path.stem if path.stem not in sys.modules else f"agent_{path.stem}"
+            spec = util.spec_from_file_location(name, path / "__init__.py" if path.is_dir() else path)
+            assert spec is not None
+            assert spec.loader is not None
+            module = sys.modules[name] = util.module_from_spec(spec)
+            spec.loader.exec_module(module)
+            self._make = getattr(module, attribute)
+        else:
+            self._make = algorithms.factory(attribute)
+        return (None,)
+
+    def create(self, name: str, spaces: Any, seed: int, blob: bytearray) -> Reply:
+        """Creates the agent. Replies what it asks to observe, and whether it can be saved."""
+        own = _spaces(spaces, blob)
+        self._actions = own["actions"]
+        self._agent = create_agent(self._make, (own["observations"], own["actions"]), name, seed)
+        return ([*astuple(observes_of(self._agent, name)), isinstance(self._agent, Resumable)],)
+
+    def card(self) -> Reply:
+        """Its card; None if it has none."""
+        return (asdict(self._agent.card()) if isinstance(self._agent, Described) else None,)
+
+    def policy(self) -> Reply:
+        """The arrays of its policy; None if it has none."""
+        policy = policy_of(self._agent)
+        return (None,) if policy is None else frames.packed(policy.arrays())
+
+    def save(self) -> Reply:
+        """What it saves; None if it does not write the file that it was given."""
+        CHECKPOINT.unlink(missing_ok=True)
+        self._agent.save(CHECKPOINT)
+        saved = CHECKPOINT.read_bytes() if CHECKPOINT.exists() else b""
+        CHECKPOINT.unlink(missing_ok=True)
+        return (True if saved else None), saved
+
+    def load(self, blob: bytearray) -> Reply:
+        CHECKPOINT.write_bytes(blob)
+        self._agent.load(CHECKPOINT)
+        CHECKPOINT.unlink()
+        return (None,)
+
+    def act(self, label: tuple[str, int] | None, shapes: Any, blob: bytearray) -> None:
+        """Sends its actions."""
+        observations, starts = frames.unpacked(shapes, blob).values()
+        context = Context(starts, label and TaskLabel(*label))
+        self.send_actions(action_function(self._agent)(observations, context), len(observations))
+
+    def send_actions(self, actions: Any, num_envs: int) -> None:
+        """Sends actions as float32 or float64, or a text if they are no array of numbers of their shape."""
+        try:
+            array = np.asarray(actions)
+        except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
+            array = np.zeros(())
+        if array.dtype.kind in "biuf" and array.shape == (num_envs, *self._actions.shape):
+            kind = frames.FLOAT32 if array.dtype == np.float32 else frames.FLOAT64
+            self.pipe.write(kind, array.astype(frames.ACTION_TYPES[kind], copy=False).tobytes())
+        else:
+            shown = f"a value of type {type(actions).__name__}"
+            if array.shape:
+                shown = f"an array of shape {array.shape} and dtype {array.dtype}"
+            self.pipe.write_text(frames.NO_ACTIONS, shown)
+
+    def learn(self, steps: int, attributes: dict[str, Any], spaces: Any, blob: bytearray) -> Reply:
+        """Trains it in an environment that is the world's."""
+        self._agent.learn(GuestEnv(self, attributes, _spaces(spaces, blob)), steps)
+        return (None,)
+
+    def network(self, blob: bytearray) -> Reply:
+        """In a box of its own, without an agent: reads a network and replies its inputs and outputs."""
+        self._network = OnnxPolicy(bytes(blob))
+        tensors = (self._network.network.inputs, self._network.network.outputs)
+        return ([{name: (np.dtype(each.dtype).str, each.shape) for name, each in part.items()} for part in tensors],)
+
+    def run(self, shapes: Any, blob: bytearray) -> Reply:
+        """Runs the network."""
+        outputs = self._network.run(frames.unpacked(shapes, blob))
+        return frames.packed({str(index): output for index, output in enumerate(outputs)})
+
+
+class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
+    """The vector environment of ``learn``: every step and reset is the world's. Infos are empty."""
+
+    def __init__(self, guest: Guest, attributes: dict[str, Any], spaces: dict[str, gym.spaces.Box]) -> None:
+        self.metadata = {"autoreset_mode": gym.vector.AutoresetMode.NEXT_STEP}
+        self._guest, self._np_random = guest, np.random.default_rng()
+        self._np_random.bit_generator.state = attributes.pop("np_random")
+        for name, value in {**attributes, **spaces}.items():
+            setattr(self, name, np.array(value) if name == "env_tasks" else tuple(value) if isinstance(value, list) else value)
+        self._observations, self._dtype = (self.num_envs, *self.single_observation_space.shape), self.single_observation_space.dtype
+
+    def __getattr__(self, name: str) -> Any:
+        if name in NEEDS:
+            raise not_requested(f"env.{name}", NEEDS[name])
+        raise AttributeError(f"The environment has no attribute {name!r} in the box.")
+
+    @property
+    def unwrapped(self) -> Any:
+        return self
+
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        """Resets all environments, or those in ``options["reset_mask"]``, with the run's own seeds."""
+        mask = (options or {}).get("reset_mask")
+        if mask is None:
+            self._guest.pipe.write(frames.RESET)
+        else:
+            chosen = np.asarray(mask)
+            if chosen.shape != (self.num_envs,) or chosen.dtype != np.bool_:
+                hint = f"Give {self.num_envs} booleans, at least one of them true."
+                raise BenchError("bad-reset-mask", f"reset_mask is {mask!r}.", "env.reset()", hint)
+            self._guest.pipe.write(frames.MASKED_RESET, chosen.tobytes())
+        self._guest.serve(frames.RESET_DONE)
+        return self._read(self._observations, self._dtype), {}
+
+    def step(self, actions: Any) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
+        """Observations, rewards, terminations, truncations, and no infos."""
+        self._guest.send_actions(actions, self.num_envs)
+        self._guest.serve(frames.STEPPED)
+        observations = self._read(self._observations, self._dtype)
+        results = (self._read((self.num_envs,), dtype) for dtype in (np.float64, np.bool_, np.bool_))
+        return observations, *results, {}  # type: ignore[return-value]
+
+    def _read(self, shape: tuple[int, ...], dtype: Any) -> Array:
+        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+        return np.frombuffer(self._guest.pipe.read(size), dtype).reshape(shape)
+
+
+def _spaces(spaces: dict[str, Any], blob: bytearray) -> dict[str, gym.spaces.Box]:
+    """The spaces that the world described, which sample as the world's do."""
+    shapes, states = spaces["bounds"], spaces["generators"]
+    bounds = frames.unpacked(shapes, blob)
+    made = {}
+    for name, state in states.items():
+        low, high = bounds[f"{name}.low"], bounds[f"{name}.high"]
+        made[name] = gym.spaces.Box(low, high, low.shape, low.dtype.type)
+        made[name].np_random.bit_generator.state = state
+    return made
+
+
+def _described(error: BaseException) -> str:
+    """An exception with the line of the agent's file that raised it."""
+    text = f"{type(error).__name__}: {error}".rstrip(": ")
+    own = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename.startswith(str(AGENT))]
+    return f"{text} ({Path(own[-1].filename).name}, line {own[-1].lineno}, in {own[-1].name})" if own else text
