@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import Card, Context, Observes, agent_spec, train
-from gym_extensions.baselines.agent import TaskLabel
-from gym_extensions.baselines.agent_spec import AgentSpec, action_function, check_context, checked_card
+from gym_extensions.baselines.agent import TaskLabel, action_function, check_context
+from gym_extensions.baselines.agent_spec import AgentSpec, checked_card
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.submission import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings

@@ -26,8 +26,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import TaskLabel
-from gym_extensions.baselines.agent_spec import observes_of
+from gym_extensions.baselines.agent import TaskLabel, observes_of
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017, REFERENCE, TrpoSettings
 from gym_extensions.baselines.training.environment import Report, TrainingEnv
 from gym_extensions.baselines.training.evaluation import evaluate

@@ -1,6 +1,7 @@
 """Train agents, or record policies, through the protocols of a task group and write their submissions.
 
 Importing this package loads neither a simulator nor torch: agents and training are imported on first use.
+``Card``, ``Observes``, ``Policy`` and ``OnnxPolicy``, which agents are written with, need no simulator.
 
 Example:
     >>> from gym_extensions.baselines import train
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from gym_extensions.baselines.train_agent import train
     from gym_extensions.baselines.training.jobs import Parallel
     from gym_extensions.baselines.training.progress import Monitor
+    from gym_extensions.submissions.policies.mlp import Policy
+    from gym_extensions.submissions.policies.onnx import OnnxPolicy
 
 __all__ = [
     "Agent",
@@ -40,7 +43,9 @@ __all__ = [
     "JobFinished",
     "Monitor",
     "Observes",
+    "OnnxPolicy",
     "Parallel",
+    "Policy",
     "Resumable",
     "StageStarted",
     "TaskEvaluated",
@@ -52,7 +57,9 @@ __all__ = [
 
 MODULES = {
     "Monitor": ".training.progress",
+    "OnnxPolicy": "gym_extensions.submissions.policies.onnx",
     "Parallel": ".training.jobs",
+    "Policy": "gym_extensions.submissions.policies.mlp",
     "record": ".record_policies",
     "sb3": ".adapters.sb3",
     "train": ".train_agent",

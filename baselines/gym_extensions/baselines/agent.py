@@ -1,17 +1,21 @@
-"""What an agent is: its methods, what it observes, and its card."""
+"""What an agent is: its methods, what it observes, and its card. No simulator is needed to write one."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import gymnasium as gym
 import numpy as np
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.manifest import Observes
+from gym_extensions.submissions.policies.files import AnyPolicy
 
 
 class NotRequestedError(BenchError, AttributeError):
@@ -198,3 +202,117 @@ class Factory(Protocol):
         The spaces are the Gymnasium spaces of one environment. ``seed`` is the source of all the agent's
         randomness.
         """
+
+
+VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+METHODS = {"act": "act(observations)", "learn": "learn(env, steps)"}
+"""The required methods of an agent and their signatures."""
+SB3_MODULES = ("stable_baselines3.", "sb3_contrib.", "sbx.")
+ARGUMENTS = "(observation_space, action_space, seed)"
+
+
+def create(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: int, name: str) -> Agent:
+    """Creates an agent and checks that the factory and the agent fit the training loop.
+
+    Raises ``BenchError`` if ``make`` cannot be called as a factory, a method is missing or has other
+    arguments, or ``observes`` is not valid. It names ``name``.
+    """
+    require_factory(make, name)
+    agent = make(*spaces, seed)
+    for method, signature in METHODS.items():
+        if not callable(getattr(agent, method, None)):
+            message = f"The agent, of type {type(agent).__name__}, has no method {method}()."
+            hint = f"Add a method {signature}; docs/submit.md has an example."
+            raise BenchError("bad-agent", message, name, hint)
+    check_context(agent, name)
+    return agent
+
+
+def require_factory(make: Factory, name: str) -> None:
+    """Raises ``BenchError`` if ``make`` cannot be called as a factory of agents."""
+    is_agent = not isinstance(make, type) and any(hasattr(make, method) for method in METHODS)
+    if is_agent or not callable(make):
+        message = f"Expected a factory of agents, got a value of type {type(make).__name__}."
+        hint = f"Pass an agent's name, or a class or function with the arguments {ARGUMENTS}."
+        raise BenchError("bad-agent", message, name, hint)
+    if isinstance(make, type) and make.__module__.startswith(SB3_MODULES):
+        message = f"{make.__name__} is an algorithm of Stable-Baselines3, not an agent."
+        raise BenchError("bad-agent", message, name, f"Pass sb3({make.__name__}).")
+    try:
+        inspect.signature(make).bind(None, None, 0)
+    except TypeError as mismatch:
+        message = f"The factory cannot be called with {ARGUMENTS}: {mismatch}."
+        raise BenchError("bad-agent", message, name, "Give it these three arguments.") from mismatch
+
+
+def observes_of(agent: Agent, name: str) -> Observes:
+    """What the agent asks for in its attribute ``observes``; nothing if it has none.
+
+    Raises ``BenchError`` if the attribute is not an ``Observes`` of booleans.
+    """
+    observes: object = getattr(agent, "observes", Observes())
+    if not isinstance(observes, Observes) or not all(isinstance(each, bool) for each in astuple(observes)):
+        message = f"The agent's attribute observes is {observes!r}."
+        hint = "Use a gym_extensions.baselines.Observes, with True or False."
+        raise BenchError("bad-agent", message, name, hint)
+    return observes
+
+
+def check_context(agent: Agent, name: str) -> None:
+    """Checks that the agent can receive what it asks for.
+
+    Raises ``BenchError`` if ``observes`` is not valid, ``act`` requires another argument, or the agent asks
+    for the task in evaluation and ``act`` has no parameter for the context.
+    """
+    context, message = _context_parameter(agent), ""
+    for parameter in list(inspect.signature(agent.act).parameters.values())[1:]:
+        is_optional = parameter.default is not parameter.empty or parameter.kind in VARIADIC
+        if not is_optional and parameter != context:
+            message = f"act() requires the argument {parameter.name!r}."
+    if observes_of(agent, name).task_in_evaluation and context is None:
+        message = "The agent asks for task_in_evaluation, but act() does not receive the context."
+    if message:
+        hint = "Use act(observations) or act(observations, context)."
+        raise BenchError("bad-agent", message, name, hint)
+
+
+def action_function(agent: Agent) -> Callable[[Array, Context], Array]:
+    """The agent's ``act`` as a function of observations and context, whether or not it uses the context."""
+    parameter = _context_parameter(agent)
+    if parameter is None:
+        return lambda observations, _: agent.act(observations)
+    if parameter.kind is parameter.KEYWORD_ONLY:
+        return lambda observations, context: agent.act(observations, context=context)
+    return agent.act
+
+
+def _context_parameter(agent: Agent) -> inspect.Parameter | None:
+    """The second parameter of ``act``, unless it is optional and has another name than ``context``."""
+    for parameter in list(inspect.signature(agent.act).parameters.values())[1:2]:
+        if parameter.kind in VARIADIC:
+            return None
+        is_required = parameter.default is parameter.empty and parameter.kind is not parameter.KEYWORD_ONLY
+        if is_required or parameter.name == "context":
+            return parameter
+    return None
+
+
+def policy_of(agent: Agent) -> AnyPolicy | None:
+    """The agent's policy; None if it has no method ``policy`` or cannot express its policy.
+
+    An attribute ``policy`` that is not a method, such as a torch module, or a method with arguments is
+    something else.
+
+    Raises ``BenchError`` if the method returns neither a policy nor None.
+    """
+    method = getattr(agent, "policy", None)
+    if not inspect.isroutine(method):
+        return None
+    parameters = inspect.signature(method).parameters.values()
+    if any(each.default is each.empty and each.kind not in VARIADIC for each in parameters):
+        return None
+    policy: object = method()
+    if policy is None or isinstance(policy, AnyPolicy):
+        return policy
+    message = f"Expected a Policy, an OnnxPolicy or None, got a value of type {type(policy).__name__}."
+    raise BenchError("bad-policy", message, "policy()", "Return a gym_extensions.policies.Policy.")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,10 @@ from gym_extensions.baselines.agent import (
     Factory,
     TaskLabel,
     VectorEnv,
+    action_function,
+    create,
+    observes_of,
+    policy_of,
 )
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import STANDARD_BUDGET, evaluation_seed
@@ -46,11 +49,6 @@ CARD_TYPES: dict[str, Any] = {
 """The types of what ``submission.toml`` does not hold, or holds in another way."""
 NO_FOLDER = Folder(Path("card"), "card", (), {})
 """The rules look at the tables only."""
-VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
-METHODS = {"act": "act(observations)", "learn": "learn(env, steps)"}
-"""The required methods of an agent and their signatures."""
-SB3_MODULES = ("stable_baselines3.", "sb3_contrib.", "sbx.")
-ARGUMENTS = "(observation_space, action_space, seed)"
 TOLERANCE = 1e-4
 """Largest difference between an agent's action and its policy's, in half widths of the action space.
 
@@ -88,16 +86,9 @@ class AgentSpec:
         wrong shape or are not those of its policy, or the submission may not contain the policy.
         """
         name, make = algorithms.name_of(agent), algorithms.factory(agent)
-        require_factory(make, name)
         group, _ = logs[0]
         env = make_vec(group.tasks[0], 1)
-        trial = make(env.single_observation_space, env.single_action_space, 0)
-        for method, signature in METHODS.items():
-            if not callable(getattr(trial, method, None)):
-                message = f"The agent, of type {type(trial).__name__}, has no method {method}()."
-                hint = f"Add a method {signature}; docs/submit.md has an example."
-                raise BenchError("bad-agent", message, name, hint)
-        check_context(trial, name)
+        trial = create(make, (env.single_observation_space, env.single_action_space), 0, name)
         spec = cls(name, agent, checked_card(trial, name), observes_of(trial, name))
         label = TaskLabel(group.task_ids[0], 0) if spec.observes.task_in_evaluation else None
         seeds = [evaluation_seed(group.id, group.task_ids[0], 0)]
@@ -118,23 +109,6 @@ class AgentSpec:
                 message = f"The agent of {title} has the {what} {one}, another agent {other}."
                 hint = f"Give all agents of a factory the same {what}, whatever the seed and the spaces."
                 raise BenchError("bad-agent", message, self.name, hint)
-
-
-def require_factory(make: Factory, name: str) -> None:
-    """Raises ``BenchError`` if ``make`` cannot be called as a factory of agents."""
-    is_agent = not isinstance(make, type) and any(hasattr(make, method) for method in METHODS)
-    if is_agent or not callable(make):
-        message = f"Expected a factory of agents, got a value of type {type(make).__name__}."
-        hint = f"Pass an agent's name, or a class or function with the arguments {ARGUMENTS}."
-        raise BenchError("bad-agent", message, name, hint)
-    if isinstance(make, type) and make.__module__.startswith(SB3_MODULES):
-        message = f"{make.__name__} is an algorithm of Stable-Baselines3, not an agent."
-        raise BenchError("bad-agent", message, name, f"Pass sb3({make.__name__}).")
-    try:
-        inspect.signature(make).bind(None, None, 0)
-    except TypeError as mismatch:
-        message = f"The factory cannot be called with {ARGUMENTS}: {mismatch}."
-        raise BenchError("bad-agent", message, name, "Give it these three arguments.") from mismatch
 
 
 def card_of(agent: Agent, name: str) -> Card:
@@ -197,81 +171,6 @@ def card_tables(card: Card, observes: Observes) -> dict[str, Any]:
 
 def _bad_card(where: str, message: str, hint: str = "See gym_extensions.baselines.Card.") -> BenchError:
     return BenchError("bad-card", message, f"card(): {where}", hint)
-
-
-def observes_of(agent: Agent, name: str) -> Observes:
-    """What the agent asks for in its attribute ``observes``; nothing if it has none.
-
-    Raises ``BenchError`` if the attribute is not an ``Observes`` of booleans.
-    """
-    observes: object = getattr(agent, "observes", Observes())
-    if not isinstance(observes, Observes) or not all(
-        isinstance(each, bool) for each in msgspec.structs.astuple(observes)
-    ):
-        message = f"The agent's attribute observes is {observes!r}."
-        hint = "Use a gym_extensions.baselines.Observes, with True or False."
-        raise BenchError("bad-agent", message, name, hint)
-    return observes
-
-
-def check_context(agent: Agent, name: str) -> None:
-    """Checks that the agent can receive what it asks for.
-
-    Raises ``BenchError`` if ``observes`` is not valid, ``act`` requires another argument, or the agent asks
-    for the task in evaluation and ``act`` has no parameter for the context.
-    """
-    context, message = _context_parameter(agent), ""
-    for parameter in list(inspect.signature(agent.act).parameters.values())[1:]:
-        is_optional = parameter.default is not parameter.empty or parameter.kind in VARIADIC
-        if not is_optional and parameter != context:
-            message = f"act() requires the argument {parameter.name!r}."
-    if observes_of(agent, name).task_in_evaluation and context is None:
-        message = "The agent asks for task_in_evaluation, but act() does not receive the context."
-    if message:
-        hint = "Use act(observations) or act(observations, context)."
-        raise BenchError("bad-agent", message, name, hint)
-
-
-def action_function(agent: Agent) -> Callable[[Array, Context], Array]:
-    """The agent's ``act`` as a function of observations and context, whether or not it uses the context."""
-    parameter = _context_parameter(agent)
-    if parameter is None:
-        return lambda observations, _: agent.act(observations)
-    if parameter.kind is parameter.KEYWORD_ONLY:
-        return lambda observations, context: agent.act(observations, context=context)
-    return agent.act
-
-
-def _context_parameter(agent: Agent) -> inspect.Parameter | None:
-    """The second parameter of ``act``, unless it is optional and has another name than ``context``."""
-    for parameter in list(inspect.signature(agent.act).parameters.values())[1:2]:
-        if parameter.kind in VARIADIC:
-            return None
-        is_required = parameter.default is parameter.empty and parameter.kind is not parameter.KEYWORD_ONLY
-        if is_required or parameter.name == "context":
-            return parameter
-    return None
-
-
-def policy_of(agent: Agent) -> AnyPolicy | None:
-    """The agent's policy; None if it has no method ``policy`` or cannot express its policy.
-
-    An attribute ``policy`` that is not a method, such as a torch module, or a method with arguments is
-    something else.
-
-    Raises ``BenchError`` if the method returns neither a policy nor None.
-    """
-    method = getattr(agent, "policy", None)
-    if not inspect.isroutine(method):
-        return None
-    parameters = inspect.signature(method).parameters.values()
-    if any(each.default is each.empty and each.kind not in VARIADIC for each in parameters):
-        return None
-    policy: object = method()
-    if policy is None or isinstance(policy, AnyPolicy):
-        return policy
-    message = f"Expected a Policy, an OnnxPolicy or None, got a value of type {type(policy).__name__}."
-    raise BenchError("bad-policy", message, "policy()", "Return a gym_extensions.policies.Policy.")
 
 
 def first_actions(agent: Agent, env: VectorEnv, seeds: Sequence[int], label: TaskLabel | None) -> Array:

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.progress import LOGS
 from gym_extensions.baselines.workers import DISK_FULL, JOBS_FAILED
@@ -53,6 +54,11 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="your name, if you donate these runs to a submission of others",
     )
+    add(
+        "--isolated",
+        action="store_true",
+        help="run the agent in a box without network and files; it may be path/to/agent.py:factory",
+    )
     add("--quiet", action="store_true", help="do not show the progress")
     return command
 
@@ -64,11 +70,10 @@ def main(argv: list[str] | None = None) -> int:
     from gym_extensions.baselines import Monitor, Parallel, train  # loads the simulator
 
     try:
+        what = parse_names(options.groups), parse_names(options.protocol), options.budget
         train(
-            options.agent,
-            parse_names(options.groups),
-            parse_names(options.protocol),
-            options.budget,
+            isolated(options.agent, *what) if options.isolated else options.agent,
+            *what,
             parse_runs(options.runs),
             out=options.out,
             parallel=Parallel(options.jobs, options.num_envs, options.num_threads),
@@ -98,6 +103,23 @@ def main(argv: list[str] | None = None) -> int:
     score = subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
     print(f"The submission is in {options.out}. Score it with: {score}")
     return 0
+
+
+def isolated(agent: str, groups: list[str], protocols: list[str], budget: str) -> Factory:
+    """The factory that starts an agent in a box, with limits for these jobs.
+
+    Raises ``BenchError`` if the agent or a name is unknown, or no box can be started here.
+    """
+    from gym_extensions.baselines.isolated.box import require_possible
+    from gym_extensions.baselines.isolated.confine import Limits
+    from gym_extensions.baselines.isolated.proxy import IsolatedAgent
+    from gym_extensions.baselines.training.jobs import jobs_of, parse_request
+
+    require_possible()
+    request = parse_request(groups, protocols, budget, 0, None)
+    jobs = [(group, job) for group, protocol in request.logs() for job in jobs_of(group, protocol, [0])]
+    steps = [(group, sum(stage.steps for stage in job.stages(request.budget))) for group, job in jobs]
+    return IsolatedAgent(agent, Limits.of(steps))
 
 
 def parse_names(text: str) -> list[str]:

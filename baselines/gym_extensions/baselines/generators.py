@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import copy
 import hashlib
+import itertools
 import json
 import random
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 import gymnasium as gym
@@ -64,22 +65,31 @@ def set_global_generators(state: tuple[Any, Any, Any]) -> None:
         sys.modules["torch"].set_rng_state(state[2])
 
 
+SCOPES: list[tuple[int, int | None]] = []
+"""The open blocks of the two functions below, outermost first: a number of its own, and its seed.
+
+An agent in another process has generators of its own, which are seeded and restored at the same places.
+"""
+NUMBERS = itertools.count()
+
+
 @contextmanager
-def preserved_global_generators() -> Iterator[None]:
-    """Restores the global random generators."""
+def preserved_global_generators(seed: int | None = None) -> Iterator[None]:
+    """Restores the global random generators, which start from the seed if there is one."""
     state = global_generators()
+    SCOPES.append((next(NUMBERS), seed))
     try:
+        if seed is not None:
+            random.seed(seed)
+            np.random.seed(seed % 2**32)  # noqa: NPY002
+            if torch := sys.modules.get("torch"):
+                torch.manual_seed(seed)
         yield
     finally:
+        SCOPES.pop()
         set_global_generators(state)
 
 
-@contextmanager
-def seeded_global_generators(seed: int) -> Iterator[None]:
+def seeded_global_generators(seed: int) -> AbstractContextManager[None]:
     """Seeds the global random generators, for agents that draw from them, and restores them."""
-    with preserved_global_generators():
-        random.seed(seed)
-        np.random.seed(seed % 2**32)  # noqa: NPY002
-        if torch := sys.modules.get("torch"):
-            torch.manual_seed(seed)
-        yield
+    return preserved_global_generators(seed)

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from gym_extensions.baselines import agent_spec, submission
-from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv, action_function, observes_of
 from gym_extensions.baselines.generators import training_seed
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import EXCESS
@@ -138,7 +138,7 @@ class PolicyAgent:
                 task = context.task if self.observes.task_in_evaluation and policy.num_tasks else 0
                 return policy.act(observations, self._rng, task)
             if hasattr(policy, "act"):
-                return agent_spec.action_function(policy)(observations, context)
+                return action_function(policy)(observations, context)
             if not hasattr(policy, "predict"):
                 return policy(observations)
             best, starts = self._card.evaluation == "deterministic", context.episode_starts
@@ -236,7 +236,7 @@ def record(
     trained = claimed_curves(recorded, curves)
     path = Path(out)
     agent = PolicyAgent(policy, card, observes)
-    observed, card = agent_spec.observes_of(agent, "policy"), agent_spec.checked_card(agent, "card")
+    observed, card = observes_of(agent, "policy"), agent_spec.checked_card(agent, "card")
     spec = agent_spec.AgentSpec(card.algorithm, lambda *_: agent, card, observed)
     settings = Settings(spec, request.budget, steps=CLAIMED)
     if (stored := agent.policy()) is not None:

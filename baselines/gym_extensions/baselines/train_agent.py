@@ -15,6 +15,7 @@ from pathlib import Path
 from gym_extensions.baselines import algorithms, submission, workers
 from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.agent_spec import AgentSpec
+from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.baselines.training import jobs
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
 from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
@@ -194,12 +195,15 @@ def _run(
 def command_of(pending: PendingJob) -> str:
     """The command line that trains a job's run alone."""
     job, settings, agent = pending.job, pending.settings, pending.settings.agent.factory
-    if not isinstance(agent, str):
+    options = ["--isolated"] if isinstance(agent, IsolatedAgent) else []
+    if isinstance(agent, IsolatedAgent):
+        agent = agent.written
+    elif not isinstance(agent, str):
         module, name = getattr(agent, "__module__", ""), getattr(agent, "__qualname__", "")
         if module == "__main__":  # the agent's script; a notebook has none
             module = Path(getattr(sys.modules[module], "__file__", None) or "").stem
         agent = f"{module}:{name}" if module and name else settings.agent.name
-    words = ["gym-extensions", "train", agent]
+    words = ["gym-extensions", "train", *options, agent]
     words += ["--groups", job.group.name if job.group.published else f"{job.group.name}.toml"]
     words += ["--protocol", job.protocol, "--budget", settings.budget.name, "--runs", str(job.run)]
     if settings.num_envs is not None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines import Card, Observes, train
-from gym_extensions.baselines.agent_spec import policy_of
+from gym_extensions.baselines.agent import policy_of
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout

@@ -65,7 +65,17 @@ def command(agent: Path | None, limits: Limits, pipes: tuple[int, int]) -> list[
         variables["OPENBLAS_CORETYPE"] = kernels
     options = (
         ("--unshare-user", "--unshare-pid", "--unshare-net", "--unshare-ipc", "--unshare-uts"),
-        ("--unshare-cgroup-try", "--uid", "65534", "--gid", "65534", "--hostname", "box", "--cap-drop", "ALL"),
+        (
+            "--unshare-cgroup-try",
+            "--uid",
+            "65534",
+            "--gid",
+            "65534",
+            "--hostname",
+            "box",
+            "--cap-drop",
+            "ALL",
+        ),
         ("--die-with-parent", "--new-session", "--clearenv"),
         *(("--setenv", name, value) for name, value in variables.items()),
         *contents.mounts(agent),
@@ -116,7 +126,9 @@ class Box:
             fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, PIPE_BYTES)
         self.pipe = frames.Pipe(reader, writer, self._wait)
         self._polls = (select.poll(), select.poll())  # while reading, while writing
-        for poll, end, event in zip(self._polls, (reader, writer), (select.POLLIN, select.POLLOUT), strict=True):
+        for poll, end, event in zip(
+            self._polls, (reader, writer), (select.POLLIN, select.POLLOUT), strict=True
+        ):
             poll.register(end, event)
             poll.register(self._output, select.POLLIN)
         self._started = False
@@ -147,6 +159,17 @@ class Box:
             message = f"The agent printed more than {self.limits.output:,} bytes."
             raise self.error("agent-output", message, "Print less.")
 
+    def cpu_seconds(self) -> float:
+        """The processor time of all processes of the box so far; 0 once it has ended."""
+        ticks, waiting = 0, [str(self._process.pid)]
+        with suppress(OSError, ValueError):
+            while waiting:
+                process = Path(f"/proc/{waiting.pop()}")
+                stat = (process / "stat").read_text().rpartition(")")[2].split()
+                ticks += sum(map(int, stat[11:15]))  # its own in user and system mode, and of ended children
+                waiting += (process / "task" / process.name / "children").read_text().split()
+        return ticks / os.sysconf("SC_CLK_TCK")
+
     @contextmanager
     def verdicts(self) -> Iterator[None]:
         """Raises ``BenchError`` where the guest ends or sends what no frame allows."""
@@ -156,7 +179,9 @@ class Box:
             raise self._ended() from None
         except frames.ProtocolError as error:
             message = f"The agent's process sent {error}."
-            raise self.error("agent-frames", message, "Use only the arguments of make, act and learn.") from None
+            raise self.error(
+                "agent-frames", message, "Use only the arguments of make, act and learn."
+            ) from None
 
     def _ended(self) -> BenchError:
         """Why the process has ended."""

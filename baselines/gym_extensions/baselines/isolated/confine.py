@@ -8,11 +8,19 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gym_extensions.catalog.groups import TaskGroup
 
 MEBIBYTE = 2**20
+TRPO_MICROSECONDS = {"Hopper": 110, "HalfCheetah": 70, "Walker2d": 156, "Humanoid": 447}
+"""Processor time of the agent trpo per training step, with simulation and evaluation: medians of its
+submitted runs. Other bodies count as the slowest."""
 LIBRARIES = 4096 * MEBIBYTE
 """Address space for the code of libraries, beyond that for data: torch with CUDA maps gigabytes."""
 
@@ -39,6 +47,19 @@ class Limits:
     output: int = 64 * MEBIBYTE
     policy: int = 256 * MEBIBYTE
 
+    @classmethod
+    def of(cls, jobs: Iterable[tuple[TaskGroup, int]]) -> Limits:
+        """The limits for jobs with these groups and training steps: five times the processor time of trpo.
+
+        A minute more is for the start. The longest job counts.
+        """
+        slowest = max(TRPO_MICROSECONDS.values())
+        costs = [
+            steps * max(TRPO_MICROSECONDS.get(task.base, slowest) for task in group.tasks)
+            for group, steps in jobs
+        ]
+        return cls(cpu_seconds=60 + math.ceil(5 * max(costs) / 1e6))
+
     @property
     def longest_wait(self) -> int:
         return self.wait_seconds or 4 * self.cpu_seconds + 60
@@ -60,7 +81,7 @@ def confine(limits: Limits) -> None:
     ):
         resource.setrlimit(name, (value, value))
     program = seccomp_program()
-    instructions = (Instruction * len(program))(*program)
+    instructions = (Instruction * len(program))(*(Instruction(*each) for each in program))
     prctl = ctypes.CDLL(None, use_errno=True).prctl
     # Never dumped: a core pattern that begins with "|" gives the memory to a program of the host's root.
     for call in (
@@ -82,7 +103,14 @@ REFUSED = {
     },
     "namespaces and file systems": {
         **{"unshare": 272, "setns": 308, "mount": 165, "umount2": 166, "pivot_root": 155, "chroot": 161},
-        **{"open_tree": 428, "move_mount": 429, "fsopen": 430, "fsconfig": 431, "fsmount": 432, "fspick": 433},
+        **{
+            "open_tree": 428,
+            "move_mount": 429,
+            "fsopen": 430,
+            "fsconfig": 431,
+            "fsmount": 432,
+            "fspick": 433,
+        },
         **{"mount_setattr": 442, "name_to_handle_at": 303, "open_by_handle_at": 304, "quotactl": 179},
         **{"quotactl_fd": 443, "fanotify_init": 300, "sysfs": 139, "ustat": 136, "acct": 163},
     },
@@ -124,7 +152,12 @@ NUMBER, ARCHITECTURE, FIRST_ARGUMENT = 0, 4, 16
 class Instruction(ctypes.Structure):
     """An instruction of the filter: what to do, how many to skip if true and if false, and a number."""
 
-    _fields_ = (("code", ctypes.c_uint16), ("true", ctypes.c_uint8), ("false", ctypes.c_uint8), ("k", ctypes.c_uint32))
+    _fields_ = (
+        ("code", ctypes.c_uint16),
+        ("true", ctypes.c_uint8),
+        ("false", ctypes.c_uint8),
+        ("k", ctypes.c_uint32),
+    )
 
 
 class Program(ctypes.Structure):

@@ -50,7 +50,7 @@ def _system() -> Iterator[tuple[str, ...]]:
     for name in SYSTEM:
         path = Path(name)
         if path.is_symlink():
-            yield "--symlink", os.readlink(path), name
+            yield "--symlink", str(path.readlink()), name
         elif path.is_dir() and name != "/lib" and not path.parent.is_symlink():
             yield "--ro-bind", name, name
     for name in DEVICES:

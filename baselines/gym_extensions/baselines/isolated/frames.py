@@ -7,7 +7,6 @@ shall do, and the world answers with arrays of known shape.
 
 from __future__ import annotations
 
-import errno
 import json
 import math
 import os
@@ -26,7 +25,7 @@ STARTED, REPLY, ERROR = b"h", b"b", b"e"
 """Of the guest: it runs; the reply to a command (:func:`message`); a text of at most ``MAX_TEXT`` bytes."""
 FLOAT32, FLOAT64, NO_ACTIONS, RESET, MASKED_RESET = b"f", b"d", b"w", b"r", b"m"
 """Of the guest: actions of either type; a text on what it has instead; a reset of all, or of some."""
-ACTION_TYPES = {FLOAT32: np.dtype("<f4"), FLOAT64: np.dtype("<f8")}
+ACTION_TYPES: dict[bytes, np.dtype[Any]] = {FLOAT32: np.dtype("<f4"), FLOAT64: np.dtype("<f8")}
 MAX_TEXT = 64 * 1024
 """Most bytes of a text, and of the JSON of a reply."""
 ARRAY_TYPES = {name: np.dtype(name) for name in ("<f4", "<f8", "|u1", "|b1", "|i1", "<i4", "<i8")}
@@ -44,7 +43,9 @@ class Pipe:
     Reading raises ``EOFError`` when the other end is closed.
     """
 
-    def __init__(self, reader: int, writer: int, wait: Callable[[bool], object] = lambda writing: None) -> None:
+    def __init__(
+        self, reader: int, writer: int, wait: Callable[[bool], object] = lambda writing: None
+    ) -> None:
         self.reader, self.writer, self.wait = reader, writer, wait
 
     def read(self, size: int) -> bytearray:
@@ -70,8 +71,8 @@ class Pipe:
                 left = left[os.write(self.writer, left) :]
             except BlockingIOError:
                 self.wait(True)
-            except OSError as error:
-                raise EOFError from error if error.errno == errno.EPIPE else error
+            except BrokenPipeError as error:
+                raise EOFError from error
 
     def read_kind(self) -> bytes:
         return bytes(self.read(1))
@@ -106,7 +107,9 @@ class Pipe:
 
 def packed(arrays: Mapping[str, Array]) -> tuple[list[tuple[str, str, list[int]]], bytes]:
     """Arrays as JSON, which has the name, type and shape of each, and their bytes."""
-    values = {name: np.ascontiguousarray(array, array.dtype.newbyteorder("<")) for name, array in arrays.items()}
+    values = {
+        name: np.ascontiguousarray(array, array.dtype.newbyteorder("<")) for name, array in arrays.items()
+    }
     shapes = [(name, array.dtype.str, list(arrays[name].shape)) for name, array in values.items()]
     return shapes, b"".join(array.tobytes() for array in values.values())
 

@@ -11,22 +11,32 @@ import os
 import sys
 import traceback
 from contextlib import ExitStack, suppress
-from dataclasses import asdict, astuple
+from dataclasses import asdict
 from importlib import util
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from msgspec.structs import astuple
 
 from gym_extensions import baselines
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Array, Context, Described, Resumable, TaskLabel, not_requested
-from gym_extensions.baselines.agent_checks import action_function, create_agent, observes_of, policy_of
+from gym_extensions.baselines.agent import (
+    Array,
+    Context,
+    Described,
+    Resumable,
+    TaskLabel,
+    action_function,
+    create,
+    not_requested,
+    observes_of,
+    policy_of,
+)
 from gym_extensions.baselines.generators import preserved_global_generators, seeded_global_generators
 from gym_extensions.baselines.isolated import frames
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
 
 AGENT, CHECKPOINT = Path("/agent"), Path("/tmp/agent.npz")
@@ -103,7 +113,7 @@ class Guest:
         """Creates the agent. Replies what it asks to observe, and whether it can be saved."""
         own = _spaces(spaces, blob)
         self._actions = own["actions"]
-        self._agent = create_agent(self._make, (own["observations"], own["actions"]), name, seed)
+        self._agent = create(self._make, (own["observations"], own["actions"]), seed, name)
         return ([*astuple(observes_of(self._agent, name)), isinstance(self._agent, Resumable)],)
 
     def card(self) -> Reply:
@@ -159,7 +169,12 @@ class Guest:
         """In a box of its own, without an agent: reads a network and replies its inputs and outputs."""
         self._network = OnnxPolicy(bytes(blob))
         tensors = (self._network.network.inputs, self._network.network.outputs)
-        return ([{name: (np.dtype(each.dtype).str, each.shape) for name, each in part.items()} for part in tensors],)
+        return (
+            [
+                {name: (np.dtype(each.dtype).str, each.shape) for name, each in part.items()}
+                for part in tensors
+            ],
+        )
 
     def run(self, shapes: Any, blob: bytearray) -> Reply:
         """Runs the network."""
@@ -174,9 +189,13 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.metadata = {"autoreset_mode": gym.vector.AutoresetMode.NEXT_STEP}
         self._guest, self._np_random = guest, np.random.default_rng()
         self._np_random.bit_generator.state = attributes.pop("np_random")
-        for name, value in {**attributes, **spaces}.items():
-            setattr(self, name, np.array(value) if name == "env_tasks" else tuple(value) if isinstance(value, list) else value)
-        self._observations, self._dtype = (self.num_envs, *self.single_observation_space.shape), self.single_observation_space.dtype
+        own: dict[str, Any] = {**attributes, **spaces}
+        lists = {name: tuple(value) for name, value in own.items() if isinstance(value, list)}
+        vars(self).update(own | lists)
+        if "env_tasks" in own:
+            self.env_tasks = np.array(own["env_tasks"], np.int64)
+        seen = spaces["single_observation_space"]
+        self._observations, self._dtype = (self.num_envs, *seen.shape), seen.dtype
 
     def __getattr__(self, name: str) -> Any:
         if name in NEEDS:
@@ -187,7 +206,9 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
     def unwrapped(self) -> Any:
         return self
 
-    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+    def reset(
+        self, *, seed: Any = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
         """Resets all environments, or those in ``options["reset_mask"]``, with the run's own seeds."""
         mask = (options or {}).get("reset_mask")
         if mask is None:
@@ -206,8 +227,9 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._guest.send_actions(actions, self.num_envs)
         self._guest.serve(frames.STEPPED)
         observations = self._read(self._observations, self._dtype)
-        results = (self._read((self.num_envs,), dtype) for dtype in (np.float64, np.bool_, np.bool_))
-        return observations, *results, {}  # type: ignore[return-value]
+        rewards = self._read((self.num_envs,), np.float64)
+        terminated, truncated = (self._read((self.num_envs,), np.bool_) for _ in range(2))
+        return observations, rewards, terminated, truncated, {}
 
     def _read(self, shape: tuple[int, ...], dtype: Any) -> Array:
         size = int(np.prod(shape)) * np.dtype(dtype).itemsize
@@ -218,7 +240,7 @@ def _spaces(spaces: dict[str, Any], blob: bytearray) -> dict[str, gym.spaces.Box
     """The spaces that the world described, which sample as the world's do."""
     shapes, states = spaces["bounds"], spaces["generators"]
     bounds = frames.unpacked(shapes, blob)
-    made = {}
+    made = dict[str, Any]()
     for name, state in states.items():
         low, high = bounds[f"{name}.low"], bounds[f"{name}.high"]
         made[name] = gym.spaces.Box(low, high, low.shape, low.dtype.type)
@@ -229,5 +251,9 @@ def _spaces(spaces: dict[str, Any], blob: bytearray) -> dict[str, gym.spaces.Box
 def _described(error: BaseException) -> str:
     """An exception with the line of the agent's file that raised it."""
     text = f"{type(error).__name__}: {error}".rstrip(": ")
-    own = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename.startswith(str(AGENT))]
-    return f"{text} ({Path(own[-1].filename).name}, line {own[-1].lineno}, in {own[-1].name})" if own else text
+    own = [
+        frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename.startswith(str(AGENT))
+    ]
+    return (
+        f"{text} ({Path(own[-1].filename).name}, line {own[-1].lineno}, in {own[-1].name})" if own else text
+    )

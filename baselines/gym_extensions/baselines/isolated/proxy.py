@@ -13,21 +13,34 @@ import gymnasium as gym
 import numpy as np
 
 from gym_extensions.baselines import algorithms, generators
-from gym_extensions.baselines.agent import Array, Card, Context, Observes, VectorEnv
+from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
 from gym_extensions.baselines.isolated import frames
 from gym_extensions.baselines.isolated.box import Box
 from gym_extensions.baselines.isolated.confine import Limits
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
+from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.policies.onnx import ONNX, Network, OnnxPolicy, Tensor
 from gym_extensions.submissions.problem import cut, escape
 
-ATTRIBUTES = ("batch_steps", "budget_steps", "num_envs", "task_ids", "env_task_ids", "env_tasks", "stage", "num_tasks")
+ATTRIBUTES = (
+    "batch_steps",
+    "budget_steps",
+    "num_envs",
+    "task_ids",
+    "env_task_ids",
+    "env_tasks",
+    "stage",
+    "num_tasks",
+)
 """Attributes of the environment that the guest is told, as far as the agent asked for them."""
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
 BAD_CARD = "See gym_extensions.baselines.Card."
+
+
+DEFAULTS = Limits()
 
 
 @dataclass(frozen=True)
@@ -43,14 +56,18 @@ class IsolatedAgent:
     """
 
     name: str
-    limits: Limits = Limits()
+    limits: Limits = DEFAULTS
 
     def __post_init__(self) -> None:
-        if self.located()[0] is None and self.name not in algorithms.names():
-            algorithms.factory(self.name)  # says which names there are
+        # Its name in manifests and errors, as that of other factories.
+        path, attribute = self.located()
+        name = algorithms.name_of(f"{path.stem}:{attribute}" if path else attribute)
+        object.__setattr__(self, "__name__", name)
+        if path is None and attribute not in algorithms.names():
+            algorithms.factory(attribute)  # says which names there are
 
     def located(self) -> tuple[Path | None, str]:
-        """The agent's file, a folder if it is a package, and the factory; None for an agent of this project."""
+        """The agent's file, or its folder, and the factory; None and its name if it is this project's."""
         place, colon, attribute = self.name.rpartition(":")
         if not colon:
             return None, self.name
@@ -63,9 +80,15 @@ class IsolatedAgent:
             raise BenchError("unknown-agent", f"There is no file {path}.", self.name, hint)
         return path, attribute
 
+    @property
+    def written(self) -> str:
+        """The agent's name without its folder, as the command of a run states it."""
+        path, attribute = self.located()
+        return f"{path.name}:{attribute}" if path else attribute
+
     def __call__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int) -> Proxy:
         path, attribute = self.located()
-        link = Link(Box(self.name, path, self.limits))
+        link = Link(Box(algorithms.name_of(self), path, self.limits))
         link.ask("at its import", "load_agent", path.name if path else "", attribute)
         spaces, blob = _described({"observations": observation_space, "actions": action_space})
         (*observes, saves), _ = link.ask("make()", "create", self.name, spaces, seed, blob=blob)
@@ -130,11 +153,16 @@ class Proxy:
     def __init__(self, link: Link, observes: Observes, action_shape: tuple[int, ...]) -> None:
         self.link, self.observes, self._action_shape = link, observes, action_shape
 
+    @property
+    def box_seconds(self) -> float:
+        """The processor time of the guest so far, as the world's kernel counts it."""
+        return self.link.box.cpu_seconds()
+
     def card(self) -> Card:
         """The agent's card, as far as its values have the right names; the checks of cards come after."""
         tables, _ = self.link.ask("card()", "card")
         if tables is None:
-            return Card(algorithms.name_of(self.link.box.name))
+            return Card(self.link.box.name)
         try:
             lists = {name: tuple(tables[name]) for name in ("tuning_tasks", "packages")}
             return Card(**(tables | lists))
@@ -142,7 +170,7 @@ class Proxy:
             raise BenchError("bad-card", f"The card cannot be read: {error}.", "card()", BAD_CARD) from error
 
     def policy(self) -> AnyPolicy | None:
-        """The agent's policy. Plain arrays need no parser; networks are read and run in a box of their own."""
+        """The agent's policy: plain arrays, which need no parser, or a network in a box of its own."""
         limits = self.link.box.limits
         shapes, blob = self.link.ask("policy()", "policy", limit=limits.policy)
         if shapes is None:
@@ -189,7 +217,9 @@ class Proxy:
             while (kind := pipe.read_kind()) != frames.REPLY:
                 if kind in (frames.RESET, frames.MASKED_RESET):
                     size = env.num_envs
-                    mask = np.frombuffer(pipe.read(size), np.uint8) != 0 if kind == frames.MASKED_RESET else None
+                    mask = (
+                        np.frombuffer(pipe.read(size), np.uint8) != 0 if kind == frames.MASKED_RESET else None
+                    )
                     resets += size if mask is None else int(mask.sum())
                     if resets > steps + 100 * size:
                         message = f"The agent reset {resets:,} environments."
@@ -213,7 +243,7 @@ class ResumableProxy(Proxy):
     def save(self, path: Path) -> None:
         is_written, saved = self.link.ask("save()", "save", limit=self.link.box.limits.files)
         if is_written is not None:
-            write_bytes(path, saved)
+            write_bytes(path, bytes(saved))
 
     def load(self, path: Path) -> None:
         self.link.ask("load()", "load", blob=path.read_bytes())
@@ -228,7 +258,10 @@ class BoxedNetwork(OnnxPolicy):
         reply, _ = self._link.ask("policy()", "network", blob=data)
         try:
             inputs, outputs = (
-                {name: Tensor(frames.ARRAY_TYPES[dtype].type, tuple(shape)) for name, (dtype, shape) in part.items()}
+                {
+                    name: Tensor(frames.ARRAY_TYPES[dtype].type, tuple(shape))
+                    for name, (dtype, shape) in part.items()
+                }
                 for part in reply
             )
             self.network = Network(inputs, outputs)

@@ -10,8 +10,16 @@ from statistics import fmean
 
 import numpy as np
 
-from gym_extensions.baselines.agent import Agent, Array, Context, Resumable, TaskLabel, VectorEnv
-from gym_extensions.baselines.agent_spec import action_function, first_actions, require_agreement
+from gym_extensions.baselines.agent import (
+    Agent,
+    Array,
+    Context,
+    Resumable,
+    TaskLabel,
+    VectorEnv,
+    action_function,
+)
+from gym_extensions.baselines.agent_spec import first_actions, require_agreement
 from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed

@@ -21,7 +21,7 @@ PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
 
 @dataclass(frozen=True)
 class Usage:
-    """What a stage took in the process that trained it."""
+    """What a stage took in the process that trained it, and in that of an agent in a box."""
 
     steps: int  # environment steps in training
     cpu_seconds: float  # processor time of the process, all threads together
@@ -31,9 +31,14 @@ class Usage:
     cores: int  # logical processors of the machine
 
 
-def usage_since(started: float, steps: int) -> Usage:
-    """What this process used for training steps since a time of ``time.process_time``."""
-    seconds = round(time.process_time() - started, 3)
+def processor_time(agent: object) -> float:
+    """The processor time of this process in seconds, and of the agent's, if that is another one (a box)."""
+    return time.process_time() + float(getattr(agent, "box_seconds", 0.0))
+
+
+def usage_since(started: float, steps: int, agent: object = None) -> Usage:
+    """What training steps used since a time of :func:`processor_time`."""
+    seconds = round(processor_time(agent) - started, 3)
     return Usage(steps, seconds, peak_memory_mb(), blas_kernels(), processor(), os.cpu_count() or 1)
 
 

@@ -10,15 +10,15 @@ from functools import partial
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Agent
-from gym_extensions.baselines.agent_spec import card_of, policy_of
+from gym_extensions.baselines.agent import Agent, policy_of
+from gym_extensions.baselines.agent_spec import card_of
 from gym_extensions.baselines.generators import seeded_copy, seeded_global_generators, training_seed
 from gym_extensions.baselines.training import events
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
 from gym_extensions.baselines.training.environment import Report, TrainingEnv
 from gym_extensions.baselines.training.evaluation import Evaluator, acting_copy
 from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
-from gym_extensions.baselines.training.provenance import usage_since
+from gym_extensions.baselines.training.provenance import processor_time, usage_since
 from gym_extensions.envs import make_vec
 from gym_extensions.submissions.run import Curve, InterimEvaluation, Memory
 
@@ -72,7 +72,7 @@ class PendingJob:
         return training_seed(self.job.run, self.job.group.id, *purpose)
 
     def _run_stage(self, agent: Agent, monitor: StageMonitor, first_parameters: int) -> FinishedStage:
-        started, stage = time.process_time(), monitor.stage
+        started, stage = processor_time(agent), monitor.stage
         ids = tuple(task.id for task in stage.trained)
         monitor.listen(events.StageStarted(self.job.title, stage.number, ids, stage.steps))
         taken = self._train(stage, agent, monitor) if stage.steps else 0
@@ -91,7 +91,7 @@ class PendingJob:
             parameters_first=first_parameters,
             parameters_last=card.parameters,
         )
-        used, curves, evaluations = usage_since(started, taken), monitor.curves, monitor.evaluations
+        used, curves, evaluations = usage_since(started, taken, agent), monitor.curves, monitor.evaluations
         return FinishedStage(stage.number, episodes, curves, memory, used, evaluations)
 
     def _train(self, stage: Stage, agent: Agent, monitor: StageMonitor) -> int:
