@@ -8,6 +8,7 @@ import os
 import platform
 import select
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -15,13 +16,15 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from itertools import chain
+from itertools import chain, takewhile
 from pathlib import Path
+from typing import Any
 
+from gym_extensions.baselines import generators
 from gym_extensions.baselines.isolated import contents, frames
 from gym_extensions.baselines.isolated.confine import Limits
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.problem import escape
+from gym_extensions.submissions.problem import cut, escape
 
 GUEST = """
 import json, sys
@@ -31,13 +34,23 @@ confine(limits)  # before a library starts a thread
 from gym_extensions.baselines.isolated.guest import Guest
 Guest(int(sys.argv[1]), int(sys.argv[2]), limits.files).serve(b"")
 """
-PASSED = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment variables on which results depend; 1 if the world does not set them."""
+NAMESPACES = """--unshare-user --unshare-pid --unshare-net --unshare-ipc --unshare-uts --unshare-cgroup-try
+    --uid 65534 --gid 65534 --hostname box --cap-drop ALL --die-with-parent --new-session --clearenv"""
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Environment variables that the guest gets from the world, because results depend on them; 1 if not set."""
+OWN_VARIABLES = {
+    **{
+        "PYTHONPATH": contents.PACKAGES,
+        "PYTHONHOME": contents.PYTHON,
+        "LD_LIBRARY_PATH": f"{contents.PYTHON}/lib",
+    },
+    **{"PYTHONHASHSEED": "0", "PYTHONUTF8": "1", "LANG": "C.UTF-8", "HOME": "/tmp", "PATH": ""},
+}
 OPTION, REPORT = "--isolated", "Please report it, with where Python and its packages come from."
 ALLOW = "On Ubuntu, allow it with: sudo sysctl -w kernel.apparmor_restrict_unprivileged_userns=0"
 TAIL, LINES, WIDTH = 16_384, 10, 160
 """Of what a guest prints: the bytes that are kept, the lines that an error shows, and their length."""
-PIPE_BYTES = 2**20
+PIPE_BYTES, FORBIDDEN = 2**20, "made a system call of x32"
 
 
 def require_possible() -> None:
@@ -56,108 +69,110 @@ def require_possible() -> None:
 
 def command(agent: Path | None, limits: Limits, pipes: tuple[int, int]) -> list[str]:
     """The command line that starts a guest which reads from and writes to these pipes."""
-    variables = {name: os.environ.get(name, "1") for name in PASSED} | {
-        **{"PYTHONPATH": contents.PACKAGES, "PYTHONHOME": contents.PYTHON, "PYTHONUTF8": "1"},
-        **{"PYTHONHASHSEED": "0", "LD_LIBRARY_PATH": f"{contents.PYTHON}/lib"},
-        **{"HOME": "/tmp", "TMPDIR": "/tmp", "LANG": "C.UTF-8", "PATH": ""},
-    }
+    variables = {name: os.environ.get(name, "1") for name in THREADS} | OWN_VARIABLES
     if kernels := os.environ.get("OPENBLAS_CORETYPE"):
         variables["OPENBLAS_CORETYPE"] = kernels
-    options = (
-        ("--unshare-user", "--unshare-pid", "--unshare-net", "--unshare-ipc", "--unshare-uts"),
-        (
-            "--unshare-cgroup-try",
-            "--uid",
-            "65534",
-            "--gid",
-            "65534",
-            "--hostname",
-            "box",
-            "--cap-drop",
-            "ALL",
-        ),
-        ("--die-with-parent", "--new-session", "--clearenv"),
+    options = [
         *(("--setenv", name, value) for name, value in variables.items()),
         *contents.mounts(agent),
         ("--size", str(limits.files), "--tmpfs", "/tmp", "--chdir", "/tmp", "--remount-ro", "/"),
-    )
-    guest = (f"{contents.PYTHON}/bin/python", "-S", "-P", "-B", "-c", GUEST)
-    arguments = (*map(str, pipes), json.dumps(asdict(limits)))
-    return ["bwrap", *chain.from_iterable(options), "--", *guest, *arguments]
+        ("--", f"{contents.PYTHON}/bin/python", "-S", "-P", "-B", "-c", GUEST),
+    ]
+    arguments = [*map(str, pipes), json.dumps(asdict(limits))]
+    return ["bwrap", *NAMESPACES.split(), *chain.from_iterable(options), *arguments]
 
 
 class Box:
-    """A running guest, which answers on ``pipe``.
+    """A running guest, and the conversation with it: commands and their replies.
 
     Args:
         name: what errors call the agent.
         agent: the stranger's file, or None for one of this project's agents.
         limits: of the guest.
 
-    Raises ``BenchError`` if no box can be started.
+    Every method raises ``BenchError`` if the guest has ended, has used up a limit, or sends what no frame
+    allows, with the place and what the agent printed last; the class does if no box can be started.
     """
 
     def __init__(self, name: str, agent: Path | None, limits: Limits) -> None:
         require_possible()
         self.name, self.limits = name, limits
-        self.where: Callable[[], str] = lambda: "at its start"
-        self._tail, self._printed, self._waited = b"", 0, 0.0
-        from_world, writer = os.pipe()
-        reader, to_world = os.pipe()
-        self._output, output = os.pipe()
-        theirs = (from_world, to_world)
+        self._where: Callable[[], str] | None = None  # it has not started
+        self._printed, self._total, self._waited = b"", 0, 0.0
+        self._scopes: list[tuple[int, int | None]] = []
+        (theirs_in, writer), (reader, theirs_out), (self._output, output) = (os.pipe() for _ in range(3))
         try:
             self._process = subprocess.Popen(
-                command(agent, limits, theirs),
+                command(agent, limits, (theirs_in, theirs_out)),
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=output,
-                pass_fds=theirs,
+                pass_fds=(theirs_in, theirs_out),
                 env={"PATH": os.environ.get("PATH", os.defpath)},
             )
         finally:
-            for end in (*theirs, output):
+            for end in (theirs_in, theirs_out, output):
                 os.close(end)
         ours = (reader, writer, self._output)
-        self.end = weakref.finalize(self, _end, self._process, ours)
+        weakref.finalize(self, _end, self._process, ours)
         for end in ours:
             os.set_blocking(end, False)
         with suppress(OSError):  # larger pipes only save time
             fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, PIPE_BYTES)
         self.pipe = frames.Pipe(reader, writer, self._wait)
         self._polls = (select.poll(), select.poll())  # while reading, while writing
-        for poll, end, event in zip(
-            self._polls, (reader, writer), (select.POLLIN, select.POLLOUT), strict=True
-        ):
+        for poll, end, event in zip(self._polls, ours[:2], (select.POLLIN, select.POLLOUT), strict=True):
             poll.register(end, event)
             poll.register(self._output, select.POLLIN)
-        self._started = False
-        with self.verdicts():
+        with self.at(None):
             if self.pipe.read_kind() != frames.STARTED:
                 raise frames.ProtocolError("something else than its start")
-        self._started = True
 
-    def _wait(self, writing: bool) -> None:
-        """Waits until the guest has done something, and takes what it has printed."""
-        begun, left = time.monotonic(), self.limits.longest_wait - self._waited
-        ready = dict(self._polls[writing].poll(1000 * max(left, 0.0)))
-        self._waited += time.monotonic() - begun
-        if not ready:
-            message = f"The agent let the training wait for {self.limits.longest_wait:,} seconds."
-            raise self.error("agent-slow", message, "Wait for nothing but the environment.")
-        if self._output in ready:
-            self._drain()
+    def ask(
+        self, where: str, name: str, *arguments: Any, blob: bytes = b"", limit: int = 0
+    ) -> tuple[Any, bytearray]:
+        """Sends a command. Returns its reply: JSON, and at most ``limit`` bytes. Errors name ``where``."""
+        with self.at(lambda: where):
+            self.send(name, *arguments, blob=blob)
+            return self.reply(self.pipe.read_kind(), limit)
 
-    def _drain(self) -> None:
-        data = os.read(self._output, 2**16)
-        if not data:
-            for poll in self._polls:
-                poll.unregister(self._output)
-        self._tail, self._printed = (self._tail + data)[-TAIL:], self._printed + len(data)
-        if self._printed > self.limits.output:
-            self._printed = 0
-            message = f"The agent printed more than {self.limits.output:,} bytes."
-            raise self.error("agent-output", message, "Print less.")
+    def send(self, name: str, *arguments: Any, blob: bytes = b"") -> None:
+        """Sends a command: the name of a method of the guest, and its arguments."""
+        self.synchronize()
+        self.pipe.write_message(frames.COMMAND, (name, arguments), blob)
+
+    def synchronize(self) -> None:
+        """Lets the guest's global random generators be seeded and kept where the world's are."""
+        if (wanted := generators.SCOPES) != self._scopes:
+            same = sum(
+                1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(wanted, self._scopes, strict=False))
+            )
+            opened = [seed for _, seed in wanted[same:]]
+            self.pipe.write_message(frames.COMMAND, ("scopes", (len(self._scopes) - same, opened)))
+            self._scopes = wanted.copy()
+            self.reply(self.pipe.read_kind(), 0)
+
+    def reply(self, kind: bytes, limit: int) -> tuple[Any, bytearray]:
+        """The rest of a reply whose kind was read. Raises ``BenchError`` if the agent raised an exception."""
+        if kind == frames.ERROR:
+            message = f"The agent raised {cut(escape(self.pipe.read_text())).rstrip('.')}."
+            raise self.error("agent-failed", message, "Correct it; without --isolated, Python shows more.")
+        if kind != frames.REPLY:
+            raise frames.ProtocolError(f"the unexpected byte {kind!r}")
+        return self.pipe.read_message(limit)
+
+    @contextmanager
+    def at(self, where: Callable[[], str] | None) -> Iterator[None]:
+        """Errors inside name this place."""
+        before, self._where = self._where, where
+        try:
+            yield
+        except EOFError:
+            raise self._ended() from None
+        except frames.ProtocolError as error:
+            hint = "Use only the arguments of make, act and learn, and smaller policies."
+            raise self.error("agent-frames", f"The agent's process sent {error}.", hint) from None
+        self._where = before
 
     def cpu_seconds(self) -> float:
         """The processor time of all processes of the box so far; 0 once it has ended."""
@@ -170,58 +185,63 @@ class Box:
                 waiting += (process / "task" / process.name / "children").read_text().split()
         return ticks / os.sysconf("SC_CLK_TCK")
 
-    @contextmanager
-    def verdicts(self) -> Iterator[None]:
-        """Raises ``BenchError`` where the guest ends or sends what no frame allows."""
-        try:
-            yield
-        except EOFError:
-            raise self._ended() from None
-        except frames.ProtocolError as error:
-            message = f"The agent's process sent {error}."
-            raise self.error(
-                "agent-frames", message, "Use only the arguments of make, act and learn."
-            ) from None
+    def _wait(self, writing: bool) -> None:
+        """Waits until the guest has done something, and takes what it has printed."""
+        begun, left = time.monotonic(), self.limits.longest_wait - self._waited
+        ready = dict(self._polls[writing].poll(1000 * max(left, 0.0)))
+        self._waited += time.monotonic() - begun
+        if not ready:
+            message = f"The agent let the training wait for {self.limits.longest_wait:,} seconds."
+            raise self.error("agent-slow", message, "Wait for nothing but the environment.")
+        if self._output in ready and not self._take_output():
+            for poll in self._polls:  # it closed its output
+                poll.unregister(self._output)
+        if self._total > self.limits.output:
+            message = f"The agent printed more than {self.limits.output:,} bytes."
+            raise self.error("agent-output", message, "Print less.")
+
+    def _take_output(self) -> int:
+        data = os.read(self._output, TAIL)
+        self._printed, self._total = (self._printed + data)[-TAIL:], self._total + len(data)
+        return len(data)
 
     def _ended(self) -> BenchError:
         """Why the process has ended."""
-        deadline = time.monotonic() + 2
-        while (reaped := os.wait4(self._process.pid, os.WNOHANG))[0] == 0 and time.monotonic() < deadline:
-            time.sleep(0.01)
-        if reaped[0] == 0:
+        try:
+            code = self._process.wait(timeout=2)
+        except subprocess.TimeoutExpired:
             return self.error("agent-ended", "The agent closed its pipes.", "Leave open files alone.")
-        _, status, usage = reaped
-        code, seconds = os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime
-        self._process.returncode = code
-        if not self._started:
-            last = (self._lines() or ["without a message"])[-1]
+        if self._where is None:
+            last = (self._last_lines() or ["without a message"])[-1].rstrip(".")
             if not last.startswith("bwrap: "):
-                return BenchError("no-box", f"Python does not start in the box: {last}", OPTION, REPORT)
-            message = f"Bubblewrap cannot start a box: {last.removeprefix('bwrap: ').rstrip('.')}."
+                return BenchError("no-box", f"Python does not start in the box: {last}.", OPTION, REPORT)
+            message = f"Bubblewrap cannot start a box: {last.removeprefix('bwrap: ')}."
             return BenchError("no-box", message, OPTION, f"{ALLOW}. Otherwise see docs/isolated.md.")
-        if seconds >= self.limits.cpu_seconds - 1:
+        if code == 128 + signal.SIGXCPU:
             message = f"The agent used up its {self.limits.cpu_seconds:,} seconds of processor time."
             return self.error("agent-cpu", message, "That is five times what trpo takes, and a minute.")
-        cause = {137: "was killed, as if memory ran out", 159: "made a system call that is not allowed"}
-        message = f"The agent's process {cause.get(code, f'ended with status {code}')}."
+        causes = {128 + signal.SIGKILL: "was killed, as if memory ran out", 128 + signal.SIGSYS: FORBIDDEN}
+        message = f"The agent's process {causes.get(code, f'ended with status {code}')}."
         return self.error("agent-ended", message, "Return from make, act and learn, and do not end Python.")
 
     def error(self, code: str, message: str, hint: str) -> BenchError:
-        """An error with the place and what the agent printed last. The guest is ended."""
+        """An error with the place and what the agent printed last. Ends the guest."""
         self._process.kill()
-        with suppress(BlockingIOError, ValueError, KeyError, OSError):
-            while self._printed <= self.limits.output:
-                before = self._printed
-                self._drain()
-                if self._printed == before:
-                    break
-        lines = self._lines()
+        lines = self._last_lines()
         shown = "".join(f"\n  | {line}" for line in lines)
         printed = f" It printed last:{shown}\n" if lines else ""
-        return BenchError(code, f"{message}{printed}", f"{self.name}, {self.where()}", hint)
+        return BenchError(
+            code,
+            f"{message}{printed}",
+            f"{self.name}, {self._where() if self._where else 'at its start'}",
+            hint,
+        )
 
-    def _lines(self) -> list[str]:
-        lines = [line for line in self._tail.decode("utf-8", "replace").splitlines() if line.strip()]
+    def _last_lines(self) -> list[str]:
+        with suppress(OSError):  # nothing is left
+            while self._total <= self.limits.output and self._take_output():
+                pass
+        lines = [line for line in self._printed.decode("utf-8", "replace").splitlines() if line.strip()]
         return [escape(line[: 2 * WIDTH])[:WIDTH] for line in lines[-LINES:]]
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import ctypes
 import errno
 import math
+import struct
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -69,123 +70,73 @@ def confine(limits: Limits) -> None:
     """Limits this process, which has one thread and no child, for the rest of its life."""
     import resource
 
-    for name, value in (
-        (resource.RLIMIT_CPU, limits.cpu_seconds),
-        (resource.RLIMIT_DATA, limits.memory),
-        (resource.RLIMIT_AS, limits.memory + LIBRARIES),
-        (resource.RLIMIT_FSIZE, limits.files),
-        (resource.RLIMIT_NPROC, limits.threads),
-        (resource.RLIMIT_NOFILE, 256),
-        (resource.RLIMIT_CORE, 0),
-        (resource.RLIMIT_MEMLOCK, 0),
-    ):
-        resource.setrlimit(name, (value, value))
+    for name, value in {
+        **{"CPU": limits.cpu_seconds, "DATA": limits.memory, "AS": limits.memory + LIBRARIES, "CORE": 0},
+        **{"FSIZE": limits.files, "NPROC": limits.threads, "NOFILE": 256, "MEMLOCK": 0},
+    }.items():
+        # The kernel ends the process with SIGXCPU, and, if it ignores that, two seconds later.
+        resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (value, value + 2 * (name == "CPU")))
     program = seccomp_program()
-    instructions = (Instruction * len(program))(*(Instruction(*each) for each in program))
+    code = ctypes.create_string_buffer(b"".join(struct.pack("=HBBI", *each) for each in program))
+    filters = struct.pack("@HP", len(program), ctypes.addressof(code))  # a struct sock_fprog
     prctl = ctypes.CDLL(None, use_errno=True).prctl
     # Never dumped: a core pattern that begins with "|" gives the memory to a program of the host's root.
-    for call in (
-        (PR_SET_DUMPABLE, 0, 0, 0, 0),
-        (PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0),
-        (PR_SET_SECCOMP, 2, ctypes.byref(Program(len(program), instructions)), 0, 0),
-    ):
-        if prctl(*call) != 0:
+    for call in ((PR_SET_DUMPABLE, 0), (PR_SET_NO_NEW_PRIVS, 1), (PR_SET_SECCOMP, 2, filters)):
+        if prctl(*call, *[0] * (5 - len(call))) != 0:
             sys.exit(f"prctl({call[0]}) failed: {errno.errorcode.get(ctypes.get_errno())}")
 
 
 PR_SET_DUMPABLE, PR_SET_SECCOMP, PR_SET_NO_NEW_PRIVS = 4, 22, 38
 REFUSED = {
-    "other programs": {"execve": 59, "execveat": 322},
-    "processes": {"fork": 57, "vfork": 58},
-    "other processes": {
-        **{"ptrace": 101, "process_vm_readv": 310, "process_vm_writev": 311, "kcmp": 312},
-        **{"pidfd_open": 434, "pidfd_getfd": 438, "process_madvise": 440, "process_mrelease": 448},
-    },
-    "namespaces and file systems": {
-        **{"unshare": 272, "setns": 308, "mount": 165, "umount2": 166, "pivot_root": 155, "chroot": 161},
-        **{
-            "open_tree": 428,
-            "move_mount": 429,
-            "fsopen": 430,
-            "fsconfig": 431,
-            "fsmount": 432,
-            "fspick": 433,
-        },
-        **{"mount_setattr": 442, "name_to_handle_at": 303, "open_by_handle_at": 304, "quotactl": 179},
-        **{"quotactl_fd": 443, "fanotify_init": 300, "sysfs": 139, "ustat": 136, "acct": 163},
-    },
-    "network and sockets": {"socket": 41, "socketpair": 53},
-    "memory that the limits do not count": {
-        **{"memfd_create": 319, "memfd_secret": 447, "shmget": 29, "shmat": 30, "shmctl": 31, "semget": 64},
-        **{"msgget": 68, "mq_open": 240},
-    },
-    "parts of the kernel that had holes and that no agent needs": {
-        **{"bpf": 321, "io_uring_setup": 425, "io_uring_enter": 426, "io_uring_register": 427},
-        **{"add_key": 248, "request_key": 249, "keyctl": 250, "perf_event_open": 298, "userfaultfd": 323},
-        **{"splice": 275, "tee": 276, "vmsplice": 278, "remap_file_pages": 216, "modify_ldt": 154},
-        **{"personality": 135, "migrate_pages": 256, "move_pages": 279, "lookup_dcookie": 212},
-    },
-    "the machine": {
-        **{"init_module": 175, "finit_module": 313, "delete_module": 176, "kexec_load": 246},
-        **{"kexec_file_load": 320, "reboot": 169, "swapon": 167, "swapoff": 168, "syslog": 103},
-        **{"settimeofday": 164, "clock_settime": 227, "adjtimex": 159, "clock_adjtime": 305},
-        **{"sethostname": 170, "setdomainname": 171, "iopl": 172, "ioperm": 173, "vhangup": 153},
-    },
+    "other programs, and other processes": """execve 59 execveat 322 fork 57 vfork 58 ptrace 101 kcmp 312
+        process_vm_readv 310 process_vm_writev 311 pidfd_open 434 pidfd_getfd 438 process_madvise 440
+        process_mrelease 448""",
+    "namespaces and file systems": """unshare 272 setns 308 mount 165 umount2 166 pivot_root 155 chroot 161
+        open_tree 428 move_mount 429 fsopen 430 fsconfig 431 fsmount 432 fspick 433 mount_setattr 442
+        name_to_handle_at 303 open_by_handle_at 304 quotactl 179 quotactl_fd 443 fanotify_init 300
+        sysfs 139 ustat 136 acct 163""",
+    "the network, and sockets of all kinds": "socket 41 socketpair 53",
+    "memory that the limits do not count": """memfd_create 319 memfd_secret 447 shmget 29 shmat 30
+        shmctl 31 semget 64 msgget 68 mq_open 240""",
+    "parts of the kernel that had holes and that no agent needs": """bpf 321 io_uring_setup 425
+        io_uring_enter 426 io_uring_register 427 add_key 248 request_key 249 keyctl 250
+        perf_event_open 298 userfaultfd 323 splice 275 tee 276 vmsplice 278 remap_file_pages 216
+        modify_ldt 154 personality 135 migrate_pages 256 move_pages 279 lookup_dcookie 212""",
+    "the machine": """init_module 175 finit_module 313 delete_module 176 kexec_load 246
+        kexec_file_load 320 reboot 169 swapon 167 swapoff 168 syslog 103 settimeofday 164
+        clock_settime 227 adjtimex 159 clock_adjtime 305 sethostname 170 setdomainname 171 iopl 172
+        ioperm 173 vhangup 153""",
 }
-"""Numbers of the system calls of x86-64 that fail with "Operation not permitted", by what they are for."""
-ARGUMENTS = {
-    "ioctl": (16, 1, (0x5412, 0x541C)),  # TIOCSTI and TIOCLINUX write into a terminal
-    "prctl": (157, 0, (PR_SET_DUMPABLE,)),
-}
-"""Calls that are refused for some values of one argument: number, index of the argument, values."""
+"""System calls that fail with EPERM, with their numbers on x86-64, by what they are for."""
+ARGUMENTS = {16: (1, (0x5412, 0x541C)), 157: (0, (PR_SET_DUMPABLE,))}
+"""Calls that are refused for some values of one argument, by number: its index, and the values. TIOCSTI and
+TIOCLINUX of ioctl write into a terminal; prctl would allow dumps again."""
 CLONE, CLONE_THREAD, CLONE3, NEWEST = 56, 0x10000, 435, 450
 """A thread is a clone with this flag. The flags of clone3 lie in memory, where no filter sees them: libraries
 go back to clone if it is missing. Calls above ``NEWEST`` are missing, too: nobody has judged them."""
-
 X86_64, X32 = 0xC000003E, 0x40000000
 LOAD, EQUAL, AT_LEAST, BIT_SET, RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
 KILL, ALLOW, FAIL = 0x80000000, 0x7FFF0000, 0x00050000
 NUMBER, ARCHITECTURE, FIRST_ARGUMENT = 0, 4, 16
 """Offsets in what a filter sees: the call, the architecture, and arguments of 8 bytes each."""
+Instruction = tuple[int, int, int, int]
+"""What to do, how many instructions to skip if it is true and if it is false, and a number."""
 
 
-class Instruction(ctypes.Structure):
-    """An instruction of the filter: what to do, how many to skip if true and if false, and a number."""
-
-    _fields_ = (
-        ("code", ctypes.c_uint16),
-        ("true", ctypes.c_uint8),
-        ("false", ctypes.c_uint8),
-        ("k", ctypes.c_uint32),
-    )
-
-
-class Program(ctypes.Structure):
-    """A filter, as the kernel reads it."""
-
-    _fields_ = (("length", ctypes.c_uint16), ("instructions", ctypes.POINTER(Instruction)))
-
-
-def seccomp_program() -> list[tuple[int, int, int, int]]:
+def seccomp_program() -> list[Instruction]:
     """The filter of system calls: instructions of the kernel's BPF, from top to bottom."""
 
-    def unless(test: int, value: int, answer: int) -> Iterator[tuple[int, int, int, int]]:
-        yield from ((test, 0, 1, value), (RETURN, 0, 0, answer))
+    def refuse(test: int, value: int, answer: int) -> tuple[Instruction, Instruction]:
+        return (test, 0, 1, value), (RETURN, 0, 0, answer)
 
-    def load(offset: int) -> tuple[int, int, int, int]:
-        return LOAD, 0, 0, offset
-
-    program = [load(ARCHITECTURE), (EQUAL, 1, 0, X86_64), (RETURN, 0, 0, KILL), load(NUMBER)]
-    program += unless(AT_LEAST, X32, KILL)
-    program += unless(AT_LEAST, NEWEST + 1, FAIL | errno.ENOSYS)
-    program += unless(EQUAL, CLONE3, FAIL | errno.ENOSYS)
-    for calls in REFUSED.values():
-        for number in calls.values():
-            program += unless(EQUAL, number, FAIL | errno.EPERM)
-    for number, index, values in ARGUMENTS.values():
-        body = [load(FIRST_ARGUMENT + 8 * index)]
-        for value in values:
-            body += unless(EQUAL, value, FAIL | errno.EPERM)
-        program += [(EQUAL, 0, len(body) + 1, number), *body, (RETURN, 0, 0, ALLOW)]
-    program += [(EQUAL, 0, 3, CLONE), load(FIRST_ARGUMENT), (BIT_SET, 1, 0, CLONE_THREAD)]
+    program: list[Instruction] = [(LOAD, 0, 0, ARCHITECTURE), (EQUAL, 1, 0, X86_64), (RETURN, 0, 0, KILL)]
+    program += (LOAD, 0, 0, NUMBER), *refuse(AT_LEAST, X32, KILL)
+    program += *refuse(AT_LEAST, NEWEST + 1, FAIL | errno.ENOSYS), *refuse(EQUAL, CLONE3, FAIL | errno.ENOSYS)
+    for number in (int(word) for calls in REFUSED.values() for word in calls.split()[1::2]):
+        program += refuse(EQUAL, number, FAIL | errno.EPERM)
+    for number, (index, values) in ARGUMENTS.items():
+        body = [step for value in values for step in refuse(EQUAL, value, FAIL | errno.EPERM)]
+        program += (EQUAL, 0, len(body) + 2, number), (LOAD, 0, 0, FIRST_ARGUMENT + 8 * index), *body
+        program.append((RETURN, 0, 0, ALLOW))
+    program += (EQUAL, 0, 3, CLONE), (LOAD, 0, 0, FIRST_ARGUMENT), (BIT_SET, 1, 0, CLONE_THREAD)
     return [*program, (RETURN, 0, 0, FAIL | errno.EPERM), (RETURN, 0, 0, ALLOW)]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from gym_extensions.baselines import algorithms, generators
+from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
 from gym_extensions.baselines.isolated import frames
 from gym_extensions.baselines.isolated.box import Box
@@ -21,7 +20,8 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
-from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import HINT, Policy
+from gym_extensions.submissions.policies.mlp_arrays import array_errors
 from gym_extensions.submissions.policies.onnx import ONNX, Network, OnnxPolicy, Tensor
 from gym_extensions.submissions.problem import cut, escape
 
@@ -88,81 +88,30 @@ class IsolatedAgent:
 
     def __call__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int) -> Proxy:
         path, attribute = self.located()
-        link = Link(Box(algorithms.name_of(self), path, self.limits))
-        link.ask("at its import", "load_agent", path.name if path else "", attribute)
+        box = Box(algorithms.name_of(self), path, self.limits)
+        box.ask("at its import", "load_agent", path.name if path else "", attribute)
         spaces, blob = _described({"observations": observation_space, "actions": action_space})
-        (*observes, saves), _ = link.ask("make()", "create", self.name, spaces, seed, blob=blob)
+        (*observes, saves), _ = box.ask("make()", "create", box.name, spaces, seed, blob=blob)
         make = ResumableProxy if saves is True else Proxy
-        return make(link, Observes(*(asked is True for asked in observes[:3])), action_space.shape or ())
-
-
-class Link:
-    """A conversation with the guest in a box: commands and their replies."""
-
-    def __init__(self, box: Box) -> None:
-        self.box, self.pipe = box, box.pipe
-        self._scopes: list[tuple[int, int | None]] = []
-
-    def ask(
-        self, where: str, name: str, *arguments: Any, blob: bytes = b"", limit: int = 0
-    ) -> tuple[Any, bytearray]:
-        """Sends a command; its reply, with at most ``limit`` bytes beside JSON. Errors name ``where``."""
-        with self.at(lambda: where):
-            self.send(name, *arguments, blob=blob)
-            return self.reply(self.pipe.read_kind(), limit)
-
-    @contextmanager
-    def at(self, where: Callable[[], str]) -> Iterator[None]:
-        """Errors of the guest inside name this place."""
-        before, self.box.where = self.box.where, where
-        with self.box.verdicts():
-            yield
-        self.box.where = before
-
-    def send(self, name: str, *arguments: Any, blob: bytes = b"") -> None:
-        self.synchronize()
-        self.pipe.write_message(frames.COMMAND, (name, arguments), blob)
-
-    def synchronize(self) -> None:
-        """Lets the guest's global random generators be seeded and kept where the world's are."""
-        wanted = generators.SCOPES
-        if wanted == self._scopes:
-            return
-        same = 0
-        while wanted[same : same + 1] == self._scopes[same : same + 1] != []:
-            same += 1
-        closed, opened = len(self._scopes) - same, [seed for _, seed in wanted[same:]]
-        self.pipe.write_message(frames.COMMAND, ("scopes", (closed, opened)))
-        self._scopes = wanted.copy()
-        self.reply(self.pipe.read_kind(), 0)
-
-    def reply(self, kind: bytes, limit: int) -> tuple[Any, bytearray]:
-        """The rest of a reply whose kind was read. Raises ``BenchError`` if it is an error of the agent."""
-        if kind == frames.ERROR:
-            message = f"The agent raised {cut(escape(self.pipe.read_text()))}"
-            hint = "Correct it; without --isolated, Python shows where it happens."
-            raise self.box.error("agent-failed", f"{message.rstrip('.')}.", hint)
-        if kind != frames.REPLY:
-            raise frames.ProtocolError(f"the unexpected byte {kind!r}")
-        return self.pipe.read_message(limit)
+        return make(box, Observes(*(asked is True for asked in observes[:3])), action_space.shape or ())
 
 
 class Proxy:
     """An agent in a box: what the training loop asks of it is done by the guest."""
 
-    def __init__(self, link: Link, observes: Observes, action_shape: tuple[int, ...]) -> None:
-        self.link, self.observes, self._action_shape = link, observes, action_shape
+    def __init__(self, box: Box, observes: Observes, action_shape: tuple[int, ...]) -> None:
+        self.box, self.observes, self._action_shape = box, observes, action_shape
 
     @property
     def box_seconds(self) -> float:
         """The processor time of the guest so far, as the world's kernel counts it."""
-        return self.link.box.cpu_seconds()
+        return self.box.cpu_seconds()
 
     def card(self) -> Card:
         """The agent's card, as far as its values have the right names; the checks of cards come after."""
-        tables, _ = self.link.ask("card()", "card")
+        tables, _ = self.box.ask("card()", "card")
         if tables is None:
-            return Card(self.link.box.name)
+            return Card(self.box.name)
         try:
             lists = {name: tuple(tables[name]) for name in ("tuning_tasks", "packages")}
             return Card(**(tables | lists))
@@ -171,33 +120,36 @@ class Proxy:
 
     def policy(self) -> AnyPolicy | None:
         """The agent's policy: plain arrays, which need no parser, or a network in a box of its own."""
-        limits = self.link.box.limits
-        shapes, blob = self.link.ask("policy()", "policy", limit=limits.policy)
+        shapes, blob = self.box.ask("policy()", "policy", limit=self.box.limits.policy)
         if shapes is None:
             return None
-        with self.link.at(lambda: "policy()"):
+        with self.box.at(lambda: "policy()"):
             arrays = frames.unpacked(shapes, blob)
-        return BoxedNetwork(arrays[ONNX].tobytes(), limits) if ONNX in arrays else Policy.from_arrays(arrays)
+        if list(arrays) == [ONNX]:
+            return BoxedNetwork(arrays[ONNX].tobytes(), self.box.limits)
+        if error := next(array_errors(arrays), None):
+            raise BenchError("bad-policy", cut(error), "policy()", HINT)
+        return Policy.from_arrays(arrays)
 
     def act(self, observations: Array, context: Context) -> Array:
         """The agent's actions, of any values."""
         label = context.label and (context.label.id, context.label.index)
         shapes, blob = frames.packed({"observations": observations, "starts": context.episode_starts})
-        with self.link.at(lambda: "act()"):
-            self.link.send("act", label, shapes, blob=blob)
-            return self._actions(self.link.pipe.read_kind(), len(observations), "act()")
+        with self.box.at(lambda: "act()"):
+            self.box.send("act", label, shapes, blob=blob)
+            return self._actions(self.box.pipe.read_kind(), len(observations), "act()")
 
     def _actions(self, kind: bytes, num_envs: int, where: str) -> Array:
         """The actions in a frame whose kind was read."""
         shape = (num_envs, *self._action_shape)
         if kind in frames.ACTION_TYPES:
             dtype = frames.ACTION_TYPES[kind]
-            return np.frombuffer(self.link.pipe.read(math.prod(shape) * dtype.itemsize), dtype).reshape(shape)
+            return np.frombuffer(self.box.pipe.read(math.prod(shape) * dtype.itemsize), dtype).reshape(shape)
         if kind == frames.NO_ACTIONS:
-            message = f"The agent returned {cut(escape(self.link.pipe.read_text()))} as actions."
+            message = f"The agent returned {cut(escape(self.box.pipe.read_text()))} as actions."
             hint = f"Return an array of numbers of shape {shape}, one row per environment."
             raise BenchError("bad-actions", message, where, hint)
-        self.link.reply(kind, 0)
+        self.box.reply(kind, 0)
         raise frames.ProtocolError("a reply in place of actions")
 
     def learn(self, env: VectorEnv, steps: int) -> None:
@@ -211,9 +163,9 @@ class Proxy:
             told["env_tasks"] = told["env_tasks"].tolist()
         told["np_random"] = known.np_random.bit_generator.state
         spaces, blob = _described({name: getattr(env, name) for name in SPACES})
-        pipe, dtype, resets = self.link.pipe, env.single_observation_space.dtype, 0
-        with self.link.at(lambda: f"learn(), after {known.taken:,} of {steps:,} steps"):
-            self.link.send("learn", steps, told, spaces, blob=blob)
+        pipe, dtype, resets = self.box.pipe, env.single_observation_space.dtype, 0
+        with self.box.at(lambda: f"learn(), after {known.taken:,} of {steps:,} steps"):
+            self.box.send("learn", steps, told, spaces, blob=blob)
             while (kind := pipe.read_kind()) != frames.REPLY:
                 if kind in (frames.RESET, frames.MASKED_RESET):
                     size = env.num_envs
@@ -223,30 +175,30 @@ class Proxy:
                     resets += size if mask is None else int(mask.sum())
                     if resets > steps + 100 * size:
                         message = f"The agent reset {resets:,} environments."
-                        raise self.link.box.error("too-many-resets", message, "Take steps between resets.")
+                        raise self.box.error("too-many-resets", message, "Take steps between resets.")
                     first, _ = env.reset(options=None if mask is None else {"reset_mask": mask})
-                    self.link.synchronize()
+                    self.box.synchronize()
                     pipe.write(frames.RESET_DONE, np.asarray(first, dtype).tobytes())
                 else:
                     actions = self._actions(kind, env.num_envs, "env.step() in learn()")
                     seen, rewards, *ends, _ = env.step(actions)
-                    self.link.synchronize()
+                    self.box.synchronize()
                     results = np.asarray(rewards, np.float64), *(np.asarray(end, np.bool_) for end in ends)
                     parts = (each.tobytes() for each in (np.asarray(seen, dtype), *results))
                     pipe.write(frames.STEPPED, *parts)
-            self.link.reply(kind, 0)
+            self.box.reply(kind, 0)
 
 
 class ResumableProxy(Proxy):
     """An agent in a box that can be saved. The world stores what it saves and never reads it."""
 
     def save(self, path: Path) -> None:
-        is_written, saved = self.link.ask("save()", "save", limit=self.link.box.limits.files)
+        is_written, saved = self.box.ask("save()", "save", limit=self.box.limits.files)
         if is_written is not None:
             write_bytes(path, bytes(saved))
 
     def load(self, path: Path) -> None:
-        self.link.ask("load()", "load", blob=path.read_bytes())
+        self.box.ask("load()", "load", blob=path.read_bytes())
 
 
 class BoxedNetwork(OnnxPolicy):
@@ -254,8 +206,8 @@ class BoxedNetwork(OnnxPolicy):
 
     def __init__(self, data: bytes, limits: Limits) -> None:
         self._data, self._states = data, {}
-        self._link, self._limit = Link(Box("the policy", None, limits)), limits.policy
-        reply, _ = self._link.ask("policy()", "network", blob=data)
+        self._box, self._limit = Box("the policy", None, limits), limits.policy
+        reply, _ = self._box.ask("policy()", "network", blob=data)
         try:
             inputs, outputs = (
                 {
@@ -271,7 +223,7 @@ class BoxedNetwork(OnnxPolicy):
 
     def run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
         shapes, blob = frames.packed(feeds)
-        reply, results = self._link.ask("act()", "run", shapes, blob=blob, limit=self._limit)
+        reply, results = self._box.ask("act()", "run", shapes, blob=blob, limit=self._limit)
         return list(frames.unpacked(reply, results).values())
 
 

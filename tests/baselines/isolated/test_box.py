@@ -1,0 +1,275 @@
+"""Where no box can be started, one sentence says how to go on; what lies in it; limits of the protocol."""
+
+from __future__ import annotations
+
+import errno
+import os
+import platform
+import shutil
+import struct
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gym_extensions.baselines.cli import main
+from gym_extensions.baselines.isolated import box, confine, contents, frames
+from gym_extensions.baselines.isolated.confine import ALLOW, FAIL, KILL, Limits, seccomp_program
+from gym_extensions.baselines.isolated.proxy import IsolatedAgent
+from gym_extensions.catalog.groups import group
+from gym_extensions.errors import BenchError
+
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="boxes need Linux")
+TRAIN = ["trpo", "--isolated", "--groups", "pusher", "--budget", "smoke", "--out"]
+
+
+def refusal() -> BenchError:
+    with pytest.raises(BenchError) as error:
+        box.require_possible()
+    return error.value
+
+
+@pytest.fixture
+def linux(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch:
+    """An ordinary user of Linux on x86-64, with bubblewrap."""
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(platform, "machine", lambda: "x86_64")
+    for name in ("getuid", "geteuid"):
+        monkeypatch.setattr(os, name, lambda: 1000, raising=False)
+    monkeypatch.setattr(shutil, "which", lambda _: "/usr/bin/bwrap")
+    return monkeypatch
+
+
+class TestRefusals:
+    def test_an_ordinary_user_with_bubblewrap_is_not_refused(self, linux: pytest.MonkeyPatch) -> None:
+        box.require_possible()
+
+    @pytest.mark.parametrize("name", ["getuid", "geteuid"])
+    def test_root_is_refused(self, linux: pytest.MonkeyPatch, name: str) -> None:
+        linux.setattr(os, name, lambda: 0)
+        assert refusal().code == "box-as-root"
+        assert "Run it as an ordinary user" in refusal().hint
+
+    def test_without_bubblewrap(self, linux: pytest.MonkeyPatch) -> None:
+        linux.setattr(shutil, "which", lambda _: None)
+        assert refusal().code == "no-box"
+        assert "sudo apt-get install bubblewrap" in refusal().hint
+
+    @pytest.mark.parametrize(
+        ("system", "machine"), [("darwin", "x86_64"), ("win32", "AMD64"), ("linux", "aarch64")]
+    )
+    def test_on_another_system(self, linux: pytest.MonkeyPatch, system: str, machine: str) -> None:
+        linux.setattr(sys, "platform", system)
+        linux.setattr(platform, "machine", lambda: machine)
+        assert refusal().code == "no-box"
+        assert "container" in refusal().hint
+
+    @LINUX
+    def test_where_user_namespaces_are_forbidden(self, linux: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        fake = tmp_path / "bwrap"
+        fake.write_text("#!/bin/sh\necho 'bwrap: setting up uid map: Permission denied' >&2\nexit 1\n")
+        fake.chmod(0o755)
+        linux.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+        with pytest.raises(BenchError) as error:
+            box.Box("agent", None, Limits())
+        assert str(error.value) == (
+            "--isolated: Bubblewrap cannot start a box: setting up uid map: Permission denied. On Ubuntu, "
+            "allow it with: sudo sysctl -w kernel.apparmor_restrict_unprivileged_userns=0. "
+            "Otherwise see docs/isolated.md."
+        )
+
+    def test_the_command_says_it_before_it_trains(
+        self, linux: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        linux.setattr(os, "getuid", lambda: 0, raising=False)
+        assert main([*TRAIN, str(tmp_path / "mine")]) == 2
+        assert "as root" in capsys.readouterr().err
+        assert not (tmp_path / "mine").exists()
+
+
+class TestNames:
+    def test_an_agent_is_a_file_a_module_or_a_name(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        Path("deep").mkdir()
+        for path in ("mine.py", "deep/other.py"):
+            Path(path).write_text("raise SystemExit('the world imports no file of a stranger')")
+        names = ("mine.py:make", "mine:Agent", "deep/other.py:make", "deep.other:make", "trpo")
+        agents = [IsolatedAgent(name) for name in names]
+        assert [agent.located()[0] for agent in agents] == [
+            *(Path("mine.py"), Path("mine.py"), Path("deep/other.py"), Path("deep/other.py"), None)
+        ]
+        assert [getattr(agent, "__name__") for agent in agents] == ["mine", "Agent", "other", "other", "trpo"]  # noqa: B009
+
+    @pytest.mark.parametrize("name", ["none.py:make", "none:make", "trop", ".:make"])
+    def test_an_agent_that_does_not_exist_is_refused(
+        self, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        with pytest.raises(BenchError) as error:
+            IsolatedAgent(name)
+        assert error.value.code == "unknown-agent"
+
+
+class TestLimits:
+    def test_an_agent_has_five_times_the_processor_time_of_trpo_and_a_minute(self) -> None:
+        hopper, humanoid = group("hopper-gravity"), group("humanoid-gravity")
+        assert Limits.of([(hopper, 1_500_000)]).cpu_seconds == 60 + 825
+        assert Limits.of([(hopper, 1_500_000), (humanoid, 1_500_000)]).cpu_seconds == 60 + 3353
+        assert Limits.of([(group("pusher"), 1000)]).cpu_seconds == 60 + 3
+
+    def test_the_world_waits_four_times_as_long(self) -> None:
+        assert Limits(cpu_seconds=100).longest_wait == 460
+
+
+def verdict(number: int, *arguments: int, architecture: int = confine.X86_64) -> int:
+    """What the filter answers to a system call: an interpreter of the instructions that it uses."""
+    program, position, value = seccomp_program(), 0, 0
+    data = struct.pack("<IIQ6Q", number, architecture, 0, *arguments, *[0] * (6 - len(arguments)))
+    while True:
+        code, if_true, if_false, k = program[position]
+        position += 1
+        if code == confine.RETURN:
+            return k
+        if code == confine.LOAD:
+            (value,) = struct.unpack_from("<I", data, k)
+            continue
+        test = {confine.EQUAL: value == k, confine.AT_LEAST: value >= k, confine.BIT_SET: value & k}[code]
+        position += if_true if test else if_false
+
+
+class TestFilter:
+    @pytest.mark.parametrize(
+        ("answer", "number", "arguments"),
+        [
+            (ALLOW, 0, ()),  # read
+            (ALLOW, 56, (0x3D0F00,)),  # a thread
+            (FAIL | errno.EPERM, 56, (0x11,)),  # a process
+            (FAIL | errno.EPERM, 56, (0x10000011,)),  # a user namespace
+            (FAIL | errno.ENOSYS, 435, ()),  # clone3
+            (FAIL | errno.EPERM, 59, ()),  # execve
+            (FAIL | errno.EPERM, 173, ()),  # the last of the table
+            (FAIL | errno.EPERM, 16, (0, 0x5412)),  # ioctl(TIOCSTI)
+            (ALLOW, 16, (0, 0x5401)),
+            (FAIL | errno.EPERM, 157, (4, 1)),  # prctl(PR_SET_DUMPABLE)
+            (ALLOW, 157, (15,)),
+            (ALLOW, 450, ()),
+            (FAIL | errno.ENOSYS, 451, ()),
+            (KILL, 0x40000000, ()),  # x32
+        ],
+    )
+    def test_answers(self, answer: int, number: int, arguments: tuple[int, ...]) -> None:
+        assert verdict(number, *arguments) == answer
+
+    def test_other_architectures_are_killed(self) -> None:
+        assert verdict(0, architecture=0x40000003) == KILL
+
+    def test_the_table_names_every_call_once(self) -> None:
+        words = " ".join(confine.REFUSED.values()).split()
+        names, numbers = words[::2], words[1::2]
+        assert len(set(names)) == len(names) == len(set(numbers))
+        assert all(
+            name.replace("_", "").isalnum() and number.isdigit()
+            for name, number in zip(names, numbers, strict=True)
+        )
+
+
+class TestContents:
+    def test_the_box_has_no_simulator_no_experts_and_no_submissions(self) -> None:
+        found = contents.packages()
+        assert {"numpy", "gymnasium", "gym_extensions/baselines", "gym_extensions/errors.py"} <= found.keys()
+        assert not [name for name in found if "mujoco" in name or "numba" in name]
+        own = {name.partition("/")[2] for name in found if name.startswith("gym_extensions/")}
+        assert own == {
+            "baselines",
+            "catalog",
+            "submissions",
+            "errors.py",
+            "files.py",
+            "versions.py",
+            "policies.py",
+        }
+
+    def test_an_agent_is_written_without_a_simulator(self) -> None:
+        program = (
+            "import sys\nfrom gym_extensions.baselines import Card, Observes, OnnxPolicy, Policy\n"
+            "import gym_extensions.baselines.agent, gym_extensions.policies\n"
+            "import gym_extensions.baselines.algorithms.trpo\n"
+            "import gym_extensions.baselines.isolated.guest\n"
+            "heavy = {'mujoco', 'numba', 'gym_extensions.envs', 'gym_extensions.references', 'torch'}\n"
+            "print(sorted(heavy & set(sys.modules)))"
+        )
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+        assert done.stdout.strip() == "[]"
+
+
+class TestFrames:
+    def pipe(self, data: bytes) -> frames.Pipe:
+        reader, writer = os.pipe()
+        os.write(writer, data)
+        os.close(writer)
+        return frames.Pipe(reader, -1)
+
+    def test_arrays_come_back_as_they_were(self) -> None:
+        arrays = {
+            "a": np.arange(6.0).reshape(2, 3),
+            "b": np.array(1.5, np.float32),
+            "c": np.zeros((0, 4), np.bool_),
+            "d": np.frombuffer(b"text", np.uint8),
+            "e": np.arange(4, dtype=">f8"),
+        }
+        shapes, blob = frames.packed(arrays)
+        back = frames.unpacked(shapes, bytearray(blob))
+        assert list(back) == list(arrays)
+        for name, values in arrays.items():
+            assert back[name].shape == values.shape
+            np.testing.assert_array_equal(back[name], values)
+
+    @pytest.mark.parametrize(
+        "shapes",
+        [
+            None,
+            7,
+            "text",
+            [["a"]],
+            [["a", "|O", [1]]],
+            [["a", "<U9", [1]]],
+            [["a", "<f8", [2]]],
+            [["a", "<f8", [-1]]],
+            [["a", "<f8", [0.5]]],
+            [["a", "<f8", [True]]],
+            [["a", "<f8", [1] * 9]],
+            [["a", "<f8", [2**70]]],
+            [["a", "<f4", [1]]],
+            [[["a"], "<f8", [1]]],
+            [],
+        ],
+    )
+    def test_arrays_that_do_not_fit_their_bytes_are_refused(self, shapes: Any) -> None:
+        with pytest.raises(frames.ProtocolError):
+            frames.unpacked(shapes, bytearray(8))
+
+    @pytest.mark.parametrize(
+        ("data", "read"),
+        [
+            (frames.LENGTHS.pack(2**17, 0), lambda pipe: pipe.read_message(10)),
+            (frames.LENGTHS.pack(2, 11) + b"[]", lambda pipe: pipe.read_message(10)),
+            (frames.LENGTHS.pack(3, 0) + b"[1,", lambda pipe: pipe.read_message(10)),
+            (frames.LENGTHS.pack(60_000, 0) + b"[" * 60_000, lambda pipe: pipe.read_message(10)),
+            (frames.LENGTHS.pack(2, 0) + b"\xff\xfe", lambda pipe: pipe.read_message(10)),
+            (struct.pack("<I", 2**17), lambda pipe: pipe.read_text()),
+        ],
+        ids=["long JSON", "too many bytes", "no JSON", "deep JSON", "no UTF-8", "long text"],
+    )
+    def test_what_no_frame_allows_is_refused(self, data: bytes, read: Callable[[frames.Pipe], Any]) -> None:
+        with pytest.raises(frames.ProtocolError):
+            read(self.pipe(data))
+
+    def test_a_closed_pipe_is_the_end(self) -> None:
+        with pytest.raises(EOFError):
+            self.pipe(b"x").read(2)

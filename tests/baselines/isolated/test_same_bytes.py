@@ -1,0 +1,139 @@
+"""In the box an agent gives the same logs, policies and manifests, byte for byte; and it resumes."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+from .conftest import ROOT, Ordinary
+
+PAGE = (ROOT / "docs/submit.md").read_text(encoding="utf-8")
+CLIMBER, POLICY, CARD, *_ = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+TRAIN = """
+import json, sys
+from gym_extensions.__main__ import main
+
+print(json.dumps([main(["train", *command]) for command in json.loads(sys.argv[1])]))
+"""
+GLOBAL = """
+import random
+import numpy as np
+
+
+class Agent:
+    \"\"\"Draws from all generators that the loop seeds, in training and in evaluation.\"\"\"
+
+    def __init__(self, observation_space, action_space, seed):
+        self.space, self.scale = action_space, random.random()
+
+    def act(self, observations, context):
+        noise = np.random.uniform(-1, 1, (len(observations), *self.space.shape))
+        return self.scale * noise * context.episode_starts[:, None] + 0.01 * random.random()
+
+    def learn(self, env, steps):
+        env.reset()
+        for _ in range(steps // env.num_envs):
+            drawn = env.action_space.sample() + env.np_random.normal(size=env.action_space.shape)
+            *_, terminated, truncated, _ = env.step(drawn.astype(np.float32))
+            self.scale = 0.9 * self.scale + 0.1 * float(drawn.mean())
+            if (ended := terminated | truncated).any():
+                env.reset(options={"reset_mask": ended})
+"""
+
+
+def climber() -> str:
+    """The hill climber of docs/submit.md with policy and card, as a stranger would submit it."""
+    head, _, main = CLIMBER.partition("\n\nif __name__")
+    imports = "from gym_extensions.baselines import Card\nfrom gym_extensions.policies import Policy\n"
+    body = "\n".join(textwrap.indent(textwrap.dedent(part), "    ") for part in (POLICY, CARD))
+    return f"{imports}{head.rstrip()}\n\n{body}\n\nif __name__{main}"
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """The files of a submission, but for what a document measures and when and how it was trained."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and ".progress" not in path.parts:
+            data = path.read_bytes()
+            if path.suffix == ".json":
+                document = json.loads(data)
+                for key in ("command", "date", "cpu_seconds", "peak_memory_mb"):
+                    document.pop(key, None)
+                data = json.dumps(document).encode()
+            found[str(path.relative_to(folder))] = data
+    return found
+
+
+def command(agent: str, out: str, *more: str) -> list[str]:
+    named = ["--groups", "pusher", "--budget", "smoke", "--jobs", "0", "--quiet", "--out", out]
+    return [agent, *named, *more]
+
+
+PAIRS = {
+    "hill-climber": (
+        "agents/climber.py:HillClimber",
+        "climber:HillClimber",
+        "--protocol",
+        "sequential,single",
+    ),
+    "generators": ("agents/drawing.py:Agent", "drawing:Agent", "--evaluate-every", "250"),
+    "trpo": ("trpo", "trpo", "--evaluate-every", "500", "--num-envs", "2"),
+    "multi-head": ("multi-head", "multi-head"),
+}
+"""Agents, what they are called in and out of the box, and options."""
+
+
+@pytest.fixture(scope="module")
+def home(ordinary: Ordinary) -> Path:
+    """A folder with the submissions of every agent, trained in and out of the box."""
+    agents = ordinary.home / "agents"
+    agents.mkdir()
+    for folder in (agents, ordinary.home):
+        (folder / "climber.py").write_text(climber(), encoding="utf-8")
+        (folder / "drawing.py").write_text(GLOBAL, encoding="utf-8")
+    commands = []
+    for name, (inside, outside, *more) in PAIRS.items():
+        commands.append(command(inside, f"{name}-in", "--isolated", *more))
+        commands.append(command(outside, f"{name}-out", *more))
+    assert set(ordinary.run(TRAIN, json.dumps(commands))) == {0}
+    return ordinary.home
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_the_same_files_in_and_out_of_the_box(home: Path, name: str) -> None:
+    one, other = (files(home / f"{name}-{place}") for place in ("in", "out"))
+    assert len(one) >= 3
+    assert one == other
+
+
+def test_the_document_names_the_command(home: Path) -> None:
+    document = json.loads((home / "generators-in/pusher/sequential/run0.json").read_bytes())
+    assert document["command"].startswith("gym-extensions train --isolated drawing.py:Agent --groups pusher")
+
+
+def test_a_machine_that_dies_repeats_no_finished_stage(ordinary: Ordinary) -> None:
+    """The world is killed in the second stage; the same command continues, and nothing is left running."""
+    words = json.dumps([command("trpo", "died", "--isolated")])
+    process = ordinary.start(TRAIN, words)
+    stage = ordinary.home / "died/.progress/pusher/sequential-run0/stage1.json"
+    while not stage.exists() and process.poll() is None:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    assert not (ordinary.home / "died/pusher").exists()
+    finished = stage.stat().st_mtime_ns
+    log = ordinary.home / "died/.progress/train.log"
+    before = len(log.read_text().splitlines())
+    assert ordinary.run(TRAIN, words) == [0]
+    later = "\n".join(log.read_text().splitlines()[before:])
+    assert "stage 2" in later
+    assert "stage 1: trains" not in later
+    assert not stage.exists() or stage.stat().st_mtime_ns == finished
+    assert ordinary.run(TRAIN, json.dumps([command("trpo", "whole")])) == [0]
+    assert files(ordinary.home / "died") == files(ordinary.home / "whole")
