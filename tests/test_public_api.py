@@ -24,8 +24,8 @@ PUBLIC = {
         ]
     ),
     "gym_extensions.baselines": """
-        Agent BatchTrained Card Context Factory JobFailed JobFinished Monitor Observes Parallel Resumable
-        StageStarted TaskEvaluated TrainingStarted record sb3 train
+        Agent BatchTrained Card Context Factory JobFailed JobFinished Monitor Observes OnnxPolicy
+        Parallel Policy Resumable StageStarted TaskEvaluated TrainingStarted record sb3 train
     """,
     "gym_extensions.references.experts": "ExpertCard card load names",
     "gym_extensions.metrics": """

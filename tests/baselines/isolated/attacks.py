@@ -341,9 +341,9 @@ ENDINGS = (
     Ending(
         "sends a long text",
         "make(self)",
-        r"os.write(writer, frames.ERROR + b'\xff' * 4)",
+        r"os.write(writer, frames.ERROR + b'\xff' * 12)",
         "agent-frames",
-        "a text of 4,294,967,295 bytes",
+        "the limit is 0",
     ),
     Ending(
         "sends deep JSON",
@@ -456,7 +456,7 @@ ENDINGS = (
             "ValueError('too late')"
         ),
         "agent-failed",
-        ("learn(), after 20 of 1,000 steps: The agent raised ValueError: too late (agent.py, line"),
+        ("learn(), stage 1, after 20 of 1,000 steps: The agent raised ValueError: too late (agent.py, line"),
     ),
     Ending(
         "takes ten times the steps",

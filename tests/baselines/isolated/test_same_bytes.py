@@ -137,3 +137,33 @@ def test_a_machine_that_dies_repeats_no_finished_stage(ordinary: Ordinary) -> No
     assert not stage.exists() or stage.stat().st_mtime_ns == finished
     assert ordinary.run(TRAIN, json.dumps([command("trpo", "whole")])) == [0]
     assert files(ordinary.home / "died") == files(ordinary.home / "whole")
+
+
+def in_and_out(ordinary: Ordinary, inside: str, outside: str, *more: str) -> dict[str, bytes]:
+    """The files of an agent, which are the same in and out of the box."""
+    name = outside.partition(":")[0]
+    commands = [command(inside, f"{name}-in", "--isolated", *more), command(outside, f"{name}-out", *more)]
+    assert ordinary.run(TRAIN, json.dumps(commands)) == [0, 0]
+    one, other = (files(ordinary.home / f"{name}-{place}") for place in ("in", "out"))
+    assert one == other
+    return one
+
+
+def test_a_network_is_read_and_run_in_a_box_of_its_own(ordinary: Ordinary) -> None:
+    pytest.importorskip("onnx")
+    pytest.importorskip("onnxruntime")
+    network = (
+        climber()
+        .replace("return Policy(", "return OnnxPolicy(Policy(")
+        .replace('output_activation="tanh",\n        )', 'output_activation="tanh",\n        ).to_onnx())')
+    )
+    file = ordinary.home / "network.py"
+    file.write_text(network.replace("import Policy", "import OnnxPolicy, Policy"), encoding="utf-8")
+    found = in_and_out(ordinary, "network.py:HillClimber", "network:HillClimber")
+    assert [name for name in found if name.endswith(".onnx")]
+
+
+@pytest.mark.slow
+def test_an_agent_with_torch_has_the_same_bytes(ordinary: Ordinary) -> None:
+    pytest.importorskip("torch")
+    assert in_and_out(ordinary, "ppo", "ppo")

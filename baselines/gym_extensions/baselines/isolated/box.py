@@ -16,7 +16,8 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from itertools import chain, takewhile
+from itertools import chain
+from operator import eq
 from pathlib import Path
 from typing import Any
 
@@ -144,9 +145,7 @@ class Box:
     def synchronize(self) -> None:
         """Lets the guest's global random generators be seeded and kept where the world's are."""
         if (wanted := generators.SCOPES) != self._scopes:
-            same = sum(
-                1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(wanted, self._scopes, strict=False))
-            )
+            same = sum(map(eq, wanted, self._scopes))  # their numbers are unique, so equal ones come first
             opened = [seed for _, seed in wanted[same:]]
             self.pipe.write_message(frames.COMMAND, ("scopes", (len(self._scopes) - same, opened)))
             self._scopes = wanted.copy()
@@ -155,11 +154,15 @@ class Box:
     def reply(self, kind: bytes, limit: int) -> tuple[Any, bytearray]:
         """The rest of a reply whose kind was read. Raises ``BenchError`` if the agent raised an exception."""
         if kind == frames.ERROR:
-            message = f"The agent raised {cut(escape(self.pipe.read_text())).rstrip('.')}."
+            message = f"The agent raised {self.text().rstrip('.')}."
             raise self.error("agent-failed", message, "Correct it; without --isolated, Python shows more.")
         if kind != frames.REPLY:
             raise frames.ProtocolError(f"the unexpected byte {kind!r}")
         return self.pipe.read_message(limit)
+
+    def text(self) -> str:
+        """A text of the guest, cut and without characters that a terminal obeys."""
+        return cut(escape(str(self.pipe.read_message(0)[0])))
 
     @contextmanager
     def at(self, where: Callable[[], str] | None) -> Iterator[None]:
@@ -230,12 +233,8 @@ class Box:
         lines = self._last_lines()
         shown = "".join(f"\n  | {line}" for line in lines)
         printed = f" It printed last:{shown}\n" if lines else ""
-        return BenchError(
-            code,
-            f"{message}{printed}",
-            f"{self.name}, {self._where() if self._where else 'at its start'}",
-            hint,
-        )
+        where = self._where() if self._where else "at its start"
+        return BenchError(code, f"{message}{printed}", f"{self.name}, {where}", hint)
 
     def _last_lines(self) -> list[str]:
         with suppress(OSError):  # nothing is left

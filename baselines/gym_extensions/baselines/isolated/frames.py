@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 COMMAND, STEPPED, RESET_DONE = b"c", b"o", b"i"
-"""Of the world: a command (:func:`message`), the results of a step, the observations after a reset."""
+"""Of the world: a command, the results of a step, the observations after a reset."""
 STARTED, REPLY, ERROR = b"h", b"b", b"e"
-"""Of the guest: it runs; the reply to a command (:func:`message`); a text of at most ``MAX_TEXT`` bytes."""
+"""Of the guest: it runs; the reply to a command, or a text instead."""
 FLOAT32, FLOAT64, NO_ACTIONS, RESET, MASKED_RESET = b"f", b"d", b"w", b"r", b"m"
 """Of the guest: actions of either type; a text on what it has instead; a reset of all, or of some."""
 ACTION_TYPES: dict[bytes, np.dtype[Any]] = {FLOAT32: np.dtype("<f4"), FLOAT64: np.dtype("<f8")}
 MAX_TEXT = 64 * 1024
-"""Most bytes of a text, and of the JSON of a reply."""
+"""Most bytes of the JSON of a message. A message is JSON and bytes, after the lengths of both."""
 ARRAY_TYPES = {name: np.dtype(name) for name in ("<f4", "<f8", "|u1", "|b1", "|i1", "<i4", "<i8")}
 """The types of arrays, and nothing with objects in it."""
 LENGTHS = struct.Struct("<IQ")
@@ -76,17 +76,6 @@ class Pipe:
 
     def read_kind(self) -> bytes:
         return bytes(self.read(1))
-
-    def read_text(self) -> str:
-        """A text of the other end; raises ``ProtocolError`` if it is too long."""
-        (size,) = struct.unpack("<I", self.read(4))
-        if size > MAX_TEXT:
-            raise ProtocolError(f"a text of {size:,} bytes")
-        return self.read(size).decode("utf-8", "replace")
-
-    def write_text(self, kind: bytes, text: str) -> None:
-        body = text.encode("utf-8", "replace")[:MAX_TEXT]
-        self.write(kind, struct.pack("<I", len(body)), body)
 
     def read_message(self, limit: int) -> tuple[Any, bytearray]:
         """JSON and bytes; raises ``ProtocolError`` if they are too long or no JSON."""

@@ -21,25 +21,14 @@ import numpy as np
 from msgspec.structs import astuple
 
 from gym_extensions import baselines
-from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import (
-    Array,
-    Context,
-    Described,
-    Resumable,
-    TaskLabel,
-    action_function,
-    create,
-    not_requested,
-    observes_of,
-    policy_of,
-)
-from gym_extensions.baselines.generators import preserved_global_generators, seeded_global_generators
+from gym_extensions.baselines import agent as agents, algorithms
+from gym_extensions.baselines.agent import Array
+from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.baselines.isolated import frames
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
 
-AGENT, CHECKPOINT = Path("/agent"), Path("/tmp/agent.npz")
+AGENT, CHECKPOINT, TEXT = Path("/agent"), Path("/tmp/agent.npz"), 2000
 NEEDS = {
     **dict.fromkeys(("task_ids", "env_task_ids", "env_tasks"), "task_in_training"),
     **dict.fromkeys(("stage", "num_tasks"), "boundaries"),
@@ -53,9 +42,9 @@ class Guest:
 
     def __init__(self, reader: int, writer: int, limit: int) -> None:
         self.pipe, self.limit = frames.Pipe(reader, writer), limit
-        self._make: Any = None
-        self._agent: Any = None
-        self._network: Any = None
+        self._make: Any
+        self._agent: Any
+        self._network: Any
         self._scopes: list[ExitStack] = []
         self.pipe.write(frames.STARTED)
 
@@ -71,10 +60,10 @@ class Guest:
             except EOFError:  # the world has closed the pipe
                 os._exit(0)
             except BaseException as error:  # noqa: BLE001 - also SystemExit: the world has to know
-                text = _described(error)
+                text = _described(error)[:TEXT]
                 with suppress(Exception):  # the agent may have closed it
                     sys.stdout.flush()
-                self.pipe.write_text(frames.ERROR, text)
+                self.pipe.write_message(frames.ERROR, text)
                 os._exit(1)
             if reply is not None:
                 self.pipe.write_message(frames.REPLY, *reply)
@@ -84,9 +73,8 @@ class Guest:
         for _ in range(closed):
             self._scopes.pop().close()
         for seed in opened:
-            scope = preserved_global_generators() if seed is None else seeded_global_generators(seed)
             self._scopes.append(ExitStack())
-            self._scopes[-1].enter_context(scope)
+            self._scopes[-1].enter_context(preserved_global_generators(seed))
         return (None,)
 
     def load_agent(self, file: str, attribute: str) -> Reply:
@@ -111,18 +99,17 @@ class Guest:
 
     def create(self, name: str, spaces: Any, seed: int, blob: bytearray) -> Reply:
         """Creates the agent. Replies what it asks to observe, and whether it can be saved."""
-        own = _spaces(spaces, blob)
-        self._actions = own["actions"]
-        self._agent = create(self._make, (own["observations"], own["actions"]), seed, name)
-        return ([*astuple(observes_of(self._agent, name)), isinstance(self._agent, Resumable)],)
+        observations, self._actions = _spaces(spaces, blob).values()
+        self._agent = agents.create(self._make, (observations, self._actions), seed, name)
+        return ([*astuple(agents.observes_of(self._agent, name)), isinstance(self._agent, agents.Resumable)],)
 
     def card(self) -> Reply:
         """Its card; None if it has none."""
-        return (asdict(self._agent.card()) if isinstance(self._agent, Described) else None,)
+        return (asdict(self._agent.card()) if isinstance(self._agent, agents.Described) else None,)
 
     def policy(self) -> Reply:
         """The arrays of its policy; None if it has none."""
-        policy = policy_of(self._agent)
+        policy = agents.policy_of(self._agent)
         return (None,) if policy is None else frames.packed(policy.arrays())
 
     def save(self) -> Reply:
@@ -142,8 +129,8 @@ class Guest:
     def act(self, label: tuple[str, int] | None, shapes: Any, blob: bytearray) -> None:
         """Sends its actions."""
         observations, starts = frames.unpacked(shapes, blob).values()
-        context = Context(starts, label and TaskLabel(*label))
-        self.send_actions(action_function(self._agent)(observations, context), len(observations))
+        context = agents.Context(starts, label and agents.TaskLabel(*label))
+        self.send_actions(agents.action_function(self._agent)(observations, context), len(observations))
 
     def send_actions(self, actions: Any, num_envs: int) -> None:
         """Sends actions as float32 or float64, or a text if they are no array of numbers of their shape."""
@@ -158,7 +145,7 @@ class Guest:
             shown = f"a value of type {type(actions).__name__}"
             if array.shape:
                 shown = f"an array of shape {array.shape} and dtype {array.dtype}"
-            self.pipe.write_text(frames.NO_ACTIONS, shown)
+            self.pipe.write_message(frames.NO_ACTIONS, shown[:TEXT])
 
     def learn(self, steps: int, attributes: dict[str, Any], spaces: Any, blob: bytearray) -> Reply:
         """Trains it in an environment that is the world's."""
@@ -168,12 +155,9 @@ class Guest:
     def network(self, blob: bytearray) -> Reply:
         """In a box of its own, without an agent: reads a network and replies its inputs and outputs."""
         self._network = OnnxPolicy(bytes(blob))
-        tensors = (self._network.network.inputs, self._network.network.outputs)
+        parts = self._network.network.inputs, self._network.network.outputs
         return (
-            [
-                {name: (np.dtype(each.dtype).str, each.shape) for name, each in part.items()}
-                for part in tensors
-            ],
+            [{name: (np.dtype(one.dtype).str, one.shape) for name, one in part.items()} for part in parts],
         )
 
     def run(self, shapes: Any, blob: bytearray) -> Reply:
@@ -199,7 +183,7 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
     def __getattr__(self, name: str) -> Any:
         if name in NEEDS:
-            raise not_requested(f"env.{name}", NEEDS[name])
+            raise agents.not_requested(f"env.{name}", NEEDS[name])
         raise AttributeError(f"The environment has no attribute {name!r} in the box.")
 
     @property
@@ -238,10 +222,8 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
 def _spaces(spaces: dict[str, Any], blob: bytearray) -> dict[str, gym.spaces.Box]:
     """The spaces that the world described, which sample as the world's do."""
-    shapes, states = spaces["bounds"], spaces["generators"]
-    bounds = frames.unpacked(shapes, blob)
-    made = dict[str, Any]()
-    for name, state in states.items():
+    bounds, made = frames.unpacked(spaces["bounds"], blob), dict[str, Any]()
+    for name, state in spaces["generators"].items():
         low, high = bounds[f"{name}.low"], bounds[f"{name}.high"]
         made[name] = gym.spaces.Box(low, high, low.shape, low.dtype.type)
         made[name].np_random.bit_generator.state = state
@@ -251,9 +233,7 @@ def _spaces(spaces: dict[str, Any], blob: bytearray) -> dict[str, gym.spaces.Box
 def _described(error: BaseException) -> str:
     """An exception with the line of the agent's file that raised it."""
     text = f"{type(error).__name__}: {error}".rstrip(": ")
-    own = [
-        frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename.startswith(str(AGENT))
-    ]
-    return (
-        f"{text} ({Path(own[-1].filename).name}, line {own[-1].lineno}, in {own[-1].name})" if own else text
-    )
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        if frame.filename.startswith(f"{AGENT}/"):
+            return f"{text} ({Path(frame.filename).name}, line {frame.lineno}, in {frame.name})"
+    return text

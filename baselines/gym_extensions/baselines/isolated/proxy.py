@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +22,9 @@ from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.policies.mlp import HINT, Policy
 from gym_extensions.submissions.policies.mlp_arrays import array_errors
 from gym_extensions.submissions.policies.onnx import ONNX, Network, OnnxPolicy, Tensor
-from gym_extensions.submissions.problem import cut, escape
+from gym_extensions.submissions.problem import cut
 
-ATTRIBUTES = (
+ATTRIBUTES = [
     "batch_steps",
     "budget_steps",
     "num_envs",
@@ -34,16 +33,12 @@ ATTRIBUTES = (
     "env_tasks",
     "stage",
     "num_tasks",
-)
+]
 """Attributes of the environment that the guest is told, as far as the agent asked for them."""
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
-BAD_CARD = "See gym_extensions.baselines.Card."
-
-
 DEFAULTS = Limits()
 
 
-@dataclass(frozen=True)
 class IsolatedAgent:
     """A factory whose agents live in boxes.
 
@@ -55,45 +50,34 @@ class IsolatedAgent:
     Raises ``BenchError`` if there is no such file or agent.
     """
 
-    name: str
-    limits: Limits = DEFAULTS
-
-    def __post_init__(self) -> None:
-        # Its name in manifests and errors, as that of other factories.
-        path, attribute = self.located()
-        name = algorithms.name_of(f"{path.stem}:{attribute}" if path else attribute)
-        object.__setattr__(self, "__name__", name)
-        if path is None and attribute not in algorithms.names():
-            algorithms.factory(attribute)  # says which names there are
-
-    def located(self) -> tuple[Path | None, str]:
-        """The agent's file, or its folder, and the factory; None and its name if it is this project's."""
-        place, colon, attribute = self.name.rpartition(":")
-        if not colon:
-            return None, self.name
-        path = Path(place)
-        if path.suffix != ".py" and not path.is_dir():
-            path = Path(*place.split("."))
-            path = path if path.is_dir() else path.with_suffix(".py")
-        if not path.exists() or (path.is_dir() and not (path / "__init__.py").is_file()):
-            hint = "Name it as path/to/agent.py:make."
-            raise BenchError("unknown-agent", f"There is no file {path}.", self.name, hint)
-        return path, attribute
-
-    @property
-    def written(self) -> str:
-        """The agent's name without its folder, as the command of a run states it."""
-        path, attribute = self.located()
-        return f"{path.name}:{attribute}" if path else attribute
+    def __init__(self, name: str, limits: Limits = DEFAULTS) -> None:
+        self.limits = limits
+        self.path: Path | None = None  # of an agent of this project
+        place, colon, self.attribute = name.rpartition(":")
+        if colon:
+            named = Path(place) if place.endswith(".py") or "/" in place else Path(*place.split("."))
+            file = named if named.suffix == ".py" else Path(f"{named}.py")
+            self.path = named if (named / "__init__.py").is_file() else file
+            if not self.path.exists():
+                hint = "Name a file and its factory, such as path/to/agent.py:make."
+                raise BenchError("unknown-agent", f"There is no file {file}.", name, hint)
+        elif name not in algorithms.names():
+            algorithms.factory(name)  # says which names there are
+        module, stem = (f"{self.path.name}:", f"{self.path.stem}:") if self.path else ("", "")
+        self.written = f"{module}{self.attribute}"  # in the commands of runs
+        self.__name__ = algorithms.name_of(f"{stem}{self.attribute}")
 
     def __call__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int) -> Proxy:
-        path, attribute = self.located()
-        box = Box(algorithms.name_of(self), path, self.limits)
-        box.ask("at its import", "load_agent", path.name if path else "", attribute)
+        box = Box(self.__name__, self.path, self.limits)
+        box.ask("at its import", "load_agent", self.path.name if self.path else "", self.attribute)
         spaces, blob = _described({"observations": observation_space, "actions": action_space})
-        (*observes, saves), _ = box.ask("make()", "create", box.name, spaces, seed, blob=blob)
-        make = ResumableProxy if saves is True else Proxy
-        return make(box, Observes(*(asked is True for asked in observes[:3])), action_space.shape or ())
+        reply, _ = box.ask("make()", "create", box.name, spaces, seed, blob=blob)
+        if not isinstance(reply, list) or [type(each) for each in reply] != [bool] * 4:
+            raise box.error(
+                "agent-frames", "The agent's process sent a strange reply.", "Leave its pipes alone."
+            )
+        *observes, saves = reply
+        return (ResumableProxy if saves else Proxy)(box, Observes(*observes), action_space.shape or ())
 
 
 class Proxy:
@@ -116,7 +100,8 @@ class Proxy:
             lists = {name: tuple(tables[name]) for name in ("tuning_tasks", "packages")}
             return Card(**(tables | lists))
         except (TypeError, KeyError) as error:
-            raise BenchError("bad-card", f"The card cannot be read: {error}.", "card()", BAD_CARD) from error
+            hint = "See gym_extensions.baselines.Card."
+            raise BenchError("bad-card", f"The card cannot be read: {error}.", "card()", hint) from error
 
     def policy(self) -> AnyPolicy | None:
         """The agent's policy: plain arrays, which need no parser, or a network in a box of its own."""
@@ -146,7 +131,7 @@ class Proxy:
             dtype = frames.ACTION_TYPES[kind]
             return np.frombuffer(self.box.pipe.read(math.prod(shape) * dtype.itemsize), dtype).reshape(shape)
         if kind == frames.NO_ACTIONS:
-            message = f"The agent returned {cut(escape(self.box.pipe.read_text()))} as actions."
+            message = f"The agent returned {self.box.text()} as actions."
             hint = f"Return an array of numbers of shape {shape}, one row per environment."
             raise BenchError("bad-actions", message, where, hint)
         self.box.reply(kind, 0)
@@ -164,19 +149,18 @@ class Proxy:
         told["np_random"] = known.np_random.bit_generator.state
         spaces, blob = _described({name: getattr(env, name) for name in SPACES})
         pipe, dtype, resets = self.box.pipe, env.single_observation_space.dtype, 0
-        with self.box.at(lambda: f"learn(), after {known.taken:,} of {steps:,} steps"):
+        with self.box.at(lambda: f"learn(), {known.place}"):
             self.box.send("learn", steps, told, spaces, blob=blob)
             while (kind := pipe.read_kind()) != frames.REPLY:
                 if kind in (frames.RESET, frames.MASKED_RESET):
-                    size = env.num_envs
-                    mask = (
-                        np.frombuffer(pipe.read(size), np.uint8) != 0 if kind == frames.MASKED_RESET else None
-                    )
-                    resets += size if mask is None else int(mask.sum())
-                    if resets > steps + 100 * size:
+                    is_all, mask = kind == frames.RESET, np.ones(env.num_envs, np.bool_)
+                    if not is_all:
+                        mask = np.frombuffer(pipe.read(env.num_envs), np.uint8) != 0
+                    resets += int(mask.sum())
+                    if resets > steps + 100 * env.num_envs:
                         message = f"The agent reset {resets:,} environments."
                         raise self.box.error("too-many-resets", message, "Take steps between resets.")
-                    first, _ = env.reset(options=None if mask is None else {"reset_mask": mask})
+                    first, _ = env.reset(options=None if is_all else {"reset_mask": mask})
                     self.box.synchronize()
                     pipe.write(frames.RESET_DONE, np.asarray(first, dtype).tobytes())
                 else:
@@ -205,26 +189,24 @@ class BoxedNetwork(OnnxPolicy):
     """A network that is read and run in a box of its own, because its reader is code that files can break."""
 
     def __init__(self, data: bytes, limits: Limits) -> None:
-        self._data, self._states = data, {}
-        self._box, self._limit = Box("the policy", None, limits), limits.policy
-        reply, _ = self._box.ask("policy()", "network", blob=data)
+        self._data, self._states, self._limit = data, {}, limits.policy
+        self._box = Box("the policy", None, limits)
+        parts, _ = self._box.ask("policy()", "network", blob=data)
         try:
-            inputs, outputs = (
-                {
-                    name: Tensor(frames.ARRAY_TYPES[dtype].type, tuple(shape))
-                    for name, (dtype, shape) in part.items()
-                }
-                for part in reply
-            )
-            self.network = Network(inputs, outputs)
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            self.network = Network(*({name: _tensor(*each) for name, each in part.items()} for part in parts))
+        except (AttributeError, KeyError, TypeError) as error:
             message = "The network has inputs or outputs that are not allowed."
             raise BenchError("bad-policy", message, "policy()", "See docs/policies.md.") from error
 
     def run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
         shapes, blob = frames.packed(feeds)
         reply, results = self._box.ask("act()", "run", shapes, blob=blob, limit=self._limit)
-        return list(frames.unpacked(reply, results).values())
+        with self._box.at(lambda: "act()"):
+            return list(frames.unpacked(reply, results).values())
+
+
+def _tensor(dtype: str, shape: Sequence[int]) -> Tensor:
+    return Tensor(frames.ARRAY_TYPES[dtype].type, tuple(shape))
 
 
 def _described(spaces: dict[str, gym.Space[Any]]) -> tuple[dict[str, Any], bytes]:

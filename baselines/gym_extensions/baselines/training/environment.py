@@ -179,6 +179,11 @@ class TrainingEnv(gym.vector.VectorWrapper):
             raise BenchError("budget-exceeded", message, "learn()", hint)
         return observations, rewards, terminated, truncated, infos
 
+    @property
+    def place(self) -> str:
+        """The stage and the steps so far, for errors of an agent in another process."""
+        return f"stage {self._stage}, after {self.taken:,} of {self.budget_steps:,} steps"
+
     def flush(self) -> None:
         """Reports the steps since the last report, if there are any."""
         if self.taken == self._reported:
