@@ -91,6 +91,8 @@ except BenchError as error:
 @pytest.fixture(scope="session")
 def ordinary() -> Iterator[Ordinary]:
     """An ordinary user who can start boxes. Skips the test, with the reason, where that is impossible."""
+    if sys.platform != "linux":
+        pytest.skip("boxes need Linux")
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         if os.getuid() == 0:

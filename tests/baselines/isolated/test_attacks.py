@@ -27,7 +27,9 @@ from gym_extensions.envs import make_vec
 ONE_BOX = f"""{HEAD}
 spaces = gym.spaces.Box(-1, 1, (11,)), gym.spaces.Box(-1, 1, (3,))
 agent = IsolatedAgent("inside.py:Agent", Limits(files=64 * MEBIBYTE, cpu_seconds=60))(*spaces, 0)
-print(json.dumps([agent.card().hyperparameters, agent.box_seconds]))
+outcomes, seconds, process = agent.card().hyperparameters, agent.box_seconds, agent.box._process
+del agent
+print(json.dumps([outcomes, seconds, process.returncode]))
 """
 ONE_BOX_EACH = f"""{HEAD}
 small = dict(output=MEBIBYTE, policy=1_000_000)
@@ -71,9 +73,10 @@ def outcomes(ordinary: Ordinary) -> dict[str, str]:
     file.write_text(f"PROGRAMS = {programs!r}\n{ALL_INSIDE}", encoding="utf-8")
     file.chmod(0o666)  # only the mount refuses to write it
     found: dict[str, str]
-    found, seconds = ordinary.run(ONE_BOX)
+    found, seconds, status = ordinary.run(ONE_BOX)
     assert CORE_PATTERN.read_text() == before
     assert 0.1 < seconds < 60  # what a run's document states is more than the world's own time
+    assert status is not None, "the guest outlives its box"
     return found
 
 

@@ -23,6 +23,7 @@ from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="boxes need Linux")
 TRAIN = ["trpo", "--isolated", "--groups", "pusher", "--budget", "smoke", "--out"]
 

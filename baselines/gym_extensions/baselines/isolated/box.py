@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import platform
@@ -97,6 +96,8 @@ class Box:
 
     def __init__(self, name: str, agent: Path | None, limits: Limits) -> None:
         require_possible()
+        import fcntl  # Windows has none
+
         self.name, self.limits = name, limits
         self._where: Callable[[], str] | None = None  # it has not started
         self._printed, self._total, self._waited = b"", 0, 0.0
@@ -120,7 +121,8 @@ class Box:
             os.set_blocking(end, False)
         with suppress(OSError):  # larger pipes only save time
             fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, PIPE_BYTES)
-        self.pipe = frames.Pipe(reader, writer, self._wait)
+        me = weakref.proxy(self)  # without a cycle, the guest ends as soon as nobody holds its box
+        self.pipe = frames.Pipe(reader, writer, lambda writing: me._wait(writing))  # noqa: PLW0108
         self._polls = (select.poll(), select.poll())  # while reading, while writing
         for poll, end, event in zip(self._polls, ours[:2], (select.POLLIN, select.POLLOUT), strict=True):
             poll.register(end, event)

@@ -30,7 +30,7 @@ MAX_TEXT = 64 * 1024
 """Most bytes of the JSON of a message. A message is JSON and bytes, after the lengths of both."""
 ARRAY_TYPES = {name: np.dtype(name) for name in ("<f4", "<f8", "|u1", "|b1", "|i1", "<i4", "<i8")}
 """The types of arrays, and nothing with objects in it."""
-LENGTHS = struct.Struct("<IQ")
+CHUNK, LENGTHS = 2**16, struct.Struct("<IQ")
 
 
 class ProtocolError(Exception):
@@ -47,20 +47,21 @@ class Pipe:
         self, reader: int, writer: int, wait: Callable[[bool], object] = lambda writing: None
     ) -> None:
         self.reader, self.writer, self.wait = reader, writer, wait
+        self._ahead = bytearray()  # read, and not yet asked for
 
     def read(self, size: int) -> bytearray:
         """Exactly ``size`` bytes."""
-        data, got = bytearray(size), 0
-        view = memoryview(data)
-        while got < size:
+        while len(self._ahead) < size:
             try:
-                new = os.readv(self.reader, [view[got:]])
+                new = os.read(self.reader, max(CHUNK, size - len(self._ahead)))
             except BlockingIOError:
                 self.wait(False)
                 continue
-            if new == 0:
+            if not new:
                 raise EOFError
-            got += new
+            self._ahead += new
+        data = self._ahead[:size]
+        del self._ahead[:size]
         return data
 
     def write(self, *parts: bytes | bytearray | memoryview) -> None:

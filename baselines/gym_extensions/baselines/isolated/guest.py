@@ -211,8 +211,8 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._guest.send_actions(actions, self.num_envs)
         self._guest.serve(frames.STEPPED)
         observations = self._read(self._observations, self._dtype)
-        rewards = self._read((self.num_envs,), np.float64)
-        terminated, truncated = (self._read((self.num_envs,), np.bool_) for _ in range(2))
+        rewards, size = self._read((self.num_envs,), np.float64), (self.num_envs,)
+        terminated, truncated = self._read(size, np.bool_), self._read(size, np.bool_)
         return observations, rewards, terminated, truncated, {}
 
     def _read(self, shape: tuple[int, ...], dtype: Any) -> Array:
