@@ -16,7 +16,7 @@ from gym_extensions.scoring.ranking import boards as model
 from gym_extensions.scoring.ranking.boards import BoardRow, BoardsDocument
 from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site.submission_results import SubmissionResult, group_order, shown_columns
+from gym_extensions.site.submission_results import SubmissionResult, group_order
 from gym_extensions.submissions.review import REPORTED
 
 
@@ -91,11 +91,6 @@ class BoardView:
         """Tasks whose expert is provisional, and why it is."""
         return next((result.provisional_tasks for result in self.results if result.provisional_tasks), ())
 
-    @cached_property
-    def reasons(self) -> tuple[str, ...]:
-        """Why values on it are missing."""
-        return missing_reasons(self.results)
-
     def row(self, name: str | None) -> Row | None:
         """The row of a submission; None for None."""
         return next((row for row in self.rows if row.submission.name == name), None)
@@ -109,17 +104,6 @@ class BoardView:
     def least_forgetting(self) -> Row | None:
         """The ranked submission that forgets least of those that learned something."""
         return self.row(self.scored.least_forgetting)
-
-    @property
-    def why_no_score(self) -> str:
-        """The reason why no submission has a score."""
-        return next((row.score.why for row in self.rows if row.score.why), "No submission has a score.")
-
-
-def missing_reasons(results: Sequence[SubmissionResult]) -> tuple[str, ...]:
-    """Why values in the shown columns of results of one protocol are missing, each reason once, in order."""
-    values = (result.metric(name) for result in results for name in shown_columns(results))
-    return tuple(dict.fromkeys(value.why for value in values if value.mean is None))
 
 
 def board_views(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tuple[BoardView, ...]:

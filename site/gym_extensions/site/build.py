@@ -88,7 +88,8 @@ def build_site(
     out, hint = out.resolve(), "Name a new or empty folder with --out."
     scratch = f".{out.name}-new-"
     try:
-        if out.exists() and not is_replaceable(out):
+        is_site = (out / paths.INDEX_DATA).is_file()
+        if out.exists() and not is_site and (not out.is_dir() or any(out.iterdir())):
             raise BenchError("not-a-site", "It exists and does not contain a built site.", str(out), hint)
         out.parent.mkdir(parents=True, exist_ok=True)
         for left in out.parent.glob(f"{scratch}*"):  # of a build that was killed
@@ -117,8 +118,3 @@ def build_site(
     finally:
         gc.enable()
     return site.leaderboard
-
-
-def is_replaceable(folder: Path) -> bool:
-    """Whether a build may replace a folder: it is empty, or has the index of a site."""
-    return folder.is_dir() and ((folder / paths.INDEX_DATA).is_file() or not any(folder.iterdir()))

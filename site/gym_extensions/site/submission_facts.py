@@ -5,9 +5,7 @@ from __future__ import annotations
 from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.text import count, grouped
-from gym_extensions.submissions.manifest import Tuning
 from gym_extensions.submissions.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
-from gym_extensions.submissions.run import Memory
 
 LEVELS = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
@@ -39,25 +37,10 @@ def task_label(card: Scorecard) -> str:
     return " and ".join(name for name, received in times.items() if received) or "none"
 
 
-def parameters(memory: Memory | None) -> str:
-    """The number of parameters at the start, and at the end if it differs: the largest of all groups."""
-    if memory is None:
-        return NOT_STATED
-    first, last = memory.parameters_first, memory.parameters_last
-    return grouped(first) if first == last else f"{grouped(first)} → {grouped(last)}"
-
-
 def stored(card: Scorecard) -> str:
     """The maximum number of transitions that the agent stores."""
     memory = card.manifest.memory if card.manifest else None
     return NOT_STATED if memory is None else grouped(memory.stored_steps)
-
-
-def tuning(spent: Tuning | None) -> str:
-    """The training steps that were spent on choosing the settings."""
-    if spent is None or not spent.steps:
-        return NOT_STATED if spent is None else "none declared"
-    return f"{grouped(spent.steps)} steps" + (f" on {', '.join(spent.tasks)}" if spent.tasks else "")
 
 
 def dated(card: Scorecard) -> str:
@@ -96,6 +79,13 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
     """What the manifest states on training and evaluation, as (label, value)."""
     if (manifest := card.manifest) is None:
         return []
+    parameters, tuning = NOT_STATED, NOT_STATED
+    if memory := manifest.memory:  # at the start, and at the end if it differs: the largest of all groups
+        counts = dict.fromkeys((memory.parameters_first, memory.parameters_last))
+        parameters = " → ".join(map(grouped, counts))
+    if spent := manifest.tuning:  # the steps for choosing the settings
+        on = f" on {', '.join(spent.tasks)}" if spent.tasks else ""
+        tuning = f"{grouped(spent.steps)} steps{on}" if spent.steps else "none declared"
     return [
         ("Algorithm", manifest.protocol.algorithm),
         ("Actions in evaluation", manifest.protocol.evaluation),
@@ -103,6 +93,6 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         ("Task label", task_label(card)),
         ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
         ("Batch or replay buffer", stored(card)),
-        ("Parameters", parameters(manifest.memory)),
-        ("Tuning", tuning(manifest.tuning)),
+        ("Parameters", parameters),
+        ("Tuning", tuning),
     ]

@@ -14,7 +14,7 @@ from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, Metric
 from gym_extensions.references import experts
 from gym_extensions.references.experts import Origin
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, Scorecard, SuiteScore
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.site.text import count, digits_for
 
 SEQUENTIAL = "sequential"
@@ -63,10 +63,6 @@ class SubmissionResult:
     def tasks(self) -> tuple[str, ...]:
         """Task ids in training order; empty for a suite."""
         return self.detail.tasks
-
-    def reference(self, task: str) -> ReferenceValue | None:
-        """Floor and expert of a task; None for a suite or without references."""
-        return self.detail.reference.get(task)
 
     @cached_property
     def profile(self) -> Points:
@@ -119,13 +115,15 @@ class SubmissionResult:
     @cached_property
     def open_tasks(self) -> tuple[str, ...]:
         """The tasks without an expert, in training order."""
-        return tuple(task for task in self.tasks if (reference := self.reference(task)) and reference.open)
+        known = self.detail.reference
+        return tuple(task for task in self.tasks if task in known and known[task].open)
 
     @cached_property
     def provisional_tasks(self) -> tuple[tuple[str, str], ...]:
         """The tasks whose expert is provisional, in training order, and why it is."""
-        pairs = ((task, self.reference(task)) for task in self.tasks)
-        return tuple((task, each.provisional) for task, each in pairs if each and each.provisional)
+        known = self.detail.reference
+        pairs = ((task, known[task].provisional) for task in self.tasks if task in known)
+        return tuple((task, why) for task, why in pairs if why)
 
 
 @lru_cache(maxsize=1024)
@@ -147,6 +145,12 @@ def shown_columns(found: Sequence[SubmissionResult]) -> tuple[str, ...]:
     """The metrics of a board of which one of its results has a value; the first one always."""
     first, *others = COLUMNS[found[0].protocol]
     return (first, *(name for name in others if any(each.metric(name).mean is not None for each in found)))
+
+
+def missing_reasons(results: Sequence[SubmissionResult]) -> tuple[str, ...]:
+    """Why values in the shown columns of results of one protocol are missing, each reason once, in order."""
+    values = (result.metric(name) for result in results for name in shown_columns(results))
+    return tuple(dict.fromkeys(value.why for value in values if value.mean is None))
 
 
 def separate_groups(card: Scorecard) -> tuple[str, ...]:

@@ -34,7 +34,8 @@ def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> st
 def tinted(rows: Sequence[Sequence[float]], result: SubmissionResult) -> list[list[tuple[str, str]]]:
     """The cells of a matrix ``[row][task]`` of raw returns: tint and text of each."""
     columns = [
-        (result.reference(task), result.detail.top_score, result.matrix_digits) for task in result.tasks
+        (result.detail.reference.get(task), result.detail.top_score, result.matrix_digits)
+        for task in result.tasks
     ]
     return [
         [

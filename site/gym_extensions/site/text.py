@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import lru_cache
 from itertools import takewhile
 
@@ -209,11 +209,6 @@ def ends(value: Estimate) -> str:
 def mean(value: Estimate) -> str:
     """The mean, or a dash."""
     return "–" if value.mean is None else fixed(value.mean)
-
-
-def versions(used: Mapping[str, str]) -> str:
-    """Packages with their versions, for example ``mujoco 3.2.6, numpy 2.2.0``."""
-    return ", ".join(f"{name} {version}" for name, version in used.items() if version)
 
 
 def p_value(value: float) -> str:

@@ -94,6 +94,6 @@ def test_a_long_curve_is_drawn_as_means_of_neighbours(
     line = [[at, float(at % 2)] for at in range(points)]
     scores(document)["curves"] = [{"run": 0, "task": "gym_extensions/Hopper-v0", "points": line}]
     (result, *_) = results_of(typed(document).submissions[0].groups)
-    (panel,) = task_curves.curves(result)
-    (way,) = re.findall(r'class="thin" d="M\d+ -?\d+l([^"]*)"', panel.drawing)
+    ((_, _, drawing),) = task_curves.curves(result)
+    (way,) = re.findall(r'class="thin" d="M\d+ -?\d+l([^"]*)"', drawing)
     assert len(re.findall(r"-?\d+", way)) == 2 * (drawn - 1)

@@ -11,7 +11,7 @@ import pytest
 
 from gym_extensions.catalog.descriptions import description
 from gym_extensions.site.play.stroboscopes import stroboscopes
-from gym_extensions.site.play.watch import Episode, WatchedTask
+from gym_extensions.site.play.watch import Episode
 from gym_extensions.submissions.poses import motion_of
 
 from .test_watch import panel_of, poses_of
@@ -39,7 +39,7 @@ def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) ->
     walk = replace(clip, frames=3, motion=motion_of(track, 0.1))
     mapped = replace(row, task=name, after=walk, unit=0.1, steps_per_second=0.0, steps_per_frame=4.0)
     episode = Episode(walk, "At the end", mapped, facts, False)
-    [drawing] = stroboscopes(WatchedTask(name, (episode,)), "../")
+    [drawing] = stroboscopes((episode,), "../")
     assert 'd="M100 400l3-4"' in drawing
     assert 'href="../pictures/map0-goal0.svg"' in drawing
     assert episode.facts.endswith("500 steps")

@@ -64,7 +64,7 @@ def card(document: dict[str, Any]) -> Scorecard:
 
 
 def test_an_episode_is_described_in_words(document: dict[str, Any]) -> None:
-    episode = panel_of(document, poses_of(document)).tasks[0].episodes[0]
+    episode = panel_of(document, poses_of(document)).tasks[0][0]
     returned = fixed(document["submissions"][0]["groups"][GROUP]["sequential"]["return_matrix"][0][1][0], 1)
     assert episode.facts == f"return {returned}, 500 steps (4.0 s), 1.2 m forward"
 

@@ -9,9 +9,8 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
-from gym_extensions.site.board_views import Row
 from gym_extensions.site.charts.svg import Scale, picture, points, stroke, text, tick_label
-from gym_extensions.site.charts.task_curves import Line, lines_of
+from gym_extensions.site.charts.task_curves import Line
 from gym_extensions.site.submission_results import Points, SubmissionResult
 
 X, Y = (40.0, 372.0), (164.0, 24.0)
@@ -23,17 +22,14 @@ DESCRIBED = (0.0, 0.5, 1.0, 2.0)
 def describe(profile: Points) -> str:
     """The profile in words, for example ``above 0: 100 %, above 0.5: 60 %``."""
     shares = dict(profile)
-    return ", ".join(f"above {tick_label(at)}: {_percent(shares[at])}" for at in DESCRIBED if at in shares)
+    return ", ".join(
+        f"above {tick_label(at)}: {100 * shares[at]:.0f}\u202f%" for at in DESCRIBED if at in shares
+    )
 
 
 def of_result(result: SubmissionResult) -> Markup:
     """The profile of one submission on one group; empty without a profile."""
     return _chart([("p1", "", result.profile)], describe(result.profile)) if result.profile else Markup("")
-
-
-def drawn(rows: Sequence[Row]) -> list[Line]:
-    """The lines of the first submissions that have a profile, from top to bottom."""
-    return lines_of(row for row in rows if row.result.profile)
 
 
 def of_board(lines: Sequence[Line]) -> Markup:
@@ -47,7 +43,7 @@ def _chart(lines: Sequence[tuple[str, str, Points]], label: str) -> Markup:
     first, last = lines[0][2][0][0], max(profile[-1][0] for _, _, profile in lines)
     x, y = Scale(first, last, *X), Scale(0.0, 1.0, *Y)
     body = [stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]
-    body += [text("tick side", x.start - 5, y.at(share) + 3, _percent(share)) for share in (0.0, 0.5, 1.0)]
+    body += [text("tick side", x.start - 5, y.at(at / 100) + 3, f"{at}\u202f%") for at in (0, 50, 100)]
     body += [
         stroke(x.at(score), y.start, x.at(score), y.end, f"grid {name}")
         for score, name in ((0.0, "floor"), (1.0, "expert"))
@@ -66,7 +62,3 @@ def _chart(lines: Sequence[tuple[str, str, Points]], label: str) -> Markup:
         through = points([point for at, point in enumerate(profile) if at not in level], x, y)
         body.append(f'<polyline class="line {kind}" points="{through}">{named}</polyline>')
     return picture("profile", "384", "196", label, "".join(body))
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f}\u202f%"

@@ -59,7 +59,7 @@ def strip(value: Shown, scale: Scale) -> Markup:
     """One metric value on one line: interval as a bar, runs as dots, mean as a disc."""
     if value.mean is None:
         return Markup("")
-    return _strip(describe(value), scale, _marks(value, scale, ROW_HEIGHT / 2))
+    return _drawn(value, scale, describe(value))
 
 
 def dumbbell(before: Shown, after: Shown, scale: Scale, *, described: bool = True) -> Markup:
@@ -74,7 +74,7 @@ def dumbbell(before: Shown, after: Shown, scale: Scale, *, described: bool = Tru
     ring = f'<circle class="mean learning" cx="{px(scale.at(before.mean))}" cy="{px(y)}" r="4.5"/>'
     join = stroke(scale.at(before.mean), y, scale.at(after.mean), y, f"join {kind}")
     label = f"learned {describe(before)}; at the end {describe(after)}" if described else ""
-    return _strip(label, scale, join + ring + _marks(after, scale, y))
+    return _drawn(after, scale, label, join + ring)
 
 
 def ruler(scale: Scale) -> Markup:
@@ -89,8 +89,15 @@ def ruler(scale: Scale) -> Markup:
     return Markup(f'<svg class="ruler" viewBox="0 0 {WIDTH} 16" aria-hidden="true">{marks}</svg>')
 
 
-def _marks(value: Shown, scale: Scale, y: float) -> str:
-    parts = []
+def _drawn(value: Shown, scale: Scale, label: str, before: str = "") -> Markup:
+    """The interval, runs and mean of a value on the grid, above what stands ``before``."""
+    y = ROW_HEIGHT / 2
+    parts = [
+        stroke(scale.at(mark), 0, scale.at(mark), ROW_HEIGHT, f"grid {name}")
+        for mark, name in ((0.0, "floor"), (1.0, "expert"))
+        if scale.contains(mark)
+    ]
+    parts.append(before)
     if value.ends:
         low, high = (scale.at(end) for end in value.ends)
         parts.append(stroke(low, y, high, y, "interval"))
@@ -99,21 +106,11 @@ def _marks(value: Shown, scale: Scale, y: float) -> str:
                 x, tip = scale.at(end), -7 if end < scale.low else 7
                 corners = f"{px(x + tip)},{px(y)} {px(x)},{px(y - 5)} {px(x)},{px(y + 5)}"
                 parts.append(f'<polygon class="beyond" points="{corners}"/>')
-    middle, runs = px(y), runs_of(value)
-    across = scale.each_at(runs) if runs else []
+    runs = runs_of(value)
     parts += [
-        f'<circle class="run" cx="{px(x)}" cy="{middle}" r="2.4"><title>{fixed(run)}</title></circle>'
-        for run, x in zip(runs, across, strict=True)
+        f'<circle class="run" cx="{px(x)}" cy="{px(y)}" r="2.4"><title>{fixed(run)}</title></circle>'
+        for run, x in zip(runs, scale.each_at(runs) if runs else (), strict=True)
     ]
     if value.mean is not None:
-        parts.append(f'<circle class="mean" cx="{px(scale.at(value.mean))}" cy="{middle}" r="5"/>')
-    return "".join(parts)
-
-
-def _strip(label: str, scale: Scale, body: str) -> Markup:
-    grid = "".join(
-        stroke(scale.at(mark), 0, scale.at(mark), ROW_HEIGHT, f"grid {name}")
-        for mark, name in ((0.0, "floor"), (1.0, "expert"))
-        if scale.contains(mark)
-    )
-    return picture("strip", str(WIDTH), px(ROW_HEIGHT), label, grid + body)
+        parts.append(f'<circle class="mean" cx="{px(scale.at(value.mean))}" cy="{px(y)}" r="5"/>')
+    return picture("strip", str(WIDTH), px(ROW_HEIGHT), label, "".join(parts))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
@@ -100,67 +100,47 @@ def _steps(values: tuple[float, ...], scale: svg.Scale) -> tuple[str, ...]:
     return tuple(map(str, (corners[0], *map(sub, corners[1:], corners))))
 
 
-@dataclass(frozen=True)
-class Panel:
-    """A chart with its title; ``unit`` says what a scale counts, where that is not obvious."""
+def histories(result: SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
+    """Per task its title, unit and score after every stage: a line per run, the mean bold.
 
-    title: Markup
-    unit: str
-    drawing: Markup
-
-
-def histories(result: SubmissionResult) -> list[Panel]:
-    """Per task, its score after every stage: a line per run, the mean bold, the trained stage marked.
-
-    Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns.
+    Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns, which
+    is its unit. The trained stage is marked.
     """
     scores = [result.detail.scores(at) for at in range(len(result.tasks))]
     shared = svg.scale_around((score for rows in scores if rows for row in rows for score in row), *Y)
-    return [_history(result, task, rows, shared) for task, rows in enumerate(scores)]
-
-
-def _history(
-    result: SubmissionResult, task: int, scores: list[list[float]] | None, shared: svg.Scale
-) -> Panel:
-    returns = [[stage[task] for stage in run] for run in result.stage_matrices]
-    raw = [value for run in returns for value in run]
-    y = svg.scale_around(raw, *Y, always=()) if scores is None else shared
     x = svg.Scale(0, len(result.tasks), *X)
-    lines = [[(float(stage), value) for stage, value in enumerate(run)] for run in scores or returns]
-    means = [stage[task].mean_return if scores is None else stage[task].mean for stage in result.stages]
-    mean = [(float(stage), value) for stage, value in enumerate(means) if value is not None]
-    trained = task + 1
-    shown = [fixed(mean[stage][1], 0 if scores is None else 2) for stage in (0, trained, -1)]
-    label = (
-        f"{result.tasks[task]}: {shown[0]} untrained, {shown[1]} right after its training, "
-        f"{shown[2]} at the end"
-    )
-    levels = (min(raw), max(raw)) if scores is None else (0.0, 1.0, max(y.ticks(4)))
-    drawing = line_chart(lines, x, y, label, bold=mean, since=float(trained), levels=levels)
-    unit = f"raw return{' (open)' if result.tasks[task] in result.open_tasks else ''}"
-    unit = unit if scores is None else ""
-    return Panel(variation(result.tasks[task], result.tasks), unit, drawing)
+    for at, (name, rows) in enumerate(zip(result.tasks, scores, strict=True)):
+        returns = [[stage[at] for stage in run] for run in result.stage_matrices]
+        means = [stage[at].mean_return if rows is None else stage[at].mean for stage in result.stages]
+        mean = [(float(stage), value) for stage, value in enumerate(means) if value is not None]
+        unit, y, digits = "", shared, 2
+        levels: tuple[float, ...] = (0.0, 1.0, max(shared.ticks(4)))
+        if rows is None:
+            raw = [value for run in returns for value in run]
+            unit = f"raw return{' (open)' if name in result.open_tasks else ''}"
+            y, digits, levels = svg.scale_around(raw, *Y, always=()), 0, (min(raw), max(raw))
+        shown = [fixed(mean[stage][1], digits) for stage in (0, at + 1, -1)]
+        label = f"{name}: {shown[0]} untrained, {shown[1]} right after its training, {shown[2]} at the end"
+        lines = [[(float(stage), value) for stage, value in enumerate(run)] for run in rows or returns]
+        drawing = line_chart(lines, x, y, label, bold=mean, since=float(at + 1), levels=levels)
+        yield variation(name, result.tasks), unit, drawing
 
 
-def curves(result: SubmissionResult) -> list[Panel]:
-    """Per task with training curves, its raw returns over steps; one scale per group."""
+def curves(result: SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
+    """Per task with training curves its title, steps and raw returns over steps; one scale per group."""
     points = [point for curve in result.detail.curves for point in curve.points]
     if not points:
-        return []
+        return
     steps, values = zip(*points, strict=True)
-    y = svg.scale_around(values, *Y, always=())
-    last = max(steps)
-    x = svg.Scale(0, last or 1.0, *X)
     levels = (min(values), max(values))
-    panels = []
+    x, y = svg.Scale(0, max(steps) or 1.0, *X), svg.scale_around(values, *Y, always=())
     for task in result.tasks:
         lines = [curve.points for curve in result.detail.curves if curve.task == task]
         if lines:
             final = ", ".join(fixed(line[-1][1], 0) for line in lines if line)
             label = f"{task}: training returns, at the end {final}"
             drawing = line_chart(list(map(_means, lines)), x, y, label, levels=levels)
-            panels.append(Panel(variation(task, result.tasks), f"{grouped(int(last))} steps", drawing))
-    return panels
+            yield variation(task, result.tasks), f"{grouped(int(max(steps)))} steps", drawing
 
 
 def _means(line: Points) -> Points:
@@ -193,11 +173,6 @@ class Line:
 def lines_of(rows: Iterable[Row]) -> list[Line]:
     """The lines of the first submissions."""
     return [Line(f"p{number}", row) for number, row in enumerate(islice(rows, LINE_STYLES), 1)]
-
-
-def drawn(rows: Sequence[Row]) -> list[Line]:
-    """The first submissions that have scores over the sequence."""
-    return lines_of(row for row in rows if row.result.stages)
 
 
 def panels(lines: Sequence[Line]) -> list[tuple[Markup, Markup]]:

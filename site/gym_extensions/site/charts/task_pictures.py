@@ -44,11 +44,9 @@ def task_picture(task_id: str) -> str:
 
 def group_picture(group_id: str) -> str:
     """The path of the picture that stands for a group or suite; empty without one."""
-    member = next(
-        (group for group in GROUPS.values() if group.id == SUITES.get(group_id, (group_id,))[0]), None
-    )
-    tasks = member.task_ids if member else ()
-    return next((path for task in tasks if (path := task_picture(task))), "")
+    shown = SUITES.get(group_id, (group_id,))[0]
+    tasks = (task for group in GROUPS.values() if group.id == shown for task in group.task_ids)
+    return next(filter(None, map(task_picture, tasks)), "")
 
 
 WALL, GOAL = "#9a7b5b", "#c62828"
@@ -76,14 +74,12 @@ LENGTH, TOP = 80.0, 20
 
 def gravity_arrows(factor: float) -> Markup:
     """A picture of both arrows; their lengths are proportional to gravity."""
-    arrows = _arrow(40, 1.0, "base", "× 1") + _arrow(120, factor, "changed", f"× {factor:g}")
+    arrows = ""
+    for x, length, kind in ((40, 1.0, "base"), (120, factor, "changed")):
+        tip = TOP + LENGTH * length
+        head = f"M{x} {TOP}V{tip:g}M{x - 7} {tip - 9:g}L{x} {tip:g}L{x + 7} {tip - 9:g}"
+        arrows += f'<path class="{kind}" d="{head}"/>{text("tick", x, 12, f"× {length:g}")}'
     return picture("gravity", "160", "160", f"gravity {factor:g} times that of the base body", arrows)
-
-
-def _arrow(x: int, factor: float, kind: str, label: str) -> str:
-    tip = TOP + LENGTH * factor
-    head = f"M{x} {TOP}V{tip:g}M{x - 7} {tip - 9:g}L{x} {tip:g}L{x + 7} {tip - 9:g}"
-    return f'<path class="{kind}" d="{head}"/><text class="tick" x="{x}" y="12">{label}</text>'
 
 
 WIDTH, MARGIN, LINE = 480, 24, 34

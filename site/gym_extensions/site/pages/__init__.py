@@ -45,11 +45,12 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
 def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page on which MuJoCo runs in the browser, and its files; without the simulator it says so."""
     watch = paths.task_path("Hopper-v0")
-    play = assets(site, render.folders, render.simulator) if render.simulator else None
-    size = sum(map(len, render.simulator.files().values())) / 1e6 if render.simulator else 0.0
-    values = {"play": play, "watch": watch, "size": size, "version": VERSION}
+    simulator = render.simulator
+    files, absent = assets(site, render.folders, simulator) if simulator else ({}, {})
+    size = sum(map(len, simulator.files().values())) / 1e6 if simulator else 0.0
+    values = {"play": simulator, "absent": absent, "watch": watch, "size": size, "version": VERSION}
     yield "play.html", render("play.html", "play.html", **values)
-    yield from play.files.items() if play else ()
+    yield from files.items()
 
 
 PAGES = (

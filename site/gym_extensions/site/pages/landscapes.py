@@ -56,7 +56,20 @@ class View:
     @property
     def axes(self) -> list[AxisView]:
         """Every axis, drawn."""
-        return [self._drawn(axis, self.landscape) for axis in axes(self.group)] if self.landscape else []
+        if self.landscape is None:
+            return []
+        views, tasks = [], range(len(self.group.tasks))
+        for axis in axes(self.group):
+            measured, top = self.landscape.axis(axis.name), self.best[self.group.id, axis.name]
+            stages = ("untrained", *(_stage(axis, self.group, task) for task in tasks))
+            runs = tuple(
+                (run, charts.small(axis, _shares(returns, top), f"Run {run}"))
+                for run, returns in zip(self.landscape.runs, measured.returns, strict=True)
+            )
+            final, shares = [run[-1] for run in measured.returns], _shares(measured.means, top)
+            large = charts.large(axis, shares, stages, final, measured.means[-1], best=top)
+            views.append(AxisView(axis, stages, large, runs, measured.means))
+        return views
 
     @property
     def maps(self) -> dict[str, Markup]:
@@ -67,17 +80,6 @@ class View:
             axis.title: charts.small(axis, _shares(each, self.best[self.group.id, axis.name]), axis.title)
             for axis, each in means.items()
         }
-
-    def _drawn(self, axis: Axis, landscape: Landscape) -> AxisView:
-        measured, top = landscape.axis(axis.name), self.best[landscape.group, axis.name]
-        stages = ("untrained", *(_stage(axis, self.group, task) for task in range(len(self.group.tasks))))
-        final = [run[-1] for run in measured.returns]
-        runs = [
-            (run, charts.small(axis, _shares(returns, top), f"Run {run}"))
-            for run, returns in zip(landscape.runs, measured.returns, strict=True)
-        ]
-        large = charts.large(axis, _shares(measured.means, top), stages, final, measured.means[-1], best=top)
-        return AxisView(axis, stages, large, tuple(runs), measured.means)
 
 
 def _shares(returns: tuple[tuple[float, ...], ...], top: tuple[float, ...]) -> list[list[float | None]]:

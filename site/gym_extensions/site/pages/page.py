@@ -15,7 +15,7 @@ from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scorecard
 from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
-from gym_extensions.site.board_views import Leaderboard, missing_reasons
+from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import landscapes, profiles, strips, task_curves, task_pictures
 from gym_extensions.site.pages.landscapes import Landscapes
 from gym_extensions.site.play import stroboscopes
@@ -80,7 +80,6 @@ def environment() -> Environment:
         metrics=BY_NAME,
         FORGETTING=FORGETTING.name,
         LEARNING=LEARNING.name,
-        missing_reasons=missing_reasons,
         paper_columns=PAPER_COLUMNS,
         reported=REPORTED,
         TASKS=TASKS,
@@ -108,14 +107,14 @@ class Render:
         """The text of the page at ``path``."""
         relative = posixpath.relpath(".", posixpath.dirname(path) or ".")
         root = Markup("" if relative == "." else f"{relative}/")
-        linked = [(page, page.link(self.docs)) for page in self.pages if page.link(self.docs)]
+        links = [(page, page.doc if self.docs and page.doc else page.path) for page in self.pages]
         return (
             environment()
             .get_template(template)
             .render(
                 references=self.references,
-                menu=[(page.title, link) for page, link in linked if not page.in_footer],
-                footer=[(page.title, link) for page, link in linked if page.in_footer],
+                menu=[(page.title, link) for page, link in links if link and not page.in_footer],
+                footer=[(page.title, link) for page, link in links if link and page.in_footer],
                 path=path,
                 root=root,
                 docs=self.docs,
@@ -144,7 +143,3 @@ class Page:
     publish_submission: Callable[[Scorecard, Render], Iterator[File]] | None = None
     in_footer: bool = False  # whether the footer links to it instead of the menu
     doc: str = ""  # the page of the documentation that is linked instead, where the site has one
-
-    def link(self, docs: bool) -> str:
-        """What the menu or the footer links to, in a site with or without documentation; empty if nothing."""
-        return self.doc if docs and self.doc else self.path

@@ -15,7 +15,7 @@ from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures
 from gym_extensions.site.pages.page import TASK_LIST, File, Render
 from gym_extensions.site.play.assets import play_link
-from gym_extensions.site.play.watch import Watch, WatchedTask, watched_task
+from gym_extensions.site.play.watch import Watch, watched
 from gym_extensions.site.text import grouped
 from gym_extensions.submissions.layout import POSES
 from gym_extensions.submissions.poses import PolicyPoses
@@ -97,8 +97,8 @@ def expert_panel(task: Task) -> Watch | None:
     poses = PolicyPoses.load(file, "bad-poses", "python -m tools.experts poses")
     if poses is None or poses.policy != experts.card(task).policy:
         return None
-    found = watched_task(poses.poses, "The expert")
-    if found is None or not found.episodes:
-        return None
-    path = paths.task_path(task.id).removesuffix(".html") + "-poses.js"
-    return Watch("watch-policies", path, 0, (WatchedTask(task.id, found.episodes),))
+    path, episodes = (
+        paths.task_path(task.id).replace(".html", "-poses.js"),
+        watched(poses.poses, "The expert"),
+    )
+    return Watch("watch-policies", path, 0, (episodes,)) if episodes else None

@@ -14,12 +14,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import urlencode
 
 import numpy as np
 
-from gym_extensions.catalog.bodies import BODIES, Body, Health
+from gym_extensions.catalog.bodies import BODIES, Body
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Wall
@@ -32,6 +32,7 @@ from gym_extensions.site.submission_results import SEQUENTIAL
 from gym_extensions.submissions.policies.files import has_policies, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
 
+MODELS = "play/models/"
 FORMAT = 1
 """Of the index and of policy files."""
 MAX_BYTES, MAX_FILE_BYTES = 40_000_000, 1_000_000
@@ -79,15 +80,13 @@ def play_group_link(group_id: str, submission: str = "", run: int = 0) -> str:
     return f"play.html#?{urlencode({'group': group_id, 'task': tasks[group_id]} | chosen)}"
 
 
-class Assets(NamedTuple):
-    """The files of Play by path, and the results that are not offered (title and group) by the reason."""
+def assets(
+    site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator
+) -> tuple[dict[str, bytes], dict[str, list[tuple[str, str]]]]:
+    """The files by path, and the results that are not offered (title and group) by the reason.
 
-    files: dict[str, bytes]
-    absent: dict[str, list[tuple[str, str]]]
-
-
-def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator) -> Assets:
-    """The index, models, policies and the simulator. The order of the boards decides who comes first."""
+    Files are the index, models, policies and the simulator. The order of the boards decides who comes first.
+    """
     files = _models()
     tasks = {name: _task(task) for name, task in playable_tasks().items()}
     room = MAX_BYTES
@@ -132,7 +131,7 @@ def assets(site: Leaderboard, folders: Mapping[str, Path], simulator: Simulator)
         "core": [submission.name for submission in core.rows if submission.ranked] if core else [],
     }
     files["play/index.json"] = json.dumps(index, ensure_ascii=False, separators=(",", ":")).encode()
-    return Assets(files | simulator.files(), absent)
+    return files | simulator.files(), absent
 
 
 def _in_turn(boards: Sequence[BoardView]) -> Iterator[tuple[BoardView, Row, int]]:
@@ -205,19 +204,18 @@ def _models() -> dict[str, bytes]:
     if found is None or not found.submodule_search_locations:
         raise BenchError("no-models", "The models need Gymnasium.", hint="Run: pip install gymnasium")
     assets = Path(found.submodule_search_locations[0]) / "envs" / "mujoco" / "assets"
-    files = {_model(body): (assets / body.asset).read_bytes() for body in PLAYED}
-    return files | {"play/models/LICENSE-gymnasium.txt": license_of("gymnasium")}
-
-
-def _model(body: Body) -> str:
-    return f"play/models/{body.asset}"
+    files = {f"{MODELS}{body.asset}": (assets / body.asset).read_bytes() for body in PLAYED}
+    return files | {f"{MODELS}LICENSE-gymnasium.txt": license_of("gymnasium")}
 
 
 def _body(body: Body) -> dict[str, object]:
-    wall = Wall(width=body.wall_width or 0.8)
+    wall, health = Wall(width=body.wall_width or 0.8), body.health
+    # JSON has no infinity, so an open end is None.
+    ends = (health.height, health.angle) if health else ((), ())
+    height, angle = ([end if math.isfinite(end) else None for end in each] for each in ends)
     return {
         "name": body.name,
-        "model": _model(body),
+        "model": f"{MODELS}{body.asset}",
         "is_planar": body.family == "planar",
         "max_steps": body.max_steps,
         "parts": body.parts,
@@ -227,20 +225,13 @@ def _body(body: Body) -> dict[str, object]:
         "frame_skip": body.frame_skip,
         "noise": body.noise,
         "ctrl_cost": body.ctrl_cost,
-        "health": _health(body.health) if body.health else None,
+        "health": health and {"height": height, "angle": angle, "state": health.state},
         "wall": {
             "half": wall.half_sizes,
             "height": wall.centre_height,
             "range": (wall.nearest, wall.farthest),
         },
     }
-
-
-def _health(health: Health) -> dict[str, object]:
-    """Its intervals; JSON has no infinity, so an open end is None."""
-    ends = (health.height, health.angle)
-    height, angle = ([end if math.isfinite(end) else None for end in each] for each in ends)
-    return {"height": height, "angle": angle, "state": health.state}
 
 
 def _task(task: Task) -> dict[str, Any]:

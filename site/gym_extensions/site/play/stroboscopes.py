@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from markupsafe import Markup, escape
 
-from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
+from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.charts.task_pictures import SIZE, task_picture
 from gym_extensions.site.play.kinematics import Array, Placed, placed
-from gym_extensions.site.play.watch import Episode, WatchedTask
+from gym_extensions.site.play.watch import Episode
 from gym_extensions.site.text import digits_for, fixed
 
 GHOSTS, MANY_LIMBS = 12, 12
@@ -58,27 +58,24 @@ class View:
         return self.at((self.right, self.bottom))
 
 
-def stroboscopes(task: WatchedTask, root: str = "") -> list[Markup]:
-    """A picture per episode of the task, all on one scale; ``root`` leads from the page to the index."""
-    if task.description.skeleton is None:
-        return [_path(f"{root}{task_picture(task.task)}", episode) for episode in task.episodes]
-    bodies = [
-        [
-            shape
-            for shape in placed(task.description.skeleton, _ghosts(episode))
-            if not shape.role.endswith("beam")
-        ]
-        for episode in task.episodes
-    ]
+def stroboscopes(episodes: Sequence[Episode], root: str = "") -> list[Markup]:
+    """A picture per episode of a task, all on one scale; ``root`` leads from the page to the index."""
+    skeleton, travels = episodes[0].description.skeleton, episodes[0].travels
+    if skeleton is None:
+        return [_path(f"{root}{task_picture(episode.poses.task)}", episode) for episode in episodes]
+    bodies = []
+    for episode in episodes:
+        shapes = placed(skeleton, _ghosts(episode))
+        bodies.append([shape for shape in shapes if not shape.role.endswith("beam")])
     has_wall = any(shape.role == "wall" for shape in bodies[0])
-    is_short = all(abs(episode.distance) < SHORT_TRACK for episode in task.episodes)
-    is_moved_apart = task.travels and is_short and not has_wall
+    is_short = all(abs(episode.distance) < SHORT_TRACK for episode in episodes)
+    is_moved_apart = travels and is_short and not has_wall
     if is_moved_apart:
-        bodies = _moved_apart(bodies, task.episodes)
-    frame = frame_of([shape for shapes in bodies for shape in shapes], task.travels)
+        bodies = _moved_apart(bodies, episodes)
+    frame = frame_of([shape for shapes in bodies for shape in shapes], travels)
     return [
-        _picture(shapes, frame, episode, (task.travels, not is_moved_apart))
-        for shapes, episode in zip(bodies, task.episodes, strict=True)
+        _picture(shapes, frame, episode, (travels, not is_moved_apart))
+        for shapes, episode in zip(bodies, episodes, strict=True)
     ]
 
 
@@ -191,24 +188,22 @@ TICKS = 4
 
 def episode_dots(episodes: Sequence[Episode]) -> list[Markup]:
     """A picture per episode: the dots of its cell on the scale that all of them share."""
-    returns = [value for episode in episodes for value in episode.clip.returns]
-    scale = scale_around(returns, DOTS_MARGIN, DOTS_WIDTH - DOTS_MARGIN, always=(0.0,))
-    return [_dots(episode, scale) for episode in episodes]
-
-
-def _dots(episode: Episode, scale: Scale) -> Markup:
-    returns, digits = episode.clip.returns, digits_for(episode.clip.returns)
-    y = LINE / 2
-    parts = [stroke(scale.at(scale.low), y, scale.at(scale.high), y, "level")]
-    parts += [text("tick", scale.at(mark), LINE + 8, tick_label(mark)) for mark in scale.ticks(TICKS)]
-    dots = "".join(dict.fromkeys(f"M{scale.at(value):.0f} {y:.0f}h0" for value in returns))
-    parts.append(f'<path class="episodes" d="{dots}"/>')
-    mean = statistics.fmean(returns)
-    parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))
-    parts.append(f'<circle class="shown" cx="{px(scale.at(episode.return_))}" cy="{px(y)}" r="5.5"/>')
-    label = (
-        f"Returns of the {len(returns)} episodes: mean {fixed(mean, digits)}, "
-        f"from {fixed(min(returns), digits)} to {fixed(max(returns), digits)}; "
-        f"the episode shown has {fixed(episode.return_, digits)}"
-    )
-    return picture("dots", str(DOTS_WIDTH), str(LINE + 12), label, "".join(parts))
+    shared = [value for episode in episodes for value in episode.clip.returns]
+    scale = scale_around(shared, DOTS_MARGIN, DOTS_WIDTH - DOTS_MARGIN, always=(0.0,))
+    y, pictures = LINE / 2, []
+    for episode in episodes:
+        returns, digits = episode.clip.returns, digits_for(episode.clip.returns)
+        parts = [stroke(scale.at(scale.low), y, scale.at(scale.high), y, "level")]
+        parts += [text("tick", scale.at(mark), LINE + 8, tick_label(mark)) for mark in scale.ticks(TICKS)]
+        dots = "".join(dict.fromkeys(f"M{scale.at(value):.0f} {y:.0f}h0" for value in returns))
+        parts.append(f'<path class="episodes" d="{dots}"/>')
+        mean = statistics.fmean(returns)
+        parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))
+        parts.append(f'<circle class="shown" cx="{px(scale.at(episode.return_))}" cy="{px(y)}" r="5.5"/>')
+        label = (
+            f"Returns of the {len(returns)} episodes: mean {fixed(mean, digits)}, "
+            f"from {fixed(min(returns), digits)} to {fixed(max(returns), digits)}; "
+            f"the episode shown has {fixed(episode.return_, digits)}"
+        )
+        pictures.append(picture("dots", str(DOTS_WIDTH), str(LINE + 12), label, "".join(parts)))
+    return pictures

@@ -72,31 +72,13 @@ class Episode:
 
 
 @dataclass(frozen=True)
-class WatchedTask:
-    """A task of the panel with its episodes: two, or one for the task that was trained last."""
-
-    task: str
-    episodes: tuple[Episode, ...]
-
-    @property
-    def description(self) -> Description:
-        """The facts of the task."""
-        return self.episodes[0].description
-
-    @property
-    def travels(self) -> bool:
-        """Whether the body moves along x."""
-        return self.episodes[0].travels
-
-
-@dataclass(frozen=True)
 class Watch:
-    """The panel of one group. ``path`` is that of the script with its poses."""
+    """The panel of one group: of each task two episodes, or one of the task that was trained last."""
 
     id: str
-    path: str
+    path: str  # of the script with its poses
     run: int
-    tasks: tuple[WatchedTask, ...]
+    tasks: tuple[tuple[Episode, ...], ...]
 
     @property
     def script(self) -> str:
@@ -104,16 +86,15 @@ class Watch:
         skeletons: list[Any] = []
         maps: list[Any] = []
         rows = []
-        for task in self.tasks:
-            facts = task.description
+        for episodes in self.tasks:
+            poses, facts = episodes[0].poses, episodes[0].description
             row: dict[str, object] = {
-                "unit": task.episodes[0].poses.unit,
-                "rate": task.episodes[0].poses.steps_per_second / task.episodes[0].poses.steps_per_frame
-                or 15.0,
-                "clips": [[episode.clip.frames, episode.clip.motion] for episode in task.episodes],
+                "unit": poses.unit,
+                "rate": poses.steps_per_second / poses.steps_per_frame or 15.0,
+                "clips": [[episode.clip.frames, episode.clip.motion] for episode in episodes],
             }
             if facts.skeleton is not None:
-                row |= {"skeleton": _index(skeletons, facts.skeleton), "travels": task.travels}
+                row |= {"skeleton": _index(skeletons, facts.skeleton), "travels": episodes[0].travels}
             else:
                 row |= {"map": _index(maps, facts.obstacles), "goal": facts.goal}
             rows.append(row)
@@ -136,7 +117,7 @@ def watches(submission: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watc
             continue
         if tuple(row.task for row in shown.tasks) == result.tasks:
             path = submission_file(submission.name, f"poses-{result.group}.js")
-            tasks = tuple(filter(None, map(watched_task, shown.tasks)))
+            tasks = tuple(filter(None, map(watched, shown.tasks)))
             panels[result.group] = Watch(f"watch-{result.id}", path, shown.run, tasks)
     return panels
 
@@ -145,14 +126,13 @@ LAST = "At the end, right after its training"
 """The title of the only episode of the task that was trained last."""
 
 
-def watched_task(row: TaskPoses, only: str = LAST) -> WatchedTask | None:
-    """A task with its episodes, of which a single one is titled ``only``; None if it is not published."""
+def watched(row: TaskPoses, only: str = LAST) -> tuple[Episode, ...]:
+    """The episodes of a task, of which a single one is titled ``only``; none if it is not published."""
     facts, task = description(row.task), TASKS.get(row.task)
     if facts is None or task is None:
-        return None
+        return ()
     travels = task.body.family in TRAVELLING
     cells = [(row.after, "Right after its training"), (row.end, "At the end")]
     if row.end is None:
         cells = [(row.after, only)]
-    episodes = tuple(Episode(clip, title, row, facts, travels) for clip, title in cells if clip is not None)
-    return WatchedTask(row.task, episodes)
+    return tuple(Episode(clip, title, row, facts, travels) for clip, title in cells if clip is not None)
