@@ -7,6 +7,7 @@ imported after :func:`confine`, since libraries start threads.
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import traceback
@@ -216,7 +217,7 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return observations, rewards, terminated, truncated, {}
 
     def _read(self, shape: tuple[int, ...], dtype: Any) -> Array:
-        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+        size = math.prod(shape) * np.dtype(dtype).itemsize
         return np.frombuffer(self._guest.pipe.read(size), dtype).reshape(shape)
 
 
