@@ -92,7 +92,6 @@ def record_run(source: Path, group: TaskGroup, run: int, out: Path) -> None:
             card=card,
             observes=OBSERVES,
             curves=curves[stage],
-            skip_recorded=True,
         )
 
 

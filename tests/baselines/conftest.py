@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.baselines import Monitor, references, train, workers
-from gym_extensions.baselines.training.events import Event
+from gym_extensions.baselines.training.progress import Event
 from gym_extensions.envs import MovingGoal, TaskGroup, customize
 
 SHORT_GROUP = "pusher"
@@ -96,13 +96,13 @@ class Watched:
 
 @pytest.fixture(scope="session")
 def watched(tmp_path_factory: pytest.TempPathFactory) -> Watched:
-    """The training of ``trpo_submission`` again, with evaluation during training and every log."""
+    """The training of ``trpo_submission`` again, with evaluation during training."""
     seen = Watched(tmp_path_factory.mktemp("watched") / "trpo")
 
     def callback(event: Event) -> None:
         seen.events.append(event)
 
-    monitor = Monitor(log=["csv", "tensorboard"], callback=callback, evaluate_every=500, evaluate_episodes=2)
+    monitor = Monitor(callback=callback, evaluate_every=500, evaluate_episodes=2)
     with contextlib.redirect_stdout(io.StringIO()) as printed:
         train("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0, out=seen.folder, monitor=monitor)
     seen.printed = printed.getvalue()

@@ -136,10 +136,6 @@ def keyword(observations: Any, *, context: Any) -> Any:
     return context
 
 
-def another_name(observations: Any, seen: Any) -> Any:
-    return seen
-
-
 def two_arguments(observations: Any, context: Any, deterministic: bool = True) -> Any:
     return context
 
@@ -156,8 +152,8 @@ def alone(observations: Any) -> Any:
     return None
 
 
-@pytest.mark.parametrize("act", [optional, keyword, another_name, two_arguments])
-def test_an_agent_with_a_second_parameter_receives_the_context(act: Callable[..., Any]) -> None:
+@pytest.mark.parametrize("act", [optional, keyword, two_arguments])
+def test_an_agent_with_a_parameter_of_this_name_receives_the_context(act: Callable[..., Any]) -> None:
     agent = WithAct(act)
     check_context(agent, "mine")
     received: object = action_function(agent)(OBSERVATIONS, CONTEXT)
@@ -172,6 +168,9 @@ def test_another_agent_receives_observations_alone(act: Callable[..., Any]) -> N
     assert received is None
 
 
+def another_name(observations: Any, seen: Any) -> Any: ...
+
+
 def third(observations: Any, context: Any, mode: str) -> Any: ...
 
 
@@ -183,6 +182,7 @@ def required_option(observations: Any, *, mode: str) -> Any: ...
     [
         (WithAct(alone, True), "observes is True"),
         (WithAct(alone, Observes(boundaries=1)), "boundaries=1"),  # type: ignore[arg-type]
+        (WithAct(another_name), "'seen'"),
         (WithAct(third), "'mode'"),
         (WithAct(required_option), "'mode'"),
         (WithAct(alone, Observes(task_in_evaluation=True)), "task_in_evaluation"),

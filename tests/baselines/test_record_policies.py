@@ -127,8 +127,6 @@ def test_a_run_is_written_when_all_of_its_stages_are_recorded(tmp_path: Path) ->
 def test_a_finished_run_is_not_recorded_again(recorded: Path) -> None:
     before = digests(recorded)
     assert refusal(recorded, push, stage=0).code == "run-recorded"
-    means = record_stage(recorded, push, stage=0, skip_recorded=True)
-    assert list(means) == list(QUICK_GROUP.task_ids)
     assert digests(recorded) == before
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from gym_extensions.baselines import references
 from gym_extensions.baselines.references import Measurement, floor_of, is_open, read_file, summary, with_runs
-from gym_extensions.baselines.training.runner import PendingJob
+from gym_extensions.baselines.training.runner import StageRun
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
@@ -101,7 +101,7 @@ def test_an_interrupted_measurement_of_custom_groups_trains_nothing_twice(
         patch.setattr(references, "with_runs", None)
         references.main(command)
     assert len(list((tmp_path / ".progress/mine").rglob("stage1.json"))) == 2
-    monkeypatch.setattr(PendingJob, "_train", None)
+    monkeypatch.setattr(StageRun, "_train", None)
     assert references.main(command) == 0
     assert not (tmp_path / ".progress").exists()
     rows = parse_references(out.read_bytes()).tasks.values()

@@ -18,8 +18,8 @@ from gym_extensions.baselines import Card, Monitor, Observes, record, train
 from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.algorithms import names
 from gym_extensions.baselines.submission import manifest_tables, read_manifest, require_same, validate
-from gym_extensions.baselines.training.events import Event, StageStarted
 from gym_extensions.baselines.training.jobs import Settings
+from gym_extensions.baselines.training.progress import Event, StageStarted
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import budget, evaluation_seed

@@ -18,8 +18,6 @@ from gym_extensions.errors import BenchError
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests
 
 BAD: list[tuple[type[Monitor | Parallel], dict[str, Any], str]] = [
-    (Monitor, {"log": "tensorbord"}, "unknown-log"),
-    (Monitor, {"log": ["csv", 3]}, "bad-log"),
     (Monitor, {"evaluate_every": 2.5}, "bad-evaluate-every"),
     (Monitor, {"evaluate_every": True}, "bad-evaluate-every"),
     (Monitor, {"evaluate_episodes": 0}, "bad-evaluate-episodes"),

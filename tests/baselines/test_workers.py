@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.training.events import Event, JobFinished, Listener
+from gym_extensions.baselines.training.progress import Event, JobFinished, Listener
 from gym_extensions.baselines.workers import run
 
 JOBS = '''
@@ -21,7 +21,7 @@ import signal
 import time
 from dataclasses import dataclass
 
-from gym_extensions.baselines.training.events import JobFinished
+from gym_extensions.baselines.training.progress import JobFinished
 
 
 class UnpickledError(Exception):

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.training.provenance import processor
+from gym_extensions.baselines.training.checkpoints import processor
 from gym_extensions.files import write_text
 from gym_extensions.versions import version_or_none
 

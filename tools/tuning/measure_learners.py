@@ -29,7 +29,7 @@ from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import TaskLabel, observes_of
 from gym_extensions.baselines.algorithms.trpo import HENDERSON_2017, REFERENCE, TrpoSettings
 from gym_extensions.baselines.training.environment import Report, TrainingEnv
-from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.training.runner import evaluate
 from gym_extensions.catalog.tasks import Task, customize, task
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.envs import make_vec

@@ -13,14 +13,6 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from gym_extensions.baselines.training.events import (
-    BatchTrained,
-    JobFailed,
-    JobFinished,
-    StageStarted,
-    TaskEvaluated,
-    TrainingStarted,
-)
 from gym_extensions.submissions.manifest import Observes
 
 if TYPE_CHECKING:
@@ -29,7 +21,15 @@ if TYPE_CHECKING:
     from gym_extensions.baselines.record_policies import record
     from gym_extensions.baselines.train_agent import train
     from gym_extensions.baselines.training.jobs import Parallel
-    from gym_extensions.baselines.training.progress import Monitor
+    from gym_extensions.baselines.training.progress import (
+        BatchTrained,
+        JobFailed,
+        JobFinished,
+        Monitor,
+        StageStarted,
+        TaskEvaluated,
+        TrainingStarted,
+    )
     from gym_extensions.submissions.policies.mlp import Policy
     from gym_extensions.submissions.policies.onnx import OnnxPolicy
 
@@ -56,7 +56,7 @@ __all__ = [
 ]
 
 MODULES = {
-    "Monitor": ".training.progress",
+    **dict.fromkeys(("Agent", "Card", "Context", "Factory", "Resumable"), ".agent"),
     "OnnxPolicy": "gym_extensions.submissions.policies.onnx",
     "Parallel": ".training.jobs",
     "Policy": "gym_extensions.submissions.policies.mlp",
@@ -64,14 +64,14 @@ MODULES = {
     "sb3": ".adapters.sb3",
     "train": ".train_agent",
 }
-"""The module of each public name; the others are in ``agent``."""
+"""The module of each public name; the others are in ``training.progress``."""
 
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     try:
-        module = importlib.import_module(MODULES.get(name, ".agent"), __name__)
+        module = importlib.import_module(MODULES.get(name, ".training.progress"), __name__)
     except ModuleNotFoundError as missing:
         from gym_extensions.baselines.algorithms import missing_extra
 

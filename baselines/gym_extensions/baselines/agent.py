@@ -106,12 +106,11 @@ class Agent(Protocol):
         """Chooses one action per environment. It must not change what the agent has learned.
 
         An agent defines ``act(observations)`` or ``act(observations, context)``. The second form receives a
-        :class:`Context` in each call.
+        :class:`Context` in each call, by the name of the parameter.
 
         Args:
             observations: (num_envs, …).
-            *args: the context, if the agent's ``act`` has a second parameter.
-            **kwargs: the context, if that parameter is keyword-only.
+            *args, **kwargs: the context, if the agent's ``act`` has a parameter of this name.
 
         Returns:
             Actions (num_envs, …). Actions outside the action space are clipped.
@@ -228,10 +227,9 @@ def create(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: i
     return agent
 
 
-def require_factory(make: Factory, name: str) -> None:
+def require_factory(make: object, name: str) -> None:
     """Raises ``BenchError`` if ``make`` cannot be called as a factory of agents."""
-    is_agent = not isinstance(make, type) and any(hasattr(make, method) for method in METHODS)
-    if is_agent or not callable(make):
+    if not callable(make):
         message = f"Expected a factory of agents, got a value of type {type(make).__name__}."
         hint = f"Pass an agent's name, or a class or function with the arguments {ARGUMENTS}."
         raise BenchError("bad-agent", message, name, hint)
@@ -261,15 +259,15 @@ def observes_of(agent: Agent, name: str) -> Observes:
 def check_context(agent: Agent, name: str) -> None:
     """Checks that the agent can receive what it asks for.
 
-    Raises ``BenchError`` if ``observes`` is not valid, ``act`` requires another argument, or the agent asks
-    for the task in evaluation and ``act`` has no parameter for the context.
+    Raises ``BenchError`` if ``observes`` is not valid, ``act`` requires another argument than the context, or
+    the agent asks for the task in evaluation and ``act`` has no parameter ``context``.
     """
-    context, message = _context_parameter(agent), ""
-    for parameter in list(inspect.signature(agent.act).parameters.values())[1:]:
+    parameters, message = inspect.signature(agent.act).parameters, ""
+    for parameter in list(parameters.values())[1:]:
         is_optional = parameter.default is not parameter.empty or parameter.kind in VARIADIC
-        if not is_optional and parameter != context:
+        if not is_optional and parameter.name != "context":
             message = f"act() requires the argument {parameter.name!r}."
-    if observes_of(agent, name).task_in_evaluation and context is None:
+    if observes_of(agent, name).task_in_evaluation and "context" not in parameters:
         message = "The agent asks for task_in_evaluation, but act() does not receive the context."
     if message:
         hint = "Use act(observations) or act(observations, context)."
@@ -277,24 +275,10 @@ def check_context(agent: Agent, name: str) -> None:
 
 
 def action_function(agent: Agent) -> Callable[[Array, Context], Array]:
-    """The agent's ``act`` as a function of observations and context, whether or not it uses the context."""
-    parameter = _context_parameter(agent)
-    if parameter is None:
-        return lambda observations, _: agent.act(observations)
-    if parameter.kind is parameter.KEYWORD_ONLY:
+    """The agent's ``act`` as a function of observations and context; it may have no parameter ``context``."""
+    if "context" in inspect.signature(agent.act).parameters:
         return lambda observations, context: agent.act(observations, context=context)
-    return agent.act
-
-
-def _context_parameter(agent: Agent) -> inspect.Parameter | None:
-    """The second parameter of ``act``, unless it is optional and has another name than ``context``."""
-    for parameter in list(inspect.signature(agent.act).parameters.values())[1:2]:
-        if parameter.kind in VARIADIC:
-            return None
-        is_required = parameter.default is parameter.empty and parameter.kind is not parameter.KEYWORD_ONLY
-        if is_required or parameter.name == "context":
-            return parameter
-    return None
+    return lambda observations, _: agent.act(observations)
 
 
 def policy_of(agent: Agent) -> AnyPolicy | None:

@@ -11,21 +11,8 @@ import msgspec
 import numpy as np
 from msgspec.structs import asdict
 
-from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import (
-    Agent,
-    Array,
-    Card,
-    Context,
-    Described,
-    Factory,
-    TaskLabel,
-    VectorEnv,
-    action_function,
-    create,
-    observes_of,
-    policy_of,
-)
+from gym_extensions.baselines import agent as agents, algorithms
+from gym_extensions.baselines.agent import Agent, Array, Card, Context, Factory, TaskLabel, VectorEnv
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import STANDARD_BUDGET, evaluation_seed
 from gym_extensions.envs import make_vec
@@ -88,12 +75,12 @@ class AgentSpec:
         name, make = algorithms.name_of(agent), algorithms.factory(agent)
         group, _ = logs[0]
         env = make_vec(group.tasks[0], 1)
-        trial = create(make, (env.single_observation_space, env.single_action_space), 0, name)
-        spec = cls(name, agent, checked_card(trial, name), observes_of(trial, name))
+        trial = agents.create(make, (env.single_observation_space, env.single_action_space), 0, name)
+        spec = cls(name, agent, checked_card(trial, name), agents.observes_of(trial, name))
         label = TaskLabel(group.task_ids[0], 0) if spec.observes.task_in_evaluation else None
         seeds = [evaluation_seed(group.id, group.task_ids[0], 0)]
         actions = first_actions(trial, env, seeds, label)
-        if (policy := policy_of(trial)) is not None:
+        if (policy := agents.policy_of(trial)) is not None:
             require_agreement(policy, env, seeds, actions, 0)
             for log in logs:
                 require_submittable(policy, spec.card, spec.observes, *log)
@@ -102,7 +89,7 @@ class AgentSpec:
 
     def require_same(self, agent: Agent, title: str) -> None:
         """Raises ``BenchError`` if the agent of a job states or asks for something else than the spec."""
-        own = observes_of(agent, self.name), card_of(agent, self.name).hyperparameters
+        own = agents.observes_of(agent, self.name), card_of(agent, self.name).hyperparameters
         stated = self.observes, self.card.hyperparameters
         for what, one, other in zip(("attribute observes", "hyperparameters"), own, stated, strict=True):
             if one != other:
@@ -116,7 +103,7 @@ def card_of(agent: Agent, name: str) -> Card:
 
     Raises ``BenchError`` if it is another value, or a value has another type.
     """
-    card: object = agent.card() if isinstance(agent, Described) else Card(algorithm=name)
+    card: object = agent.card() if isinstance(agent, agents.Described) else Card(algorithm=name)
     if not isinstance(card, Card):
         message = f"Expected a Card, got {type(card).__name__}."
         raise BenchError("bad-card", message, "card()", "Return a gym_extensions.baselines.Card.")
@@ -177,7 +164,7 @@ def first_actions(agent: Agent, env: VectorEnv, seeds: Sequence[int], label: Tas
     """The actions (num_envs, …) of an agent after a reset, clipped to the action space."""
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     context = Context(np.ones(len(seeds), np.bool_), label)
-    return clip_actions(action_function(agent)(observations, context), env, "act()")
+    return clip_actions(agents.action_function(agent)(observations, context), env, "act()")
 
 
 def require_agreement(

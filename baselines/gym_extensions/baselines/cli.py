@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import shlex
-import subprocess
 import sys
 from pathlib import Path
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.training.checkpoints import CONTINUES
-from gym_extensions.baselines.training.progress import LOGS
 from gym_extensions.baselines.workers import DISK_FULL, JOBS_FAILED
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError, reports_mistakes
@@ -47,7 +44,6 @@ def parser() -> argparse.ArgumentParser:
     add(
         "--evaluate-episodes", type=int, default=5, help="episodes per task of these evaluations (default: 5)"
     )
-    add("--log", help=f"comma-separated: {', '.join(LOGS)}; files in .progress of the submission's folder")
     add(
         "--by",
         default="",
@@ -79,7 +75,6 @@ def main(argv: list[str] | None = None) -> int:
             parallel=Parallel(options.jobs, options.num_envs, options.num_threads),
             monitor=Monitor(
                 progress=not options.quiet,
-                log=options.log and parse_names(options.log),
                 evaluate_every=options.evaluate_every,
                 evaluate_episodes=options.evaluate_episodes,
             ),
@@ -100,8 +95,7 @@ def main(argv: list[str] | None = None) -> int:
         return 1
     files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
     words = ["score", str(options.out), *(word for name in files for word in ("--groups", name))]
-    score = subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)
-    print(f"The submission is in {options.out}. Score it with: {score}")
+    print(f"The submission is in {options.out}. Score it with: {shlex.join(words)}")
     return 0
 
 

@@ -16,18 +16,17 @@ import numpy as np
 from gym_extensions.baselines import agent_spec, submission
 from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv, action_function, observes_of
 from gym_extensions.baselines.generators import training_seed
-from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
+from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder, usage_since
 from gym_extensions.baselines.training.environment import EXCESS
-from gym_extensions.baselines.training.evaluation import Evaluator
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, parse_request
-from gym_extensions.baselines.training.provenance import usage_since
+from gym_extensions.baselines.training.runner import Evaluator
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import stages
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.submissions.layout import LOG, MANIFEST, run_file
-from gym_extensions.submissions.log import Episode, read_log
+from gym_extensions.submissions.log import Episode
 from gym_extensions.submissions.manifest import CLAIMED, Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.policies.mlp import Policy as PlainPolicy
@@ -179,14 +178,13 @@ def record(
     card: Card,
     observes: Observes | None = None,
     curves: ClaimedCurves = NO_CURVES,
-    skip_recorded: bool = False,
 ) -> dict[str, float]:
     """Evaluates a policy that was trained elsewhere and records it as a stage of a submission.
 
     The policy is evaluated as :func:`train` evaluates agents. A run is written to the submission when all of
     its stages (``sequential``) or tasks (``single``) have been recorded, in any order, by one process or
-    several; until then they are in the folder ``.progress``. The manifest says that the training steps are
-    claimed, not recorded.
+    several; until then they are in the folder ``.progress``, where recording a stage again replaces it. The
+    manifest says that the training steps are claimed, not recorded.
 
     Args:
         policy: a function from observations (n, …) to actions (n, …), an object with such a method ``act``,
@@ -210,8 +208,6 @@ def record(
             task if it has arrays per task. Pass it if the policies of the first stages have none.
         curves: the stage's training curves by task name, each as pairs of training step and mean return;
             optional.
-        skip_recorded: whether to skip what is already recorded. By default a stage of an unfinished run is
-            recorded again, and a stage of a finished run is an error.
 
     Returns:
         The mean return of every evaluated task by its id.
@@ -244,10 +240,10 @@ def record(
     submission.validate(path, [task_group])
     require_published_engine(task_group.tasks)
     submission.require_same(path / MANIFEST, submission.manifest_tables(settings))
-    if existing := _existing(path, job, number, skip_recorded):
-        if JobFolder(path, job).finished():
-            _write_if_complete(path, job, settings)  # an earlier call may have failed to
-        return existing
+    if (path / run_file(task_group.name, protocol, job.run, LOG)).exists():
+        message = f"Run {job.run} is already in {task_group.name}/{protocol}."
+        hint = "Choose another run or another out, or delete the files of the run."
+        raise BenchError("run-recorded", message, str(path), hint)
     submission.prepare(path)
     with submission.lock_runs(path, [f"{job.title} stage {number}"]):
         started, folder = time.process_time(), JobFolder(path, job)
@@ -260,24 +256,6 @@ def record(
         folder.finish(FinishedStage(number, episodes, trained, memory, used), agent, last=True)
     _write_if_complete(path, job, settings)
     return mean_returns(episodes)
-
-
-def _existing(out: Path, job: TrainingJob, stage: int, skip: bool) -> dict[str, float]:
-    """The mean returns of a stage that is not recorded again, empty if it is to be recorded."""
-    log = out / run_file(job.group.name, job.protocol, job.run, LOG)
-    if not log.exists():
-        finished = JobFolder(out, job).finished() if skip else []
-        records = [record for record in finished if record.stage == stage]
-        return mean_returns(episode for record in records for episode in record.episodes)
-    if not skip:
-        message = f"Run {job.run} is already in {job.group.name}/{job.protocol}."
-        hint = "Pass skip_recorded=True to skip it, choose another run, or choose another out."
-        raise BenchError("run-recorded", message, str(out), hint)
-    tasks = job.group.task_ids if job.task is None else (job.group.task_ids[job.task],)
-    frame = read_log(log)
-    frame = frame[(frame["stage"] == stage) & frame["task"].isin(tasks)]
-    means = frame.groupby("task", sort=False)["return"].mean()
-    return {str(task): float(mean) for task, mean in means.items()}
 
 
 def _evaluate(agent: PolicyAgent, job: TrainingJob, stage: Stage, folder: JobFolder) -> list[Episode]:

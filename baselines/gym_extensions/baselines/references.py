@@ -19,41 +19,22 @@ from typing import Any
 
 import msgspec
 
+from gym_extensions import references
 from gym_extensions.baselines import algorithms, workers
 from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.cli import parse_names, parse_runs
 from gym_extensions.baselines.generators import training_seed
 from gym_extensions.baselines.submission import prepare
-from gym_extensions.baselines.training import events
-from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.training import progress
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, parse_groups
-from gym_extensions.baselines.training.progress import open_bars
-from gym_extensions.baselines.training.runner import PendingJob
-from gym_extensions.baselines.workers import Failure, Runnable, jobs_failed
+from gym_extensions.baselines.training.runner import PendingJob, evaluate
+from gym_extensions.catalog import protocol
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import (
-    BUDGETS,
-    FIRST_REFERENCE_RUN,
-    FULL_SUBMISSION_RUNS,
-    STANDARD_BUDGET,
-    budget as budget_named,
-    evaluation_seed,
-)
 from gym_extensions.catalog.tasks import Task, whole_number
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of, require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_bytes
-from gym_extensions.references import (
-    Expert,
-    File,
-    Floor,
-    FloorAgent,
-    MeasuredRun,
-    Reference,
-    parse_references,
-    path_of,
-)
 from gym_extensions.references.experts import EPISODES, floor_margin
 from gym_extensions.submissions.layout import PROGRESS
 
@@ -77,15 +58,18 @@ class Measurement:
     agent: str
     episodes: int
 
+    steps = 0
+    """It trains nothing."""
+
     @property
-    def plan(self) -> events.JobPlan:
-        return events.JobPlan(f"{self.task.id} {self.agent}", (events.StagePlan(1, 0, self.episodes),))
+    def title(self) -> str:
+        return f"{self.task.id} {self.agent}"
 
     @property
     def agent_seed(self) -> int:
-        return training_seed(FIRST_REFERENCE_RUN, REFERENCE, self.task.id, self.agent)
+        return training_seed(protocol.FIRST_REFERENCE_RUN, REFERENCE, self.task.id, self.agent)
 
-    def run(self, listen: events.Listener) -> list[float]:
+    def run(self, listen: progress.Listener) -> list[float]:
         start, returns = time.perf_counter(), list[float]()
         if self.agent == PLANNER:
             from gym_extensions.envs.navigation.planner import oracle_returns
@@ -101,11 +85,11 @@ class Measurement:
             returns = returns[: self.episodes]
             env.close()
         result = (self.task.id, len(returns), math.fsum(returns) / len(returns))
-        listen(events.TaskEvaluated(self.plan.title, 1, 0, 0, *result, time.perf_counter() - start))
+        listen(progress.TaskEvaluated(self.title, 1, 0, 0, *result, time.perf_counter() - start))
         return returns
 
     def _seeds(self, first: int, end: int) -> list[int]:
-        return [evaluation_seed(REFERENCE, self.task.id, episode) for episode in range(first, end)]
+        return [protocol.evaluation_seed(REFERENCE, self.task.id, episode) for episode in range(first, end)]
 
 
 def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list[float]]:
@@ -114,21 +98,21 @@ def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list
     Raises ``BenchError`` if one failed. The finished stages of training jobs are stored.
     """
     results: dict[int, list[float]] = {}
-    failures: dict[str, Failure] = {}
-    runnable: Sequence[Runnable[Any]] = pending
-    with open_bars() as (_, show):
-        show(events.TrainingStarted(tuple(each.plan for each in pending), jobs))
+    failures: dict[str, workers.Failure] = {}
+    runnable: Sequence[workers.Runnable[Any]] = pending
+    with progress.open_bars() as show:
+        show(progress.TrainingStarted({each.title: each.steps for each in pending}, jobs))
         for index, outcome in workers.run(runnable, show, jobs):
-            title = pending[index].plan.title
-            if isinstance(outcome, Failure):
+            title = pending[index].title
+            if isinstance(outcome, workers.Failure):
                 failures[title] = outcome
-                show(events.JobFailed(title, outcome.cause))
+                show(progress.JobFailed(title, outcome.cause))
             elif isinstance(pending[index], PendingJob):
                 results[index] = [each.return_ for record in outcome for each in record.episodes]
             else:
                 results[index] = outcome
     if failures:
-        raise jobs_failed(failures, len(pending), "Finished training is stored; repeat the command.")
+        raise workers.jobs_failed(failures, len(pending), "Finished training is stored; repeat the command.")
     return [results[index] for index in range(len(pending))]
 
 
@@ -137,21 +121,21 @@ def floor_measurements(task: Task, episodes: int = EPISODES) -> list[Measurement
     return [Measurement(task, agent, episodes) for agent in FLOOR_AGENTS]
 
 
-def summary(returns: Sequence[float]) -> FloorAgent:
+def summary(returns: Sequence[float]) -> references.FloorAgent:
     """Mean, population standard deviation and standard error of the mean of episode returns."""
     mean = math.fsum(returns) / len(returns)
     std = math.sqrt(math.fsum((value - mean) ** 2 for value in returns) / len(returns))
-    return FloorAgent(mean, std, std / math.sqrt(len(returns)))
+    return references.FloorAgent(mean, std, std / math.sqrt(len(returns)))
 
 
 def is_open(beaten: Sequence[bool]) -> bool:
     """Whether a task stays open: fewer than three runs beat the floor, or, of under five runs, not all."""
-    if len(beaten) < FULL_SUBMISSION_RUNS:
+    if len(beaten) < protocol.FULL_SUBMISSION_RUNS:
         return not all(beaten)
     return sum(beaten) < MIN_RUNS
 
 
-def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> Floor:
+def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> references.Floor:
     """The floor of one task: the mean return of its better floor agent, and the summaries of both."""
     agents = {
         each.agent: msgspec.structs.replace(summary(values), seed=each.agent_seed)
@@ -160,16 +144,18 @@ def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> Floor:
     name, better = max(agents.items(), key=lambda item: item[1].mean)
     first = next(iter(returns))
     fingerprint = fingerprint_of(first.task)
-    return Floor(better.mean, name, first.episodes, better.standard_error, agents, fingerprint)
+    return references.Floor(better.mean, name, first.episodes, better.standard_error, agents, fingerprint)
 
 
-def is_above(floor: Floor, mean: float, standard_error: float) -> bool:
+def is_above(floor: references.Floor, mean: float, standard_error: float) -> bool:
     """Whether a mean return is above a floor by more than chance."""
     deviation = floor.agents[floor.agent].std if floor.agent in floor.agents else 0.0
     return mean - floor.mean > floor_margin(standard_error, deviation)
 
 
-def with_runs(floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, budget: str = "") -> Reference:
+def with_runs(
+    floor: references.Floor, runs: Mapping[int, Sequence[float]], agent: str, budget: str = ""
+) -> references.Reference:
     """A custom task, from its floor and the returns of its training runs, or of the planner, by run."""
     parts = {run: summary(returns) for run, returns in runs.items()}
     beaten = {run: is_above(floor, part.mean, part.standard_error) for run, part in parts.items()}
@@ -178,14 +164,16 @@ def with_runs(floor: Floor, runs: Mapping[int, Sequence[float]], agent: str, bud
     if len(means) > 1:
         deviation = math.sqrt(math.fsum((value - mean) ** 2 for value in means) / (len(means) - 1))
         error = deviation / math.sqrt(len(means))
-    expert = Expert(mean, error, len(next(iter(runs.values()))), agent, budget=budget)
+    expert = references.Expert(mean, error, len(next(iter(runs.values()))), agent, budget=budget)
     if budget:
-        expert.runs = [MeasuredRun(run, part.mean, part.std, beaten[run]) for run, part in parts.items()]
-    is_unbeaten = is_open(list(beaten.values()))
-    return Reference(floor, None, expert) if is_unbeaten else Reference(floor, expert)
+        rows = ((run, part.mean, part.std, beaten[run]) for run, part in parts.items())
+        expert.runs = [references.MeasuredRun(*row) for row in rows]
+    if is_open(list(beaten.values())):
+        return references.Reference(floor, None, expert)
+    return references.Reference(floor, expert)
 
 
-def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, Reference]:
+def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, references.Reference]:
     """The references by task id of the file at ``path``; none if it does not exist.
 
     Raises:
@@ -194,7 +182,7 @@ def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, Reference]:
     if not path.exists():
         return {}
     try:
-        found = dict(parse_references(path.read_bytes()).tasks)
+        found = dict(references.parse_references(path.read_bytes()).tasks)
     except (OSError, ValueError) as error:
         message, hint = "The file does not hold references.", "Name another file with --out."
         raise BenchError("malformed-references", message, str(path), hint) from error
@@ -205,7 +193,7 @@ def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, Reference]:
     return found
 
 
-def measured_floors(tasks: Sequence[Task], jobs: int) -> dict[str, Floor]:
+def measured_floors(tasks: Sequence[Task], jobs: int) -> dict[str, references.Floor]:
     """The floors of tasks by id."""
     pending = [each for task in tasks for each in floor_measurements(task)]
     returns = dict(zip(pending, measure(pending, jobs), strict=True)) if pending else {}
@@ -214,7 +202,7 @@ def measured_floors(tasks: Sequence[Task], jobs: int) -> dict[str, Floor]:
 
 def custom(
     groups: Sequence[TaskGroup], training: tuple[str, str, Sequence[int]], out: Path, jobs: int
-) -> File:
+) -> references.File:
     """Measures every task that a references file does not have: its floor, and an agent trained on it alone.
 
     The agents are trained and evaluated as in the protocol ``single``, by other seeds than those of
@@ -238,9 +226,9 @@ def custom(
     for task in missing:
         group, index = tasks[task.id]
         if task.base == "Navigation":
-            pending[task.id, FIRST_REFERENCE_RUN] = Measurement(task, PLANNER, EPISODES)
+            pending[task.id, protocol.FIRST_REFERENCE_RUN] = Measurement(task, PLANNER, EPISODES)
             continue
-        settings = Settings(AgentSpec.of(agent, [(group, "single")]), budget_named(budget))
+        settings = Settings(AgentSpec.of(agent, [(group, "single")]), protocol.budget(budget))
         for run in runs:
             job = TrainingJob(group, "single", run, index)
             pending[task.id, run] = PendingJob(job, settings, out.parent / PROGRESS / out.stem)
@@ -251,10 +239,10 @@ def custom(
         of_task = {run: values for (id_, run), values in returns.items() if id_ == task.id}
         names = (PLANNER, "") if task.base == "Navigation" else (agent, budget)
         found[task.id] = with_runs(floors[task.id], of_task, *names)
-    return File(2, out.stem, found)
+    return references.File(2, out.stem, found)
 
 
-def write_file(content: File, out: Path) -> None:
+def write_file(content: references.File, out: Path) -> None:
     """Writes a references file, and prints what it holds."""
     write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
     open_tasks = sum(each.expert is None for each in content.tasks.values())
@@ -274,7 +262,7 @@ def parser() -> argparse.ArgumentParser:
     add("--groups", required=True, help="comma-separated: TOML files of custom groups")
     add("--out", required=True, type=Path, help=file)
     steps = "training steps per task (default: %(default)s)"
-    add("--budget", default=STANDARD_BUDGET, choices=list(BUDGETS), help=steps)
+    add("--budget", default=protocol.STANDARD_BUDGET, choices=list(protocol.BUDGETS), help=steps)
     add("--runs", default="1000-1004", help="training seeds from 1000 on (default: %(default)s)")
     trained = "agent that is trained on each task (default: %(default)s)"
     add("--agent", default=TRAINED_AGENT, choices=algorithms.names(), help=trained)
@@ -288,15 +276,15 @@ def main(argv: list[str] | None = None) -> int:
     options = parser().parse_args(argv)
     runs, out = parse_runs(options.runs), options.out
     for run in runs:
-        if run < FIRST_REFERENCE_RUN:
-            hint = f"Use numbers from {FIRST_REFERENCE_RUN}; smaller ones are reserved for submissions."
+        if run < (first := protocol.FIRST_REFERENCE_RUN):
+            hint = f"Use numbers from {first}; smaller ones are reserved for submissions."
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
     whole_number("jobs", options.jobs, "bad-jobs", "--jobs")
     groups = parse_groups(parse_names(options.groups))
     require_published_engine()
     if out.is_dir():
         raise BenchError("bad-out", "It is a folder.", str(out), "Name a file, such as references.json.")
-    if out.resolve().parent == path_of().parent:
+    if out.resolve().parent == references.path_of().parent:
         message = "It is one of the published references, which never change."
         raise BenchError("bad-out", message, str(out), "Name a file outside the package.")
     prepare(out.parent)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import datetime
 import hashlib
+import platform
+import subprocess
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -18,9 +20,8 @@ from filelock import FileLock, Timeout
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.agent_spec import card_tables
-from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
+from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder, job_versions
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
-from gym_extensions.baselines.training.provenance import joined, run_versions
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
@@ -171,6 +172,31 @@ def require_same(path: Path, new: Tables) -> Tables:
                 hint = DERIVED if section == "observes" else ONE_SETTING
                 raise BenchError("mixed-submission", message, str(path), hint)
     return existing
+
+
+def joined(texts: Iterable[str]) -> str:
+    """The distinct texts, as one of at most ``documents.LONGEST`` characters."""
+    return ", ".join(dict.fromkeys(filter(None, texts)))[: documents.LONGEST]
+
+
+def commit_of(folder: Path) -> str:
+    """The commit of the folder's git repository; empty without one, with ``-dirty`` if there are changes."""
+    command = ["git", "-C", str(folder), "describe", "--always", "--abbrev=40", "--dirty", "--exclude=*"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def run_versions(kernels: Iterable[str]) -> documents.Versions:
+    """The versions of the packages, of Python and of the platform, with the BLAS kernels of the stages."""
+    return documents.Versions(
+        **job_versions(),
+        python=platform.python_version(),
+        platform=f"{platform.system()}-{platform.machine()}",
+        blas=joined(kernels),
+    )
 
 
 def write_run_files(

@@ -18,9 +18,13 @@ from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.baselines.training import jobs
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
-from gym_extensions.baselines.training.events import JobFailed, Listener, TrainingStarted
-from gym_extensions.baselines.training.progress import TRAIN_LOG, Monitor
-from gym_extensions.baselines.training.provenance import commit_of
+from gym_extensions.baselines.training.progress import (
+    TRAIN_LOG,
+    JobFailed,
+    Listener,
+    Monitor,
+    TrainingStarted,
+)
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.fingerprinting import require_published_engine
@@ -101,7 +105,7 @@ def train(
         submission.prepare(path)
     with submission.lock_runs(path, titles), monitor.listening(path) as listen:
         pending = unfinished()  # another process may have finished a run before the locks were held
-        listen(TrainingStarted(tuple(each.plan for each in pending), max(parallel.jobs, 1)))
+        listen(TrainingStarted({each.title: each.steps for each in pending}, max(parallel.jobs, 1)))
         failures = _run(pending, listen, parallel.jobs, by)
     if failures:
         if len(pending) == 1 and (error := next(iter(failures.values())).error):
@@ -124,10 +128,8 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
     """
     path, agent = folder / MANIFEST, reference_agent(folder)
     tables = submission.read_manifest(path)
-    budget, num_envs = (
-        str(tables["protocol"].get("budget")),
-        tables.get("hyperparameters", {}).get("num_envs"),
-    )
+    budget = str(tables["protocol"].get("budget"))
+    num_envs = tables.get("hyperparameters", {}).get("num_envs")
     parallel, monitor = jobs.Parallel(num_envs=num_envs), Monitor(progress=False)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
@@ -173,7 +175,7 @@ def _run(
     unfinished = Counter(each.job.run_title for each in pending)
     finished: dict[str, dict[jobs.TrainingJob, list[FinishedStage]]] = {title: {} for title in unfinished}
     failures: dict[str, workers.Failure] = {}
-    commit = commit_of(Path.cwd())
+    commit = submission.commit_of(Path.cwd())
     for index, outcome in workers.run(pending, listen, processes):
         each, job = pending[index], pending[index].job
         if isinstance(outcome, workers.Failure):

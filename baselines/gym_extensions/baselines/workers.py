@@ -19,7 +19,7 @@ from typing import Any, Protocol, TypeVar
 
 import cloudpickle
 
-from gym_extensions.baselines.training.events import Event, Listener
+from gym_extensions.baselines.training.progress import Event, Listener
 from gym_extensions.errors import BenchError
 
 JOBS_FAILED = "jobs-failed"

@@ -18,8 +18,9 @@ from msgspec.structs import asdict, replace as replaced
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.submission import commit_of, run_versions
 from gym_extensions.baselines.train_agent import reference_agent, retrain
-from gym_extensions.baselines.training.provenance import commit_of, processor, run_versions
+from gym_extensions.baselines.training.checkpoints import processor
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import working
 from gym_extensions.metrics.statistics import holm, subtract, summary, zero_mean_p

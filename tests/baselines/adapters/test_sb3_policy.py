@@ -20,7 +20,7 @@ from torch import nn
 from gym_extensions.baselines import sb3
 from gym_extensions.baselines.adapters.sb3_policy import ACTIVATIONS, exported, policy_layers
 from gym_extensions.baselines.adapters.sb3_vec_env import SpacesEnv
-from gym_extensions.baselines.training.evaluation import Evaluator
+from gym_extensions.baselines.training.runner import Evaluator
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies.mlp import Policy

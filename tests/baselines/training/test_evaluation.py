@@ -9,7 +9,7 @@ import numpy as np
 from gym_extensions.baselines import Context
 from gym_extensions.baselines.agent import TaskLabel
 from gym_extensions.baselines.algorithms.floors import Random
-from gym_extensions.baselines.training.evaluation import evaluate
+from gym_extensions.baselines.training.runner import evaluate
 from gym_extensions.catalog.tasks import customize
 from gym_extensions.envs import make_vec
 

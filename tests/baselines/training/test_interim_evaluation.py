@@ -11,8 +11,8 @@ import numpy as np
 from gym_extensions import results
 from gym_extensions.baselines.algorithms.trpo import Trpo2017
 from gym_extensions.baselines.training.environment import Report, TrainingEnv
-from gym_extensions.baselines.training.evaluation import acting_copy, evaluate
-from gym_extensions.baselines.training.events import TaskEvaluated
+from gym_extensions.baselines.training.progress import TaskEvaluated
+from gym_extensions.baselines.training.runner import acting_copy, evaluate
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import make_vec
 from gym_extensions.submissions.run import read_run

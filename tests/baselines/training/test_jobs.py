@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,13 @@ from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.cli import parse_runs
 from gym_extensions.baselines.generators import training_seed
-from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.baselines.training.jobs import (
-    Interim,
     Settings,
     jobs_of,
     parse_request,
     require_equal_spaces,
 )
+from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.catalog.tasks import task
@@ -28,6 +28,7 @@ from gym_extensions.submissions.manifest import Observes
 
 GROUP = group("hopper-gravity")
 SMOKE = budget("smoke")
+SPEC = AgentSpec("zero", Zero, Card("zero"), Observes())
 
 
 def test_a_sequential_job_trains_each_task_in_turn_and_evaluates_all_after_each() -> None:
@@ -37,21 +38,7 @@ def test_a_sequential_job_trains_each_task_in_turn_and_evaluates_all_after_each(
     assert [stage.steps for stage in stages] == [0, 1000, 1000, 1000, 1000, 1000]
     assert {stage.evaluated for stage in stages} == {GROUP.tasks}
     assert (job.name, job.title) == ("sequential-run3", "hopper-gravity sequential-run3")
-    assert job.plan(SMOKE) == JobPlan(
-        job.title, (StagePlan(0, 0, 100), *(StagePlan(k, 1000, 100) for k in range(1, 6)))
-    )
-
-
-@pytest.mark.parametrize(
-    ("every", "expected"), [(1, 3), (250, 3), (251, 2), (500, 1), (600, 1), (751, 0), (1000, 0), (9999, 0)]
-)
-def test_evaluations_in_a_stage_of_four_batches_are_before_its_end(every: int, expected: int) -> None:
-    assert Interim(every, episodes=5).count(1000, 250) == expected
-
-
-def test_the_plan_contains_the_episodes_of_evaluation_during_training() -> None:
-    (job,) = jobs_of(GROUP, "joint", [0])
-    assert job.plan(SMOKE, Interim(2500, episodes=2)).stages == (StagePlan(1, 5000, 5 * (20 + 2)),)
+    assert PendingJob(job, Settings(SPEC, SMOKE), Path()).steps == 5000
 
 
 def test_a_joint_job_trains_all_tasks_at_once_with_the_steps_of_all() -> None:
@@ -82,8 +69,7 @@ def test_the_single_protocol_has_a_job_per_run_and_task() -> None:
 def test_every_task_has_equally_many_training_environments(
     num_envs: int | None, num_tasks: int, expected: int
 ) -> None:
-    spec = AgentSpec("zero", Zero, Card("zero"), Observes())
-    assert Settings(spec, SMOKE, num_envs).num_envs_for(num_tasks) == expected
+    assert Settings(SPEC, SMOKE, num_envs).num_envs_for(num_tasks) == expected
 
 
 def test_seeds_differ_by_run_and_by_purpose() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import errno
 import io
 import re
@@ -14,20 +13,23 @@ from rich.console import Console
 from rich.progress import Progress, TextColumn
 
 from gym_extensions.baselines import BatchTrained, JobFinished, Monitor, StageStarted, TaskEvaluated, train
-from gym_extensions.baselines.training import progress as progress_module
-from gym_extensions.baselines.training.events import Event, JobPlan, StagePlan, TrainingStarted
-from gym_extensions.baselines.training.progress import EPISODE_WORK, Bars, Lines, clock_time
+from gym_extensions.baselines.training.progress import (
+    Bars,
+    Event,
+    TrainingStarted,
+    printer,
+)
 from gym_extensions.errors import BenchError
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, Watched
 
-STARTED = TrainingStarted((JobPlan("group run0", (StagePlan(1, 400, 2), StagePlan(2, 400, 2))),))
+STARTED = TrainingStarted({"group run0": 800})
 TASK = "gym_extensions/Hopper-v0"
 JOBS = (f"{SHORT_GROUP} sequential-run0", f"{SHORT_GROUP} joint-run0")
 
 
 def batch(step: int, stage: int = 1) -> BatchTrained:
-    return BatchTrained("group run0", stage, step, step, 21.25, 1234.5, 2.0)
+    return BatchTrained("group run0", stage, step, (stage - 1) * 400 + step, 21.25, 1234.5, 2.0)
 
 
 class Clock:
@@ -55,33 +57,31 @@ def test_the_time_left_does_not_count_what_an_earlier_call_finished() -> None:
     for step in (100, 200):
         clock.now += 10
         bars.show(batch(step, stage=2))
-    # 10 steps per second; 200 steps and two episodes are left.
-    assert bars.time_left() == clock_time((200 + 2 * EPISODE_WORK) / 10)
-    assert (clock_time(3723.4), clock_time(None)) == ("1:02:03", "unknown")
+    assert bars.time_left() == "0:00:20"  # 10 steps per second; 200 steps are left
 
 
-def test_lines_about_training_come_at_intervals_that_double_up_to_a_minute() -> None:
+def test_lines_about_training_come_at_most_every_ten_seconds() -> None:
     printed, now = list[float](), 0.0
-    screen = Lines(lambda _: printed.append(now), str, clock=lambda: now)
-    while now < 300:
-        screen.show(batch(100))
+    show = printer(lambda _: printed.append(now), str, clock=lambda: now)
+    while now < 25:
+        show(batch(100))
         now += 0.5
-    assert printed == [0, 1, 3, 7, 15, 31, 63, 123, 183, 243]
+    assert printed == [0, 10, 20]
 
 
 def test_the_evaluation_at_the_end_of_a_stage_always_has_a_line() -> None:
     lines = list[str]()
-    screen = Lines(lines.append, str, clock=lambda: 0.0)
-    screen.show(batch(100))
+    show = printer(lines.append, str, clock=lambda: 0.0)
+    show(batch(100))
     where = ("group run0", 1, 400, 400, TASK, 20, 30.0, 1.0)
-    screen.show(TaskEvaluated(*where, in_training=True))
-    screen.show(TaskEvaluated(*where))
+    show(TaskEvaluated(*where, in_training=True))
+    show(TaskEvaluated(*where))
     assert lines[1:] == [f"group run0 stage 1: {TASK} mean return 30.0"]
 
 
 def test_a_call_in_a_script_prints_its_progress(watched: Watched) -> None:
     lines = watched.printed.splitlines()
-    assert lines[0] == "2 jobs: 4,000 training steps, 180 evaluation episodes"
+    assert lines[0] == "2 jobs: 4,000 training steps"
     assert any("steps per second, time left" in line for line in lines)
 
 
@@ -97,45 +97,6 @@ def test_the_log_file_has_a_line_per_event_with_its_time(watched: Watched) -> No
     assert [line for line in lines if not re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d \w", line)] == []
     assert lines[-1].endswith(f"{JOBS[1]}: finished")
     assert sum("steps per second" in line for line in lines) == 4 + 4 + 8
-
-
-def test_the_csv_file_has_a_row_per_batch_and_evaluation(watched: Watched) -> None:
-    with (watched.folder / ".progress/events.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    expected = [
-        ("batch", event.job, event.stage, event.step, event.job_step, event.mean_return)
-        if isinstance(event, BatchTrained)
-        else ("evaluation", event.job, event.stage, event.step, event.job_step, event.mean_return)
-        for event in watched.events
-        if isinstance(event, BatchTrained | TaskEvaluated)
-    ]
-    assert [
-        (
-            *(row["event"], row["job"], int(row["stage"]), int(row["step"]), int(row["job_step"])),
-            float(row["mean_return"]) if row["mean_return"] else None,
-        )
-        for row in rows
-    ] == expected
-
-
-def test_tensorboard_reads_the_scalars_of_each_job(watched: Watched) -> None:
-    loader = pytest.importorskip("tensorboard.backend.event_processing.event_file_loader")
-    folder = watched.folder / ".progress/tensorboard"
-    for job in JOBS:
-        (path,) = folder.joinpath(*job.split()).glob("events.out.tfevents.*")
-        scalars = [
-            (value.tag, event.step, value.tensor.float_val[0])
-            for event in loader.EventFileLoader(str(path)).Load()
-            for value in event.summary.value
-        ]
-        batches = [event for event in watched.events if isinstance(event, BatchTrained) and event.job == job]
-        returns = [(step, value) for tag, step, value in scalars if tag == "train/mean_return"]
-        assert returns == [(event.job_step, pytest.approx(event.mean_return)) for event in batches]
-        tags = {tag for tag, _, _ in scalars}
-        assert tags == {
-            *("train/mean_return", "train/steps_per_second"),
-            *("evaluation/Pusher-v0", "evaluation/PusherMovingGoal-v0"),
-        }
 
 
 def test_the_events_of_a_job_come_in_order(watched: Watched) -> None:
@@ -159,12 +120,11 @@ def test_a_log_that_cannot_be_written_gives_one_warning_and_loses_nothing(
 
     monkeypatch.setattr(Path, "open", fill_disk)
     with pytest.warns(RuntimeWarning) as warned:
-        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", monitor=Monitor(log="csv"))
+        train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine")
     assert [str(each.message) for each in warned if each.category is RuntimeWarning] == [
-        "A log of the training cannot be written: No space left on device. The training continues."
+        "train.log cannot be written: No space left on device. The training continues."
     ]
     assert (tmp_path / "mine" / QUICK_GROUP.name / "joint/run0.csv").exists()
-    assert (tmp_path / "mine/.progress/events.csv").exists()
 
 
 class Impatient:
@@ -196,12 +156,3 @@ def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(t
     train(*arguments, out=out, monitor=Monitor(callback=note))
     assert stages == [2]
     assert (out / QUICK_GROUP.name / "sequential/run0.csv").exists()
-
-
-def test_a_missing_tensorboard_is_named_with_the_command_that_installs_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(progress_module, "find_spec", lambda name: None)
-    with pytest.raises(BenchError) as error:
-        Monitor(log="tensorboard")
-    assert error.value.hint == "Install it with: pip install 'gym-extensions[log]'"

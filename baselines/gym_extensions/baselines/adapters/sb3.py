@@ -8,9 +8,8 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +21,10 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
+from gym_extensions.baselines import generators
 from gym_extensions.baselines.adapters.sb3_policy import exported
 from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesEnv
 from gym_extensions.baselines.agent import Array, Card, Context, Factory, Setting, VectorEnv
-from gym_extensions.baselines.generators import (
-    global_generators,
-    preserved_global_generators,
-    set_global_generators,
-)
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import LONG, Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
@@ -41,7 +36,7 @@ SET_BY_THE_RUN = ("env", "seed")
 """Keyword arguments of a model that the training loop sets."""
 NORMALIZATIONS = ("normalize_observations", "normalize_rewards")
 """Arguments of :func:`sb3` that are hyperparameters."""
-NOT_HYPERPARAMETERS = ("device", "verbose")
+NOT_HYPERPARAMETERS = ("device", "verbose", "tensorboard_log")
 """Keyword arguments of a model that are not stored in the manifest, because they do not change a result."""
 LIBRARIES: dict[str, tuple[str, tuple[str, ...]]] = {
     "stable_baselines3": ("Stable-Baselines3", ()),
@@ -63,8 +58,6 @@ def sb3(
     normalize_observations: bool = False,
     normalize_rewards: bool = False,
     callback: Callback = None,
-    log_interval: int | None = None,
-    tensorboard_log: str | Path = "",
     **settings: Any,
 ) -> Factory:
     """A factory of agents that train a Stable-Baselines3 or SBX model. It needs the extra ``sb3`` or ``sbx``.
@@ -84,9 +77,6 @@ def sb3(
             discounted return. The log has the rewards of the task.
         callback: SB3 callbacks, as in ``learn(callback=…)``: one, a list, or a function. They are shared by
             all runs in this process and must pickle for worker processes.
-        log_interval: as in SB3's ``learn``.
-        tensorboard_log: folder of TensorBoard logs, with one subfolder per run and stage. It needs the
-            package ``tensorboard``.
         settings: keyword arguments of ``algorithm``; ``policy`` defaults to ``"MlpPolicy"``, and to
             ``"MlpLstmPolicy"`` for algorithms with recurrent policies.
 
@@ -95,7 +85,7 @@ def sb3(
 
     Raises:
         ModuleNotFoundError: torch or Stable-Baselines3 is not installed.
-        BenchError: ``seed`` or ``env`` is set, or ``tensorboard`` is not installed.
+        BenchError: ``seed`` or ``env`` is set.
 
     Example:
         >>> from stable_baselines3 import PPO
@@ -106,17 +96,10 @@ def sb3(
             message = f"{name!r} cannot be set, because every run sets its own."
             hint = f"Remove {name!r}; runs=range(5) trains five seeds."
             raise BenchError("bad-setting", message, "sb3()", hint)
-    if tensorboard_log and find_spec("tensorboard") is None:
-        hint = "Install it with: pip install tensorboard"
-        raise BenchError("missing-package", "tensorboard_log needs the package tensorboard.", "sb3()", hint)
+    name = f"sb3-{algorithm.__name__.lower()}"  # not the name of a reference agent
+    card = Card(name, algorithm.__name__, f"{library(algorithm)[0]}'s {algorithm.__name__}.")
     return Sb3Factory(
-        algorithm,
-        settings,
-        *(deterministic, normalize_observations, normalize_rewards),
-        *(callback, log_interval, str(tensorboard_log)),
-        name=f"sb3-{algorithm.__name__.lower()}",  # not the name of a reference agent
-        title=algorithm.__name__,
-        description=f"{library(algorithm)[0]}'s {algorithm.__name__}.",
+        algorithm, settings, card, deterministic, normalize_observations, normalize_rewards, callback
     )
 
 
@@ -130,8 +113,8 @@ class Sb3Factory:
     """Creates agents of one SB3 class. It pickles, so worker processes can use it.
 
     ``continue_counting`` continues the model's count of steps in every stage, so that warm-up steps and
-    schedules do not start again, as for an agent that does not use task boundaries. The other fields are
-    arguments of :func:`sb3`, and at the end those of :class:`gym_extensions.baselines.Card`.
+    schedules do not start again, as for an agent that does not use task boundaries. The agents complete the
+    card with their settings and what they store. The other fields are arguments of :func:`sb3`.
 
     Calling it creates an agent. Keyword arguments change the model's settings, or one of the two
     normalizations: ``make(observation_space, action_space, 0, learning_rate=1e-3, normalize_rewards=True)``.
@@ -139,23 +122,15 @@ class Sb3Factory:
 
     algorithm: type[BaseAlgorithm]
     settings: Mapping[str, Any]
+    card: Card
     deterministic: bool = True
     normalize_observations: bool = False
     normalize_rewards: bool = False
     callback: Callback = None
-    log_interval: int | None = None
-    tensorboard_log: str = ""
     continue_counting: bool = False
     fresh_buffer: bool = False  # whether the replay buffer is emptied at the start of a stage
     batch_settings: Callable[[int, int], Mapping[str, Any]] | None = None
     """Further settings, from the number of environments and the budget's batch size."""
-    name: str = ""
-    title: str = ""
-    description: str = ""
-    hyperparameters: Mapping[str, Setting] = field(default_factory=dict)  # besides ``settings``
-    tuning_steps: int = 0
-    tuning_tasks: tuple[str, ...] = ()
-    parent: str = ""
 
     def __call__(
         self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /, **changes: Any
@@ -166,15 +141,13 @@ class Sb3Factory:
 
     @property
     def __name__(self) -> str:
-        return self.name
+        return self.card.algorithm
 
     def model(self, env: VecEnv, seed: int, batch_steps: int) -> BaseAlgorithm:
         of_batch = self.batch_settings(env.num_envs, batch_steps) if self.batch_settings else {}
         settings = {**self.settings, **of_batch}
         # SAC and A2C write into the policy_kwargs that they receive, so dicts are copied.
         copies = {name: dict(value) if isinstance(value, dict) else value for name, value in settings.items()}
-        if self.tensorboard_log:
-            copies["tensorboard_log"] = self.tensorboard_log
         policy = "MlpPolicy" if "MlpPolicy" in self.algorithm.policy_aliases else "MlpLstmPolicy"
         arguments: dict[str, Any] = {"policy": policy, "device": "cpu", "seed": seed} | copies
         with warnings.catch_warnings():
@@ -185,7 +158,8 @@ class Sb3Factory:
     def manifest_settings(self) -> dict[str, Setting]:
         """The hyperparameters as the manifest stores them; the normalizations only if they are used."""
         shown = {name: value for name, value in self.settings.items() if name not in NOT_HYPERPARAMETERS}
-        rows = {name: to_manifest_value(value) for name, value in shown.items()} | dict(self.hyperparameters)
+        rows = {name: to_manifest_value(value) for name, value in shown.items()}
+        rows |= self.card.hyperparameters
         return rows | {name: True for name in NORMALIZATIONS if getattr(self, name)}
 
 
@@ -225,10 +199,10 @@ class Generators:
     @contextmanager
     def active(self) -> Iterator[None]:
         """The global generators continue from this state inside the context and are restored after it."""
-        with preserved_global_generators():
-            set_global_generators(self.state)
+        with generators.preserved_global_generators():
+            generators.set_global_generators(self.state)
             yield
-            self.state = global_generators()
+            self.state = generators.global_generators()
 
 
 class Sb3Agent:
@@ -326,46 +300,30 @@ class Sb3Agent:
             return None
 
     def learn(self, env: VectorEnv, steps: int) -> None:
-        """Calls the model's ``learn``, which continues from the current state.
-
-        Raises:
-            BenchError: the number of environments changed after training started.
-        """
+        """Calls the model's ``learn``, which continues from the current state."""
         size = (env.num_envs, int(getattr(env, "batch_steps", PLACEHOLDER[1])))
-        if self._size != size:
-            if self._trained:
-                were = f"{self._size[0]} environments and batches of {self._size[1]} steps"
-                message = f"The model was trained with {were}, not {size[0]} and {size[1]}."
-                hint = "Train all stages of a run with the same number of environments and the same budget."
-                raise BenchError("other-environments", message, "learn()", hint)
+        if self._size != size and not self._trained:
             self._create_model(*size)
         if self._options.fresh_buffer:
             buffer: Any = self._model.replay_buffer  # type: ignore[attr-defined]
             buffer.reset()
         wrapped, options = self._normalized(BatchVecEnv(env)), self._options
-        arguments: dict[str, Any] = {"reset_num_timesteps": not options.continue_counting}
-        arguments |= {} if options.log_interval is None else {"log_interval": options.log_interval}
-        arguments |= {"tb_log_name": f"{options.name}-seed{self._seed}"} if options.tensorboard_log else {}
+        restarts = not options.continue_counting
         self._trained = True
         with self._learning.active():
             self._model.set_env(wrapped)
-            self._model.learn(steps, callback=options.callback, **arguments)
+            self._model.learn(steps, callback=options.callback, reset_num_timesteps=restarts)
 
     def card(self) -> Card:
         """The agent's description in the manifest, with the name of its class and its settings."""
         options = self._options
-        return Card(
-            options.name,
-            title=options.title,
-            description=options.description,
+        return replace(
+            options.card,
             evaluation="deterministic" if options.deterministic else "sampled",
             hyperparameters=options.manifest_settings(),
-            tuning_steps=options.tuning_steps,
-            tuning_tasks=options.tuning_tasks,
             stored_steps=stored_steps(self._model),
             parameters=num_parameters(self._model),
             packages=("stable-baselines3", "torch", *library(options.algorithm)[1]),
-            parent=options.parent,
         )
 
     def save(self, path: Path) -> None:

@@ -14,11 +14,14 @@ from gym_extensions.baselines.agent import Factory
 from gym_extensions.errors import BenchError, did_you_mean
 
 SHARED_MODULES = {
+    "cloning": "continual:Cloning",
     "l2": "continual:L2",
     "l2-init": "continual:L2Init",
+    "online-ewc": "continual:OnlineEwc",
     "random": "floors:Random",
     "reset": "trpo:Reset",
     "sac-fresh-buffer": "sac:make_fresh_buffer",
+    "snapshots": "multi_head:Snapshots",
     "trpo-2017": "trpo:Trpo2017",
     "zero": "floors:Zero",
 }

@@ -1,4 +1,4 @@
-"""Methods that add a penalty to trpo, with a sample of each task's states; ``l2`` and ``l2-init``.
+"""Methods that add a penalty to trpo: ``l2``, ``l2-init``, ``online-ewc`` and ``cloning``.
 
 No penalty depends on the scale of rewards or observations. Its coefficient is the same for all groups;
 docs/learners.md has the measurements.
@@ -14,6 +14,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Setting, VectorEnv
 from gym_extensions.baselines.algorithms.trpo import TUNING_STEPS, TUNING_TASKS, Trpo
+from gym_extensions.baselines.trust_region import policy as policies
 from gym_extensions.baselines.trust_region.update import Curvature, dot
 from gym_extensions.baselines.trust_region.values import Transitions
 from gym_extensions.submissions.manifest import Observes
@@ -182,3 +183,123 @@ class L2Init(QuadraticTrpo):
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
         self._anchor()
+
+
+def diagonal_fisher(architecture: policies.Architecture, theta: Array, inputs: Array) -> Array:
+    """Mean over the states of Σₐ (∂μₐ/∂θᵢ)² / σₐ², and 2 for log σ; float64 (p,).
+
+    The expectation over actions is exact, as in Wolczyk et al. 2021, appendix. ``inputs`` (n, o) are those of
+    the network, n > 0.
+    """
+    outputs = architecture.sizes[-1]
+    views, values, hidden_slopes = policies.passed(architecture, theta, inputs)
+    total = np.zeros(len(theta))
+    for output in range(outputs):
+        upstream = np.zeros_like(values[-1])
+        upstream[:, output] = np.exp(-theta[len(theta) - outputs + output])
+        if architecture.tanh_mean:
+            upstream[:, output] *= 1 - np.tanh(values[-1][:, output]) ** 2
+        parts: list[Array] = [np.zeros(outputs)]
+        for layer in range(len(views) - 1, -1, -1):
+            squares = upstream.astype(np.float64) ** 2
+            parts += [squares.sum(axis=0), (np.square(values[layer], dtype=np.float64).T @ squares).ravel()]
+            if layer:
+                upstream = (upstream @ views[layer][0].T) * hidden_slopes[layer - 1]
+        total += np.concatenate(parts[::-1])
+    total /= len(inputs)
+    total[-outputs:] = 2.0
+    return total
+
+
+class OnlineEwc(QuadraticTrpo):
+    """The agent ``online-ewc`` (Kirkpatrick et al. 2017; Schwarz et al. 2018).
+
+    The penalty is c/2 · Σᵢ ωᵢ (θᵢ − θ*ᵢ)², with θ* the parameters after the previous task and ω the decayed
+    importance. After every task ω becomes γ (ω + F / mean F), with F the diagonal of the Fisher matrix over
+    the task's states. Dividing by the mean gives every task the same weight, as in Schwarz et al.
+    """
+
+    name, title = "online-ewc", "TRPO + online EWC"
+    description = "The reference agent with online elastic weight consolidation of the policy."
+    published_coefficient = 0.1  # docs/learners.md
+    states_per_task = STATES_PER_TASK
+    decay = 0.95  # this project, for γ of Schwarz et al. 2018
+
+    def _end_of_task(self, observations: Array) -> None:
+        fisher = diagonal_fisher(self._architecture, self._theta, self._policy_inputs(observations))
+        importance = fisher / fisher.mean()
+        if self._stored:
+            importance += self._stored["importance"]
+        self._anchor(self.decay * importance)
+
+    def _method_settings(self) -> Mapping[str, Setting]:
+        states = {"states_per_task": self.states_per_task}
+        return {"coefficient": self.coefficient, "decay": self.decay} | states
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """c · mean KL(old ‖ new) over stored states, in nats, summed over the action's components."""
+
+    coefficient: float  # c
+    architecture: policies.Architecture  # of the policy
+    inputs: Array  # of the network at the stored states (n, o)
+    means: Array  # of the old policies at these states (n, a)
+    log_sigmas: Array  # of the old policies (n, a)
+
+    def value(self, theta: Array) -> float:
+        mean, log_sigma = policies.mean_and_log_sigma(self.architecture, theta, self.inputs)
+        spread = (np.exp(2 * self.log_sigmas) + (mean - self.means) ** 2) * np.exp(-2 * log_sigma)
+        terms = log_sigma - self.log_sigmas + 0.5 * spread - 0.5
+        return self.coefficient * float(np.sum(terms, dtype=np.float64)) / len(terms)
+
+    def gradient(self, theta: Array) -> Array:
+        """Its gradient (p,): (μ − μ_old) / σ² over the means, 1 − (σ_old² + (μ − μ_old)²) / σ² over log σ."""
+        views, values, hidden_slopes = policies.passed(self.architecture, theta, self.inputs)
+        tanh_mean = self.architecture.tanh_mean
+        mean = np.tanh(values[-1]) if tanh_mean else values[-1]
+        precision = np.exp(-2 * theta[-self.architecture.sizes[-1] :])
+        gap = mean - self.means
+        upstream = gap * precision / len(gap)
+        if tanh_mean:
+            upstream = upstream * (1 - mean * mean)
+        sigma_part = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
+        whole = np.concatenate([policies.gradient(views, values, hidden_slopes, upstream), sigma_part])
+        return theta.dtype.type(self.coefficient) * whole
+
+    def curvature(self, theta: Array) -> Curvature:
+        """c times the Fisher matrix over the stored states, the second derivative where new = old."""
+        product = policies.fisher_product(self.architecture, theta, self.inputs, damping=0.0)
+        coefficient = theta.dtype.type(self.coefficient)
+        return Curvature(lambda vector: coefficient * product(vector))
+
+
+class Cloning(RegularizedTrpo):
+    """The agent ``cloning``: the policy is held to what earlier policies did in the states of their tasks.
+
+    From Rusu et al. 2016 and Wolczyk et al. 2022. The observations are stored raw, with the old means and
+    log σ. So a state keeps its target when the moments of the observations change.
+    """
+
+    name, title = "cloning", "TRPO + behavioral cloning"
+    description = "The reference agent with a penalty on KL(old ‖ new policy) in stored states of each task."
+    published_coefficient = 0.1  # docs/learners.md
+    states_per_task = STATES_PER_TASK
+
+    def _penalty(self) -> Divergence | None:
+        """None while no state is stored or if the coefficient is 0."""
+        if not (self.coefficient and self._stored):
+            return None
+        inputs = self._policy_inputs(self._stored["observations"])
+        targets = (self._stored["means"], self._stored["log_sigmas"])
+        return Divergence(self.coefficient, self._architecture, inputs, *targets)
+
+    def _end_of_task(self, observations: Array) -> None:
+        inputs = self._policy_inputs(observations)
+        means, log_sigma = policies.mean_and_log_sigma(self._architecture, self._theta, inputs)
+        log_sigmas = np.broadcast_to(log_sigma, means.shape)
+        new = {"observations": observations, "means": means, "log_sigmas": log_sigmas}
+        self._stored = {
+            name: np.concatenate([self._stored[name], part]) if self._stored else np.array(part)
+            for name, part in new.items()
+        }

@@ -1,4 +1,4 @@
-"""TRPO with shared hidden layers, and an output layer and log σ per task (Wolczyk et al. 2021)."""
+"""TRPO with shared hidden layers and a head per task (Wolczyk et al. 2021), or with a network per task."""
 
 from __future__ import annotations
 
@@ -173,6 +173,28 @@ class MultiHead(Trpo):
         super()._restore(arrays)
         self._heads = from_arrays(arrays)
         self._task, self._number = map(int, arrays["progress"])
+
+
+class Snapshots(MultiHead):
+    """The agent ``snapshots``. It learns bit for bit as ``trpo`` does, and copies its policy after each task.
+
+    It is ``multi-head`` with the whole network as the head of a task, which starts with the parameters of the
+    task before. A task that was not learned yet is evaluated with the present policy. So its score at the end
+    is what ``trpo`` scores right after training, by definition, and it forgets nothing.
+    """
+
+    name, title = "snapshots", "TRPO + snapshots"
+    description = "The reference agent with a copy of its policy per learned task; it observes the task."
+    shares_hidden_layers = False
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, copy_head=True, **settings)
+
+    def card(self) -> Card:
+        """The card of ``trpo`` with the parameters of all copies."""
+        card = super().card()
+        settings = {key: value for key, value in card.hyperparameters.items() if key != "copy_head"}
+        return replace(card, hyperparameters=settings)
 
 
 make = MultiHead

@@ -8,6 +8,7 @@ from typing import Any
 from stable_baselines3 import PPO
 
 from gym_extensions.baselines.adapters.sb3 import Sb3Factory
+from gym_extensions.baselines.agent import Card
 
 SETTINGS: dict[str, Any] = {
     "learning_rate": 3e-4,  # Schulman et al. 2017, table 3
@@ -35,11 +36,13 @@ def one_rollout_per_batch(num_envs: int, batch_steps: int) -> dict[str, Any]:
 make = Sb3Factory(
     PPO,
     SETTINGS,
+    Card(
+        "ppo",
+        "PPO",
+        "Stable-Baselines3's PPO: 64-64 tanh, normalized observations, minibatches of 512.",
+        hyperparameters={"rollout": "one batch of the budget"},
+    ),
     normalize_observations=True,
     continue_counting=True,
     batch_settings=one_rollout_per_batch,
-    name="ppo",
-    title="PPO",
-    description="Stable-Baselines3's PPO: 64-64 tanh, normalized observations, minibatches of 512.",
-    hyperparameters={"rollout": "one batch of the budget"},
 )

@@ -13,6 +13,7 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 from sbx import SAC
 
 from gym_extensions.baselines.adapters.sb3 import Sb3Factory
+from gym_extensions.baselines.agent import Card
 
 SETTINGS: dict[str, Any] = {
     "learning_rate": 1e-3,  # docs/learners.md; Haarnoja et al. 2018 use 3e-4, with four times as many updates
@@ -35,22 +36,28 @@ def quarter_of_an_update_per_step(num_envs: int, batch_steps: int) -> dict[str, 
 make = Sb3Factory(
     SAC,
     SETTINGS,
+    Card(
+        "sac",
+        "SAC",
+        "SBX's SAC: 64-64 ReLU, a quarter of an update per step, one replay buffer for all tasks.",
+        hyperparameters={"updates_per_step": 0.25},
+        tuning_steps=200_000,  # docs/learners.md
+        tuning_tasks=("HalfCheetah",),
+    ),
     continue_counting=True,
     batch_settings=quarter_of_an_update_per_step,
-    tuning_steps=200_000,  # docs/learners.md
-    tuning_tasks=("HalfCheetah",),
-    name="sac",
-    title="SAC",
-    description="SBX's SAC: 64-64 ReLU, a quarter of an update per step, one replay buffer for all tasks.",
-    hyperparameters={"updates_per_step": 0.25},
 )
 
 make_fresh_buffer = replace(
     make,
     continue_counting=False,
     fresh_buffer=True,
-    parent="sac",
-    name="sac-fresh-buffer",
-    title="SAC (buffer emptied per task)",
-    description="SBX's SAC as in the submission of sac, with a replay buffer that is emptied for each task.",
+    card=replace(
+        make.card,
+        algorithm="sac-fresh-buffer",
+        title="SAC (buffer emptied per task)",
+        description="SBX's SAC as in the submission of sac, "
+        "with a replay buffer that is emptied for each task.",
+        parent="sac",
+    ),
 )

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
+import platform
 import shutil
-from collections.abc import Mapping
+import sys
+import time
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +17,6 @@ import msgspec
 
 from gym_extensions.baselines.agent import Agent, Array, Resumable
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
-from gym_extensions.baselines.training.provenance import Usage, job_versions
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
@@ -21,9 +24,61 @@ from gym_extensions.submissions.layout import PROGRESS
 from gym_extensions.submissions.log import Episode
 from gym_extensions.submissions.policies.files import AnyPolicy, npz_arrays, npz_bytes, run_arrays
 from gym_extensions.submissions.run import Curve, InterimEvaluation, Memory
+from gym_extensions.versions import blas_kernels, version
 
 SETTINGS = "settings.json"
 CONTINUES = "The same command continues: it trains only what is not finished."
+CPU_INFO = Path("/proc/cpuinfo")
+PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
+"""The packages on which the results of every job depend."""
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What a stage took in the process that trained it, and in that of an agent in a box."""
+
+    steps: int  # environment steps in training
+    cpu_seconds: float  # processor time of the process, all threads together
+    peak_memory_mb: float  # largest memory of the process since it started; 0 if unknown
+    kernels: str  # the BLAS kernels
+    processor: str  # its name
+    cores: int  # logical processors of the machine
+
+
+def processor_time(agent: object) -> float:
+    """The processor time of this process in seconds, and of the agent's, if that is another one (a box)."""
+    return time.process_time() + float(getattr(agent, "box_seconds", 0.0))
+
+
+def usage_since(started: float, steps: int, agent: object = None) -> Usage:
+    """What training steps used since a time of :func:`processor_time`."""
+    seconds = round(processor_time(agent) - started, 3)
+    return Usage(steps, seconds, peak_memory_mb(), blas_kernels(), processor(), os.cpu_count() or 1)
+
+
+def peak_memory_mb() -> float:
+    """The largest memory of this process since it started, in MB; 0 where the system does not tell."""
+    try:
+        import resource
+    except ModuleNotFoundError:  # Windows
+        return 0.0
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return round(peak / (1e6 if sys.platform == "darwin" else 1e3), 1)
+
+
+def processor() -> str:
+    """The name of the processor, such as ``Intel(R) Xeon(R) CPU``; the architecture if it has no other."""
+    try:
+        lines = CPU_INFO.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return (names or [platform.processor()])[0] or platform.machine() or "unknown"
+
+
+def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:
+    """The versions of the packages that every job uses, and of those that its agent uses besides them."""
+    return {name: version(name.replace("_", "-")) for name in (*PACKAGES, *packages)}
 
 
 @dataclass(frozen=True)

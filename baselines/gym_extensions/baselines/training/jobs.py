@@ -12,15 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.baselines.agent_spec import AgentSpec
-from gym_extensions.baselines.training.events import JobPlan, StagePlan
 from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
-from gym_extensions.catalog.protocol import (
-    CURVE_POINTS,
-    EVALUATION_EPISODES,
-    PROTOCOLS,
-    Budget,
-    budget as budget_named,
-)
+from gym_extensions.catalog.protocol import CURVE_POINTS, PROTOCOLS, Budget, budget as budget_named
 from gym_extensions.catalog.tasks import Task, whole_number
 from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError, require_known
@@ -141,11 +134,6 @@ class Interim:
     every: int
     episodes: int
 
-    def count(self, steps: int, batch_steps: int) -> int:
-        """Evaluations in a stage. Each is at the end of a batch, and the end of the stage is not one."""
-        batches = {-(-step // batch_steps) for step in range(self.every, steps, self.every)}
-        return sum(batch * batch_steps < steps for batch in batches)
-
 
 @dataclass(frozen=True)
 class Settings:
@@ -218,14 +206,6 @@ class TrainingJob:
         assert self.task is not None, "a job of the single protocol needs a task"
         alone = (tasks[self.task],)
         return [Stage(1, alone, steps, alone)]
-
-    def plan(self, budget: Budget, interim: Interim | None = None) -> JobPlan:
-        plans = []
-        for stage in self.stages(budget):
-            during = interim.episodes * interim.count(stage.steps, budget.batch_steps) if interim else 0
-            episodes = (EVALUATION_EPISODES + during) * len(stage.evaluated)
-            plans.append(StagePlan(stage.number, stage.steps, episodes))
-        return JobPlan(self.title, tuple(plans))
 
 
 def jobs_of(group: TaskGroup, protocol: str, runs: Sequence[int]) -> list[TrainingJob]:

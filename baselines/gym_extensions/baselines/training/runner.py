@@ -3,24 +3,125 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from statistics import fmean
 
-from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Agent, policy_of
-from gym_extensions.baselines.agent_spec import card_of
-from gym_extensions.baselines.generators import seeded_copy, seeded_global_generators, training_seed
-from gym_extensions.baselines.training import events
-from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder
+import numpy as np
+
+from gym_extensions.baselines import agent as agents, agent_spec, algorithms, generators
+from gym_extensions.baselines.agent import Agent, Array, Context, Resumable, TaskLabel, VectorEnv
+from gym_extensions.baselines.training import progress
+from gym_extensions.baselines.training.checkpoints import (
+    FinishedStage,
+    JobFolder,
+    processor_time,
+    usage_since,
+)
 from gym_extensions.baselines.training.environment import Report, TrainingEnv
-from gym_extensions.baselines.training.evaluation import Evaluator, acting_copy
 from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
-from gym_extensions.baselines.training.provenance import processor_time, usage_since
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
+from gym_extensions.envs.rollout import Outcome, Watch, run_episodes
+from gym_extensions.submissions.log import Episode
+from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.run import Curve, InterimEvaluation, Memory
+
+
+def evaluate(
+    agent: Agent,
+    env: VectorEnv,
+    seeds: Sequence[int],
+    label: TaskLabel | None = None,
+    watch: Watch | None = None,
+) -> list[Outcome]:
+    """Runs the first episode of every environment, of which there are ``len(seeds)``, with an agent.
+
+    ``label`` is the task, only for an agent that asked for ``task_in_evaluation``. ``watch`` is called as by
+    :func:`run_episodes`, whose outcomes are returned.
+    """
+    act = agents.action_function(agent)
+    return run_episodes(env, seeds, lambda seen, starts, _: act(seen, Context(starts, label)), watch=watch)
+
+
+@dataclass
+class Evaluator:
+    """Evaluates on the tasks of a group; creates the environments of a task on first use and keeps them."""
+
+    group: TaskGroup
+    observes_task: bool = False  # whether the agent asked for ``task_in_evaluation``
+    _envs: dict[tuple[str, int], VectorEnv] = field(default_factory=dict)
+
+    def envs(self, task: Task, episodes: int = EVALUATION_EPISODES) -> VectorEnv:
+        """One environment of the task per episode."""
+        if (task.id, episodes) not in self._envs:
+            self._envs[task.id, episodes] = make_vec(task, episodes)
+        return self._envs[task.id, episodes]
+
+    def evaluate(self, agent: Agent, stage: int, task: Task, policy: AnyPolicy | None) -> list[Episode]:
+        """The episodes of the agent on a task. Raises ``BenchError`` if its policy acts in another way.
+
+        If its policy is deterministic, the episodes are the policy's own, so that they can be repeated.
+        """
+        index, env = self.group.tasks.index(task), self.envs(task)
+        seeds, label = self._seeds_and_label(task, EVALUATION_EPISODES)
+        if policy is not None and policy.head == "deterministic":
+            actions = agent_spec.first_actions(agent, env, seeds, label)
+            agent_spec.require_agreement(policy, env, seeds, actions, index)
+            policy.reset()
+            outcomes = run_episodes(env, seeds, lambda seen, *_: policy.act(seen, None, index))
+        else:
+            first: list[Array] = []
+
+            def remember(actions: Array | None) -> None:
+                if actions is not None and not first:
+                    first.append(np.array(actions))
+
+            outcomes = evaluate(agent, env, seeds, label, remember)
+            if policy is not None:
+                agent_spec.require_agreement(policy, env, seeds, first[0], index)
+        return [
+            Episode(stage, task.id, episode, seed, *outcome)
+            for episode, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))
+        ]
+
+    def mean_return(self, agent: Agent, task: Task, episodes: int) -> float:
+        """The mean return on a task over its first episodes."""
+        seeds, label = self._seeds_and_label(task, episodes)
+        outcomes = evaluate(agent, self.envs(task, episodes), seeds, label)
+        return fmean(outcome.return_ for outcome in outcomes)
+
+    def _seeds_and_label(self, task: Task, episodes: int) -> tuple[list[int], TaskLabel | None]:
+        seeds = [evaluation_seed(self.group.id, task.id, episode) for episode in range(episodes)]
+        label = TaskLabel(task.id, self.group.task_ids.index(task.id)) if self.observes_task else None
+        return seeds, label
+
+    def close(self) -> None:
+        for env in self._envs.values():
+            env.close()
+
+
+@contextmanager
+def acting_copy(agent: Agent, create: Callable[[], Agent], path: Path) -> Iterator[Agent]:
+    """A copy of the agent that acts without an effect on its training; restores global random generators.
+
+    An agent that cannot be saved acts itself, so that its generator for acting moves on. ``create`` makes an
+    agent of the same kind; the file ``path`` is written and deleted.
+    """
+    with generators.preserved_global_generators():
+        acting = create() if isinstance(agent, Resumable) else agent
+        if isinstance(agent, Resumable) and isinstance(acting, Resumable):
+            try:
+                agent.save(path)
+                acting.load(path)
+            finally:
+                path.unlink(missing_ok=True)
+        yield acting
 
 
 @dataclass(frozen=True)
@@ -32,10 +133,15 @@ class PendingJob:
     out: Path  # the submission's folder
 
     @property
-    def plan(self) -> events.JobPlan:
-        return self.job.plan(self.settings.budget, self.settings.interim)
+    def title(self) -> str:
+        return self.job.title
 
-    def run(self, listen: events.Listener) -> list[FinishedStage]:
+    @property
+    def steps(self) -> int:
+        """The training steps of all stages."""
+        return sum(stage.steps for stage in self.job.stages(self.settings.budget))
+
+    def run(self, listen: progress.Listener) -> list[FinishedStage]:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
         job, settings, spec = self.job, self.settings, self.settings.agent
         stages = job.stages(settings.budget)
@@ -47,129 +153,114 @@ class PendingJob:
             env = evaluator.envs(stages[0].evaluated[0])
 
             def create() -> Agent:
-                observations = seeded_copy(env.single_observation_space, self._seed("observation space"))
-                actions = seeded_copy(env.single_action_space, self._seed("action space"))
-                with seeded_global_generators(self._seed("creation")):
-                    return algorithms.factory(spec.factory)(observations, actions, self._seed("agent"))
+                spaces = env.single_observation_space, env.single_action_space
+                seeds = self.seed("observation space"), self.seed("action space")
+                observations, actions = map(generators.seeded_copy, spaces, seeds)
+                with generators.seeded_global_generators(self.seed("creation")):
+                    return algorithms.factory(spec.factory)(observations, actions, self.seed("agent"))
 
             agent = create()
             spec.require_same(agent, job.title)
-            first_parameters = card_of(agent, spec.name).parameters
+            first_parameters = agent_spec.card_of(agent, spec.name).parameters
             if done and not folder.resume(agent, done):
                 done = []
             acting = partial(acting_copy, agent, create, folder.path / "acting.npz")
             for stage in stages[len(done) :]:
-                job_step = sum(earlier.steps for earlier in stages if earlier.number < stage.number)
-                monitor = StageMonitor(folder, stage, job_step, listen, settings.interim, evaluator, acting)
-                record = self._run_stage(agent, monitor, first_parameters)
+                before = sum(earlier.steps for earlier in stages if earlier.number < stage.number)
+                run = StageRun(self, folder, stage, before, listen, evaluator, acting)
+                record = run.run(agent, first_parameters)
                 folder.finish(record, agent, last=stage is stages[-1])
                 done.append(record)
             evaluator.close()
-        listen(events.JobFinished(job.title))
+        listen(progress.JobFinished(job.title))
         return done
 
-    def _seed(self, *purpose: str) -> int:
-        return training_seed(self.job.run, self.job.group.id, *purpose)
+    def seed(self, *purpose: str) -> int:
+        """The seed of one purpose in the run."""
+        return generators.training_seed(self.job.run, self.job.group.id, *purpose)
 
-    def _run_stage(self, agent: Agent, monitor: StageMonitor, first_parameters: int) -> FinishedStage:
-        started, stage = processor_time(agent), monitor.stage
-        ids = tuple(task.id for task in stage.trained)
-        monitor.listen(events.StageStarted(self.job.title, stage.number, ids, stage.steps))
-        taken = self._train(stage, agent, monitor) if stage.steps else 0
-        policy, episodes = policy_of(agent), []
+
+@dataclass
+class StageRun:
+    """Runs one stage of a job: trains, evaluates, stores the policy, and sends what happens as events."""
+
+    pending: PendingJob
+    folder: JobFolder
+    stage: Stage
+    steps_before: int  # training steps of the stages before
+    listen: progress.Listener
+    evaluator: Evaluator
+    acting: Callable[[], AbstractContextManager[Agent]]  # the agent that acts in evaluations during training
+
+    def run(self, agent: Agent, first_parameters: int) -> FinishedStage:
+        """Returns the record of the stage; ``first_parameters`` is the agent's number before training."""
+        started, stage, interim = processor_time(agent), self.stage, self.pending.settings.interim
+        number, during = stage.number, interim.episodes if interim else 0
+        self._next = interim.every if interim else 0
+        trained, evaluated = ([task.id for task in tasks] for tasks in (stage.trained, stage.evaluated))
+        self._curves = {id_: Curve(stage=number, task=id_, steps=[], returns=[]) for id_ in trained}
+        self._evaluations = {
+            id_: InterimEvaluation(stage=number, task=id_, episodes=during, steps=[], returns=[])
+            for id_ in evaluated
+        }
+        self.listen(progress.StageStarted(self.pending.job.title, number, tuple(trained), stage.steps))
+        taken = self._train(agent, trained) if stage.steps else 0
+        policy, episodes = agents.policy_of(agent), list[Episode]()
         for task in stage.evaluated:
             start = time.perf_counter()
-            with seeded_global_generators(self._seed(f"evaluation {stage.number}", task.id)):
-                new = monitor.evaluator.evaluate(agent, stage.number, task, policy)
+            with generators.seeded_global_generators(self.pending.seed(f"evaluation {number}", task.id)):
+                new = self.evaluator.evaluate(agent, number, task, policy)
             mean_return = sum(episode.return_ for episode in new) / len(new)
-            monitor.evaluated(stage.steps, (task.id, len(new), mean_return, time.perf_counter() - start))
+            result = task.id, len(new), mean_return, time.perf_counter() - start
+            self.listen(progress.TaskEvaluated(*self._where(stage.steps), *result))
             episodes += new
-        monitor.folder.store_policy(stage.number, policy)
-        card = card_of(agent, self.settings.agent.name)
+        self.folder.store_policy(number, policy)
+        card = agent_spec.card_of(agent, self.pending.settings.agent.name)
         memory = Memory(
-            stored_steps=card.stored_steps,
-            parameters_first=first_parameters,
-            parameters_last=card.parameters,
+            stored_steps=card.stored_steps, parameters_first=first_parameters, parameters_last=card.parameters
         )
-        used, curves, evaluations = usage_since(started, taken, agent), monitor.curves, monitor.evaluations
-        return FinishedStage(stage.number, episodes, curves, memory, used, evaluations)
+        curves = [curve for curve in self._curves.values() if curve.steps]
+        evaluations = [each for each in self._evaluations.values() if each.steps]
+        used = usage_since(started, taken, agent)
+        return FinishedStage(number, episodes, curves, memory, used, evaluations)
 
-    def _train(self, stage: Stage, agent: Agent, monitor: StageMonitor) -> int:
-        """Trains a stage and returns the steps that the agent took."""
-        settings, ids = self.settings, [task.id for task in stage.trained]
+    def _train(self, agent: Agent, ids: list[str]) -> int:
+        """Returns the steps that the agent took on the tasks with these ids."""
+        settings, stage, seed = self.pending.settings, self.stage, self.pending.seed
         env = TrainingEnv(
             make_vec(stage.trained, settings.num_envs_for(len(ids)), settings.num_threads),
             ids,
             steps=stage.steps,
             batch_steps=settings.budget.batch_steps,
-            seed=self._seed(*ids, "training"),
-            report=monitor.trained,
+            seed=seed(*ids, "training"),
+            report=lambda batch: self._report(batch, settings.interim),
             observes=settings.agent.observes,
-            group_ids=self.job.group.task_ids,
+            group_ids=self.pending.job.group.task_ids,
             stage=stage.number,
         )
-        with seeded_global_generators(self._seed(*ids, "global generators")):
+        with generators.seeded_global_generators(seed(*ids, "global generators")):
             agent.learn(env, stage.steps)
         env.flush()
         env.close()
         return env.taken
 
-
-@dataclass
-class StageMonitor:
-    """Stores and sends what happens in a stage, and evaluates the agent during training."""
-
-    folder: JobFolder
-    stage: Stage
-    job_step: int  # training steps of the stages before
-    listen: events.Listener
-    interim: Interim | None  # None evaluates at the end of the stage only
-    evaluator: Evaluator
-    acting: Callable[[], AbstractContextManager[Agent]]  # the agent that acts in evaluations during training
-
-    def __post_init__(self) -> None:
-        number, episodes = self.stage.number, self.interim.episodes if self.interim else 0
-        self._next = self.interim.every if self.interim else 0
-        self._curves = {
-            task.id: Curve(stage=number, task=task.id, steps=[], returns=[]) for task in self.stage.trained
-        }
-        self._evaluations = {
-            task.id: InterimEvaluation(stage=number, task=task.id, episodes=episodes, steps=[], returns=[])
-            for task in self.stage.evaluated
-        }
-
-    @property
-    def curves(self) -> list[Curve]:
-        """The training curves that have points, in training order."""
-        return [curve for curve in self._curves.values() if curve.steps]
-
-    @property
-    def evaluations(self) -> list[InterimEvaluation]:
-        """The evaluations during training, in training order of the tasks."""
-        return [each for each in self._evaluations.values() if each.steps]
-
-    def trained(self, batch: Report) -> None:
+    def _report(self, batch: Report, interim: Interim | None) -> None:
         """Appends the returns to the curves, sends the event and evaluates if it is time to."""
-        stage, interim, step = self.stage, self.interim, batch.step
         for task_id, value in batch.returns.items():
-            self._curves[task_id].steps.append(step)
+            self._curves[task_id].steps.append(batch.step)
             self._curves[task_id].returns.append(value)
-        speed = batch.steps / max(batch.seconds, 1e-9)
-        self.listen(events.BatchTrained(*self._where(step), batch.mean_return, speed, batch.seconds))
-        if interim is not None and self._next <= step < stage.steps:
-            self._next = interim.every * (1 + step // interim.every)
+        where, speed = self._where(batch.step), batch.steps / max(batch.seconds, 1e-9)
+        self.listen(progress.BatchTrained(*where, batch.mean_return, speed, batch.seconds))
+        if interim is not None and self._next <= batch.step < self.stage.steps:
+            self._next = interim.every * (1 + batch.step // interim.every)
             with self.acting() as agent:
-                for task in stage.evaluated:
+                for task in self.stage.evaluated:
                     start = time.perf_counter()
                     mean_return = self.evaluator.mean_return(agent, task, interim.episodes)
-                    self._evaluations[task.id].steps.append(step)
+                    self._evaluations[task.id].steps.append(batch.step)
                     self._evaluations[task.id].returns.append(mean_return)
                     result = task.id, interim.episodes, mean_return, time.perf_counter() - start
-                    self.evaluated(step, result, in_training=True)
-
-    def evaluated(self, step: int, result: tuple[str, int, float, float], in_training: bool = False) -> None:
-        """Sends the event of an evaluated task: its id, episodes, mean return, and the seconds it took."""
-        self.listen(events.TaskEvaluated(*self._where(step), *result, in_training))
+                    self.listen(progress.TaskEvaluated(*where, *result, in_training=True))
 
     def _where(self, step: int) -> tuple[str, int, int, int]:
-        return self.folder.job.title, self.stage.number, step, self.job_step + step
+        return self.pending.job.title, self.stage.number, step, self.steps_before + step

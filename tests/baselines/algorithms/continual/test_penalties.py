@@ -5,9 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.algorithms.cloning import Divergence
-from gym_extensions.baselines.algorithms.continual import Quadratic, StateSample
-from gym_extensions.baselines.algorithms.online_ewc import diagonal_fisher
+from gym_extensions.baselines.algorithms.continual import (
+    Divergence,
+    Quadratic,
+    StateSample,
+    diagonal_fisher,
+)
 from gym_extensions.baselines.algorithms.packnet import claimed, no_owners, trainable, visible
 from gym_extensions.baselines.trust_region.policy import Architecture, log_density, mean_and_log_sigma
 
