@@ -5,6 +5,7 @@ from __future__ import annotations
 import posixpath
 import re
 from itertools import pairwise
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -24,6 +25,7 @@ POLICY = (
     "form-action 'none'"
 )
 
+ROOT = Path(__file__).resolve().parents[2]
 LOADING = {"src", "srcset", "data", "poster", "action", "formaction", "background", "xlink:href"}
 
 
@@ -129,5 +131,5 @@ def test_headings_skip_no_level(pages: Pages) -> None:
 
 
 def test_no_line_of_a_template_is_longer_than_160_characters() -> None:
-    for path in (FOLDER / "templates").iterdir():
+    for path in (*(FOLDER / "templates").iterdir(), *(ROOT / "tools" / "findings").glob("*.jinja")):
         assert max(map(len, path.read_text(encoding="utf-8").splitlines())) <= 160, path.name
