@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import gym_extensions.site
-from gym_extensions.site.charts.task_curves import LINE_STYLES
+from gym_extensions.site.charts.line_charts import LINE_STYLES
 
 COLOURS, SHEET = (
     (Path(gym_extensions.site.__path__[0]) / "static" / name).read_text(encoding="utf-8")

@@ -33,15 +33,10 @@ def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> st
 
 def tinted(rows: Sequence[Sequence[float]], result: SubmissionResult) -> list[list[tuple[str, str]]]:
     """The cells of a matrix ``[row][task]`` of raw returns: tint and text of each."""
-    columns = [
-        (result.detail.reference.get(task), result.detail.top_score, result.matrix_digits)
-        for task in result.tasks
-    ]
+    top, digits = result.detail.top_score, result.matrix_digits
+    references = [result.detail.reference.get(task) for task in result.tasks]
     return [
-        [
-            (tint(value, reference, top), fixed(value, digits))
-            for value, (reference, top, digits) in zip(row, columns, strict=True)
-        ]
+        [(tint(value, each, top), fixed(value, digits)) for value, each in zip(row, references, strict=True)]
         for row in rows
     ]
 

@@ -153,13 +153,22 @@ def figure(rows: Sequence[CoreRow], references: Sequence[CoreReference] = ()) ->
     reach = [*_ends(shown), *(each.value.mean or 0.0 for each in references)]
     x = scale_around(reach, LEFT, LEFT + SIDE, always=())
     y = scale_around(reach, TOP + SIDE, TOP, always=())
-    parts = [_axes(x, y, "learned: score right after the training"), _diagonal(x, y)]
+    # The line where nothing is lost, and the corner where everybody wants to be.
+    corner = f"M{px(x.end - 74)} {px(y.end)}H{px(x.end)}V{px(y.end + 74)}Z"
+    at = (x.start + 0.3 * (x.end - x.start), y.start - 0.3 * (y.start - y.end) - 6)
+    below = [
+        f'<path class="corner" d="{corner}"/>',
+        stroke(x.start, y.start, x.end, y.end, "diagonal"),
+        f'<text class="axis" transform="translate({px(at[0])} {px(at[1])}) rotate(-45)">nothing lost</text>',
+        text("axis best", x.end - 8, y.end + 18, "best"),
+    ]
     for each in references:
         level = y.at(each.value.mean or 0.0)
-        parts.append(stroke(x.start, level, x.end, level, "way"))
-        parts.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
-    parts += _points(shown, [row.metrics[LEARNED] for row in shown], "learned {}", x, y)
-    return _plane("Learned against kept, a point per method", parts)
+        below.append(stroke(x.start, level, x.end, level, "way"))
+        below.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
+    axes = [*_axes(x, y, "learned: score right after the training"), *below]
+    points = _points(shown, [row.metrics[LEARNED] for row in shown], "learned {}", x, y)
+    return _plane("Learned against kept, a point per method", [*axes, *points])
 
 
 def cost_figure(rows: Sequence[CoreRow]) -> Markup:
@@ -173,7 +182,7 @@ def cost_figure(rows: Sequence[CoreRow]) -> Markup:
         return Markup("")
     x = scale_around([each.mean or 0.0 for each in minutes], LEFT, LEFT + SIDE, always=(0.0,))
     y = scale_around(_ends(stated, (FINAL,)), TOP + SIDE, TOP, always=())
-    parts = [_axes(x, y, "processor time of a run, minutes"), *_points(stated, minutes, "{} minutes", x, y)]
+    parts = _axes(x, y, "processor time of a run, minutes") + _points(stated, minutes, "{} minutes", x, y)
     return _plane("Processor time against kept, a point per method", parts)
 
 
@@ -210,7 +219,7 @@ def _ends(rows: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) ->
     return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 
 
-def _axes(x: Scale, y: Scale, across: str) -> str:
+def _axes(x: Scale, y: Scale, across: str) -> list[str]:
     parts = []
     for mark in x.ticks(5):
         parts.append(stroke(x.at(mark), y.start, x.at(mark), y.end, "level"))
@@ -219,23 +228,8 @@ def _axes(x: Scale, y: Scale, across: str) -> str:
         parts.append(stroke(x.start, y.at(mark), x.end, y.at(mark), "level"))
         parts.append(text("tick side", x.start - 7, y.at(mark) + 3.5, tick_label(mark)))
     parts.append(text("axis", (x.start + x.end) / 2, y.start + 36, across))
-    middle = px((y.start + y.end) / 2)
-    parts.append(
-        f'<text class="axis" transform="translate(12 {middle}) rotate(-90)">kept: score at the end</text>'
-    )
-    return "".join(parts)
-
-
-def _diagonal(x: Scale, y: Scale) -> str:
-    """The line where nothing is lost, and the corner where everybody wants to be."""
-    corner = f"M{px(x.end - 74)} {px(y.end)}H{px(x.end)}V{px(y.end + 74)}Z"
-    at = (x.start + 0.3 * (x.end - x.start), y.start - 0.3 * (y.start - y.end) - 6)
-    return (
-        f'<path class="corner" d="{corner}"/>'
-        + stroke(x.start, y.start, x.end, y.end, "diagonal")
-        + f'<text class="axis" transform="translate({px(at[0])} {px(at[1])}) rotate(-45)">nothing lost</text>'
-        + text("axis best", x.end - 8, y.end + 18, "best")
-    )
+    turn = f"translate(12 {px((y.start + y.end) / 2)}) rotate(-90)"
+    return [*parts, f'<text class="axis" transform="{turn}">kept: score at the end</text>']
 
 
 def _labels(names: Sequence[str], places: Sequence[tuple[float, float]], bars: Sequence[Box]) -> list[str]:

@@ -16,7 +16,7 @@ from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORG
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scorecard
 from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.charts import landscapes, profiles, strips, task_curves, task_pictures
+from gym_extensions.site.charts import landscapes, line_charts, strips, task_pictures
 from gym_extensions.site.pages.landscapes import Landscapes
 from gym_extensions.site.play import stroboscopes
 from gym_extensions.site.play.assets import play_group_link
@@ -70,8 +70,7 @@ def environment() -> Environment:
         tables=tables,
         results=submission_results,
         landscape_charts=landscapes,
-        profiles=profiles,
-        task_curves=task_curves,
+        line_charts=line_charts,
         strips=strips,
         task_pictures=task_pictures,
         stroboscopes=stroboscopes,

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gym_extensions.site.charts import profiles, task_curves
+from gym_extensions.site.charts import line_charts
 from gym_extensions.site.charts.svg import Scale
 from gym_extensions.site.submission_results import results_of
 
@@ -21,7 +21,7 @@ Y = Scale(0.0, 1.0, 100.0, 0.0)
 def test_lines_levels_and_shading_have_the_coordinates_of_their_values() -> None:
     mean = [(0.0, 0.0), (0.5, 1.0)]
     svg = ElementTree.fromstring(
-        task_curves.line_chart([mean, mean], X, Y, "", bold=mean, since=0.5, levels=[1.0])
+        line_charts.line_chart([mean, mean], X, Y, "", bold=mean, since=0.5, levels=[1.0])
     )
     assert [(line.get("class"), line.get("d")) for line in svg.iter("path")] == [
         ("level", "M0 0H100"),
@@ -52,7 +52,7 @@ def scores(document: dict[str, Any], submission: int = 0) -> dict[str, Any]:
 def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, Any]) -> None:
     scores(document).update(profile={"tau": TAUS, "fraction": SHARES}, iqm=0.4)
     (result, *_) = results_of(typed(document).submissions[0].groups)
-    drawing = ElementTree.fromstring(profiles.of_result(result))
+    drawing = ElementTree.fromstring(line_charts.profile(result))
     assert [polyline.get("points") for polyline in drawing.findall("polyline")] == [
         "40.0,24.0 106.4,24.0 172.8,94.0 239.2,129.0 305.6,164.0 372.0,164.0"
     ]
@@ -94,6 +94,6 @@ def test_a_long_curve_is_drawn_as_means_of_neighbours(
     line = [[at, float(at % 2)] for at in range(points)]
     scores(document)["curves"] = [{"run": 0, "task": "gym_extensions/Hopper-v0", "points": line}]
     (result, *_) = results_of(typed(document).submissions[0].groups)
-    ((_, _, drawing),) = task_curves.curves(result)
+    ((_, _, drawing),) = line_charts.curves(result)
     (way,) = re.findall(r'class="thin" d="M\d+ -?\d+l([^"]*)"', drawing)
     assert len(re.findall(r"-?\d+", way)) == 2 * (drawn - 1)

@@ -1,15 +1,17 @@
-"""Line charts of every task: scores over the sequence of one or several submissions, and training curves."""
+"""Line charts: the scores of every task over the sequence, training curves, and performance profiles.
+
+A performance profile is the share of runs and tasks that score above each value. Source: Agarwal et al., Deep
+RL at the Edge of the Statistical Precipice, NeurIPS 2021.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
-from itertools import islice
 from operator import sub
 from statistics import fmean
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from gym_extensions.site.board_views import Row
 from gym_extensions.site.charts import svg
@@ -156,57 +158,83 @@ LINE_STYLES = 6
 """Number of line styles in the style sheet, and of lines in a chart."""
 
 
-@dataclass(frozen=True)
-class Line:
-    """A submission on a chart: its class in the style sheet and its row."""
-
-    kind: str
-    row: Row
-
-    @property
-    def sample(self) -> Markup:
-        """A piece of its line, for the legend."""
-        body = svg.stroke(0, 4, 26, 4, f"line {self.kind}")
-        return Markup(f'<svg class="sample" viewBox="0 0 26 8" aria-hidden="true">{body}</svg>')
-
-
-def lines_of(rows: Iterable[Row]) -> list[Line]:
-    """The lines of the first submissions."""
-    return [Line(f"p{number}", row) for number, row in enumerate(islice(rows, LINE_STYLES), 1)]
-
-
-def panels(lines: Sequence[Line]) -> list[tuple[Markup, Markup]]:
-    """Title and chart of every task that has scores, on one scale."""
-    results = [line.row.result for line in lines]
+def panels(rows: Sequence[Row]) -> list[tuple[Markup, Markup]]:
+    """Title and chart of every task that has scores, with a line per submission, on one scale."""
+    results = [row.result for row in rows]
     scores = [value for result in results for stage in result.stages for value in stage]
     means = [value.mean for value in scores if value.mean is not None]
     if not means:
         return []
     tasks, untrained = results[0].tasks, results[0].stages[0]
     x, y = svg.Scale(0, len(tasks), *X), svg.scale_around(means, *Y)
-    return [
-        (variation(task, tasks), _panel(lines, at, x, y))
-        for at, task in enumerate(tasks)
-        if untrained[at].mean is not None
-    ]
-
-
-def _panel(lines: Sequence[Line], at: int, x: svg.Scale, y: svg.Scale) -> Markup:
-    body = _ground(x, y, at + 1, (0.0, 1.0), (0.0, 1.0, *reversed(y.ticks(4))))
-    labels = []
-    for line in reversed(lines):
-        values = [stage[at] for stage in line.row.result.stages]
-        mean = [(float(stage), value.mean) for stage, value in enumerate(values) if value.mean is not None]
-        if not mean:
+    charts = []
+    for at, task in enumerate(tasks):
+        if untrained[at].mean is None:
             continue
-        low = [(float(stage), value.ends[0]) for stage, value in enumerate(values) if value.ends]
-        high = [(float(stage), value.ends[1]) for stage, value in enumerate(values) if value.ends]
-        if low:
-            body.append(
-                f'<polygon class="band {line.kind}" points="{svg.points([*low, *reversed(high)], x, y)}"/>'
-            )
-        body.append(f'<polyline class="line {line.kind}" points="{svg.points(mean, x, y)}"/>')
-        after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
-        name = f"{short(line.row.submission.title)} ({line.row.submission.name})"
-        labels.append(f"{name}: {fixed(after)} right after its training, {fixed(end)} at the end")
-    return svg.picture("panel", "208", "108", "; ".join(reversed(labels)), "".join(body))
+        body = _ground(x, y, at + 1, (0.0, 1.0), (0.0, 1.0, *reversed(y.ticks(4))))
+        labels = []
+        for number, row in reversed(list(enumerate(rows, 1))):
+            values = list(enumerate(stage[at] for stage in row.result.stages))
+            mean = [(float(stage), value.mean) for stage, value in values if value.mean is not None]
+            if not mean:
+                continue
+            low = [(float(stage), value.ends[0]) for stage, value in values if value.ends]
+            high = [(float(stage), value.ends[1]) for stage, value in values if value.ends]
+            if low:
+                around = svg.points([*low, *reversed(high)], x, y)
+                body.append(f'<polygon class="band p{number}" points="{around}"/>')
+            body.append(f'<polyline class="line p{number}" points="{svg.points(mean, x, y)}"/>')
+            after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
+            name = f"{short(row.submission.title)} ({row.submission.name})"
+            labels.append(f"{name}: {fixed(after)} right after its training, {fixed(end)} at the end")
+        drawing = svg.picture("panel", "208", "108", "; ".join(reversed(labels)), "".join(body))
+        charts.append((variation(task, tasks), drawing))
+    return charts
+
+
+PROFILE_X, PROFILE_Y = (40.0, 372.0), (164.0, 24.0)
+"""Left and right, bottom and top of a profile."""
+DESCRIBED = (0.0, 0.5, 1.0, 2.0)
+"""The scores whose shares the description names, where the profile has them."""
+
+
+def described(profile: Points) -> str:
+    """The profile in words, for example ``above 0: 100 %, above 0.5: 60 %``."""
+    shares = [(at, share) for at, share in profile if at in DESCRIBED]
+    return ", ".join(f"above {svg.tick_label(at)}: {100 * share:.0f}\u202f%" for at, share in shares)
+
+
+def profile(result: SubmissionResult) -> Markup:
+    """The profile of one submission on one group, which has one."""
+    return _profiles([("", result.profile)], described(result.profile))
+
+
+def board_profile(rows: Sequence[Row]) -> Markup:
+    """The profiles of submissions on one scale; the first one is drawn last, above the others."""
+    titled = [(row.submission.title, row.result.profile) for row in rows]
+    return _profiles(titled, "; ".join(f"{title}: {described(each)}" for title, each in titled))
+
+
+def _profiles(lines: Sequence[tuple[str, Points]], label: str) -> Markup:
+    first, last = lines[0][1][0][0], max(each[-1][0] for _, each in lines)
+    x, y = svg.Scale(first, last, *PROFILE_X), svg.Scale(0.0, 1.0, *PROFILE_Y)
+    body = [svg.stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]
+    body += [svg.text("tick side", x.start - 5, y.at(at / 100) + 3, f"{at}\u202f%") for at in (0, 50, 100)]
+    body += [
+        svg.stroke(x.at(score), y.start, x.at(score), y.end, f"grid {name}")
+        for score, name in ((0.0, "floor"), (1.0, "expert"))
+    ]
+    body += [
+        svg.text(f"tick{' key' if score in {0, 1} else ''}", x.at(score), y.start + 14, svg.tick_label(score))
+        for score in x.ticks()
+    ]
+    body.append(svg.text("tick name", 0, 10, "share of runs and tasks above the score"))
+    body.append(svg.text("tick side", x.end, y.start + 29, "normalized score at the end"))
+    for number, (title, each) in reversed(list(enumerate(lines, 1))):
+        named = f"<title>{escape(title)}</title>" if title else ""
+        # Points between two others of the same share are left out.
+        inner = range(1, len(each) - 1)
+        level = {at for at in inner if each[at - 1][1] == each[at][1] == each[at + 1][1]}
+        through = svg.points([point for at, point in enumerate(each) if at not in level], x, y)
+        body.append(f'<polyline class="line p{number}" points="{through}">{named}</polyline>')
+    return svg.picture("profile", "384", "196", label, "".join(body))
