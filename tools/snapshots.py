@@ -4,7 +4,8 @@
 
 After stage s, a task that was learned has the policy that the source stored right after learning it; every
 other task has the source's present policy. That is what the agent ``snapshots`` has after it learned as the
-source did. Each policy is evaluated anew; the curves are the source's. An interrupted command goes on.
+source did. Each policy is evaluated anew; the curves are the source's. An interrupted command goes on
+with the runs that are missing.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from gym_extensions.baselines.cli import parse_runs
 from gym_extensions.baselines.training.jobs import parse_groups
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.policies import Policy, load
-from gym_extensions.submissions.layout import DOCUMENT, MANIFEST, run_file
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, run_file
 from gym_extensions.submissions.manifest import Manifest, manifest_of, parse
 from gym_extensions.submissions.policies.mlp_arrays import KEYS, LAYER_FIELDS
 from gym_extensions.submissions.run import read_run
@@ -70,7 +71,7 @@ def card_from(manifest: Manifest, parameters: int) -> Card:
 
 
 def record_run(source: Path, group: TaskGroup, run: int, out: Path) -> None:
-    """Records all stages of a run that are missing."""
+    """Records all stages of a run."""
     manifest = manifest_of(parse((source / MANIFEST).read_bytes()))
     document = read_run(source / run_file(group.name, "sequential", run, DOCUMENT))
     curves: dict[int, dict[str, list[tuple[int, float]]]] = defaultdict(dict)
@@ -107,8 +108,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     options = parser.parse_args(argv)
     for run in parse_runs(options.runs):
         for group in parse_groups(options.groups.split(",")):
-            record_run(options.source, group, run, options.out)
-            print(f"{group.name}, run {run}: recorded", flush=True)
+            if not (options.out / run_file(group.name, "sequential", run, LOG)).exists():
+                record_run(options.source, group, run, options.out)
+                print(f"{group.name}, run {run}: recorded", flush=True)
 
 
 if __name__ == "__main__":
