@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from gym_extensions.catalog import fingerprints
@@ -22,13 +23,13 @@ from gym_extensions.documents import filled
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import run_episodes
 from gym_extensions.errors import BenchError
-from gym_extensions.files import write_text
+from gym_extensions.files import write_bytes, write_text
 from gym_extensions.references import Reference, experts, load_references
 from gym_extensions.references.experts import ExpertCard, Measurement, Step, seed
 from gym_extensions.submissions import poses
 from gym_extensions.submissions.layout import POSES
 from gym_extensions.submissions.log import read_log
-from gym_extensions.submissions.policies.files import has_policies, read_policies
+from gym_extensions.submissions.policies.files import has_policies, npz_bytes, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.verification import pose_recorder
 from gym_extensions.verification.episodes import Cell
@@ -314,8 +315,27 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
         first_hundred=summary(row, QUICK).mean,
         provisional=meant(task, np.array(row["returns"])),
     )
-    experts.write_expert(policy, card, folder / f"{task.bare_name}.json")
+    write_expert(policy, card, folder / f"{task.bare_name}.json")
     return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
+
+
+def write_expert(policy: Policy, card: ExpertCard, path: Path) -> None:
+    """Writes an expert and its card, the card last, so that a half-written pair cannot be loaded.
+
+    Raises:
+        BenchError: the card describes another policy, or a measurement is not finite.
+    """
+    if experts.digest(policy) != card.policy:
+        raise BenchError("other-policy", "The card describes another policy.", str(path))
+    if not math.isfinite(card.measurement.mean + card.selection.mean):
+        raise BenchError("bad-card", "A measurement is not finite.", str(path))
+    write_policy(path.with_suffix(".npz"), policy)
+    write_bytes(path, msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
+
+
+def write_policy(path: Path, policy: Policy) -> None:
+    """Writes a policy's arrays as a compressed npz file, whole or not at all."""
+    write_bytes(path, npz_bytes(policy.arrays()))
 
 
 def measured_again(task: Task, count: int) -> tuple[float, float, bool]:

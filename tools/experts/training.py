@@ -17,9 +17,9 @@ from gym_extensions.baselines.trust_region.policy import EPSILON, Moments
 from gym_extensions.baselines.trust_region.values import Collector, Transitions
 from gym_extensions.catalog.tasks import task as published_task
 from gym_extensions.envs import make_vec
-from gym_extensions.references.experts import seed as seed_of, write_policy
+from gym_extensions.references.experts import seed as seed_of
 from gym_extensions.submissions.policies.mlp import Policy
-from tools.experts.candidates import SCREENING, Workplace
+from tools.experts.candidates import SCREENING, Workplace, write_policy
 from tools.experts.recipes import Recipe, training_task
 
 MOMENTS_COUNT = 1e6

@@ -22,9 +22,8 @@ import msgspec
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.tasks import Task, task as published_task
 from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.files import write_bytes
 from gym_extensions.submissions.layout import MEBIBYTE, read_regular
-from gym_extensions.submissions.policies.files import content_sha256, npz_arrays, npz_bytes
+from gym_extensions.submissions.policies.files import content_sha256, npz_arrays
 from gym_extensions.submissions.policies.mlp import HINT, Policy
 from gym_extensions.submissions.policies.mlp_arrays import array_errors
 
@@ -195,28 +194,9 @@ def card(task: str | Task, folder: Path = DATA) -> ExpertCard:
     return found
 
 
-def write_expert(policy: Policy, card: ExpertCard, path: Path) -> None:
-    """Writes an expert and its card, the card last, so that a half-written pair cannot be loaded.
-
-    Raises:
-        BenchError: the card describes another policy, or a measurement is not finite.
-    """
-    if digest(policy) != card.policy:
-        raise BenchError("other-policy", "The card describes another policy.", str(path))
-    if not math.isfinite(card.measurement.mean + card.selection.mean):
-        raise BenchError("bad-card", "A measurement is not finite.", str(path))
-    write_policy(path.with_suffix(".npz"), policy)
-    write_bytes(path, msgspec.json.format(msgspec.json.encode(card), indent=1) + b"\n")
-
-
 def digest(policy: Policy) -> str:
     """SHA-256 of a policy's arrays: name, type, shape and values of each, in the order of their names."""
     return content_sha256(policy.arrays())
-
-
-def write_policy(path: Path, policy: Policy) -> None:
-    """Writes a policy's arrays as a compressed npz file, whole or not at all."""
-    write_bytes(path, npz_bytes(policy.arrays()))
 
 
 def read_policy(path: Path) -> Policy:

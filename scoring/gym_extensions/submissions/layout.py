@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import functools
 import os
@@ -222,14 +223,12 @@ def submission_folders(paths: list[Path]) -> list[Path]:
             raise BenchError("no-such-folder", "There is no such folder.", escape(str(path)), hint)
         is_alias = exists_readable(path, Path.is_symlink) or path.name in ("", ".", "..")
         target = path.resolve() if is_alias else path
-        is_submission = exists_readable(target / MANIFEST) or not exists_readable(target, Path.is_dir)
-        try:
-            children = () if is_submission else sorted(target.iterdir())
-        except OSError:
-            children = ()
-        visible = [child for child in children if not child.name.startswith(".")]
+        children: list[Path] = []
+        if exists_readable(target, Path.is_dir) and not exists_readable(target / MANIFEST):
+            with contextlib.suppress(OSError):
+                children = sorted(child for child in target.iterdir() if not child.name.startswith("."))
         kinds = (Path.is_dir, Path.is_symlink)
-        found = [child for child in visible if any(exists_readable(child, kind) for kind in kinds)]
+        found = [child for child in children if any(exists_readable(child, kind) for kind in kinds)]
         is_many = any(exists_readable(child / MANIFEST) for child in found)
         folders += [child for child in found if not _is_left_over(child)] if is_many else [target]
     by_name: dict[str, Path] = {}

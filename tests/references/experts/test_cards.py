@@ -15,6 +15,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.references import experts
 from gym_extensions.references.experts import PURPOSES, ExpertCard, Measurement, Step
 from gym_extensions.submissions.policies.mlp import Policy
+from tools.experts.candidates import write_expert, write_policy
 
 
 def make_policy() -> Policy:
@@ -55,7 +56,7 @@ def test_every_published_expert_loads_acts_and_belongs_to_its_task() -> None:
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
     policy = make_policy()
-    experts.write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
+    write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
     assert experts.names(tmp_path) == ["Hopper"]
     assert experts.digest(experts.load("Hopper", tmp_path)) == experts.digest(policy)
     assert experts.card("Hopper", tmp_path) == make_card(policy)
@@ -63,11 +64,11 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
 
 def test_a_policy_that_is_not_the_cards_is_refused(tmp_path: Path) -> None:
     policy = make_policy()
-    experts.write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
+    write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
     other = replace(policy, action_offset=np.ones(3))
     with pytest.raises(BenchError, match="describes another policy"):
-        experts.write_expert(other, make_card(policy), tmp_path / "Hopper.json")
-    experts.write_policy(tmp_path / "Hopper.npz", other)
+        write_expert(other, make_card(policy), tmp_path / "Hopper.json")
+    write_policy(tmp_path / "Hopper.npz", other)
     with pytest.raises(BenchError) as error:
         experts.load("Hopper", tmp_path)
     assert error.value.code == "other-policy"
@@ -75,7 +76,7 @@ def test_a_policy_that_is_not_the_cards_is_refused(tmp_path: Path) -> None:
 
 def test_a_file_that_is_no_policy_is_refused(tmp_path: Path) -> None:
     policy = make_policy()
-    experts.write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
+    write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
     for content in (b"", b"no archive", (tmp_path / "Hopper.npz").read_bytes()[:200]):
         (tmp_path / "Hopper.npz").write_bytes(content)
         with pytest.raises(BenchError) as error:
@@ -89,7 +90,7 @@ def test_a_measurement_that_is_not_finite_is_refused_and_nothing_is_written(
 ) -> None:
     policy = make_policy()
     with pytest.raises(BenchError) as error:
-        experts.write_expert(policy, make_card(policy, mean), tmp_path / "Hopper.json")
+        write_expert(policy, make_card(policy, mean), tmp_path / "Hopper.json")
     assert error.value.code == "bad-card"
     assert not list(tmp_path.iterdir())
 
@@ -97,7 +98,7 @@ def test_a_measurement_that_is_not_finite_is_refused_and_nothing_is_written(
 @pytest.mark.parametrize("change", [{"task": "gym_extensions/Walker2d-v0"}, {"policy": 3}, {"surprise": 1}])
 def test_a_card_of_another_task_or_form_is_refused(tmp_path: Path, change: dict[str, object]) -> None:
     policy = make_policy()
-    experts.write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
+    write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
     path = tmp_path / "Hopper.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | change))
     with pytest.raises(BenchError) as error:
@@ -130,7 +131,7 @@ def test_seeds_are_prescribed() -> None:
 
 def test_a_card_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
     policy = make_policy()
-    experts.write_expert(
+    write_expert(
         policy, msgspec.structs.replace(make_card(policy), fingerprint="0" * 16), tmp_path / "Hopper.json"
     )
     with pytest.raises(BenchError, match="another definition of Hopper") as error:

@@ -18,7 +18,7 @@ def test_a_challenge_evaluates_cells_above_the_expert_on_seeds_of_its_own(tmp_pa
     expert = replace(before.expert, mean=-45.0, standard_error=0.5)
     references = {**load_references().tasks, row.id: replace(before, expert=expert)}
     work = Workplace(tmp_path / "work")
-    experts.write_policy(tmp_path / "work/policies/run/1.npz", experts.load("Pusher"))
+    candidates.write_policy(tmp_path / "work/policies/run/1.npz", experts.load("Pusher"))
     cells = {"Pusher": [(-40.0, "run@1"), (-46.0, "run@2")], "HopperWall": [(9e9, "run@3")]}
     (line,) = candidates.challenge(work, cells, 5, references)  # HopperWall is provisional
     seeds = [experts.seed(row, "challenge", index) for index in range(5)]

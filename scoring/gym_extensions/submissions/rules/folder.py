@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,15 @@ IRREGULAR = {
     "unreadable file": ("The file cannot be read.", READABLE),
 }
 """Message and hint by kind of item."""
+RENAME = "Remove it, or rename it as described in docs/rollout-log.md."
+GROUP = rf"(?!(?:{'|'.join(layout.WRITTEN)})/)[^/]+/(?:{'|'.join(PROTOCOLS)})"
+WRITTEN = rf"(?:{'|'.join(layout.WRITTEN)})/{layout.WRITTEN_FILE.pattern}"
+TOP = "|".join(map(re.escape, (MANIFEST, layout.README, layout.REVIEW)))
+EXPECTED = {
+    "folder": re.compile(rf"[^/]+|{GROUP}"),
+    "file": re.compile(rf"{TOP}|{WRITTEN}|{GROUP}/{layout.RUN_FILE.pattern}"),
+}
+"""The paths of a submission by kind of item; unknown groups are a rule of their own."""
 
 
 @rule("folder")
@@ -81,26 +91,12 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
         is_known = parts[0] in folder.groups or parts[0] in layout.WRITTEN or len(parts) == 1
         if not is_known or len(parts) > layout.MAX_DEPTH:
             continue  # unknown_group reports it
-        is_written, depth = parts[0] in layout.WRITTEN, len(parts)
-        if item.kind == "folder":
-            if depth == 1 or (depth == 2 and not is_written and parts[1] in PROTOCOLS):
-                continue
-            hint = did_you_mean(parts[-1], PROTOCOLS) if depth == 2 else ""
-            yield Finding(item.path, "Unexpected folder.", hint if hint.startswith("Did") else "Remove it.")
-        elif item.kind == "file":
-            if depth == 1:
-                is_expected = parts[0] in (MANIFEST, layout.README, layout.REVIEW)
-            elif is_written:
-                is_expected = depth == 2 and bool(layout.WRITTEN_FILE.fullmatch(parts[1]))
-            else:
-                is_run_file = depth == 3 and layout.RUN_FILE.fullmatch(parts[2])
-                is_expected = parts[1] in PROTOCOLS and bool(is_run_file)
-            if is_expected:
-                continue
-            closest = did_you_mean(parts[-1], (MANIFEST, layout.README)) if len(parts) == 1 else ""
-            other = "Remove it, or rename it as described in docs/rollout-log.md."
-            hint = closest if closest.startswith("Did") else other
-            yield Finding(item.path, "Unexpected file.", hint)
+        if item.kind not in EXPECTED or EXPECTED[item.kind].fullmatch(item.path):
+            continue
+        near = {("folder", 2): PROTOCOLS, ("file", 1): (MANIFEST, layout.README)}
+        closest = did_you_mean(parts[-1], near.get((item.kind, len(parts)), ()))
+        other = "Remove it." if item.kind == "folder" else RENAME
+        yield Finding(item.path, f"Unexpected {item.kind}.", closest if closest.startswith("Did") else other)
 
 
 @rule("folder")
