@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.errors import BenchError
 from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import Manifest
@@ -66,6 +67,11 @@ class Submission:
 
     def __repr__(self) -> str:
         return f"Submission({self.name!r}, groups={list(self.groups)}, {len(self.problems)} problems)"
+
+    def require_no_problems(self) -> None:
+        """Raises the first problem as a ``BenchError``."""
+        for each in self.problems:
+            raise BenchError(each.rule, each.message, f"{self.name}: {each.where}", each.hint)
 
     @property
     def documents(self) -> list[RunDocument]:

@@ -205,9 +205,8 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
     """
     files = [str(Path(file).resolve()) for file in options.groups]
     submission = read(path, with_custom(files))
-    if submission.problems and (options.take or options.fetch):
-        first = submission.problems[0]
-        raise BenchError(first.rule, first.message, f"{submission.name}: {first.where}", first.hint)
+    if options.take or options.fetch:
+        submission.require_no_problems()
     if options.take:
         after_merge.take(submission, options.take)
         return 0

@@ -20,11 +20,8 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import fingerprinting, make_vec, rollout
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.layout import run_key
-from gym_extensions.submissions.manifest import Manifest
 from gym_extensions.submissions.policies import files as stored, onnx
-from gym_extensions.submissions.run import RunDocument
 from gym_extensions.verification.limits import Limits, answers, end_all
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
@@ -72,32 +69,6 @@ class RunRequest:
     def key(self, group: TaskGroup, cell: Cell) -> stored.Key:
         """The key of the policy of a cell."""
         return cell.stage, group.tasks[cell.task].name if self.protocol == "single" else None
-
-
-def request_of(
-    document: RunDocument,
-    group: TaskGroup,
-    manifest: Manifest,
-    folder: Path,
-    cells: tuple[Cell, ...] = (),
-    *,
-    fetcher: Fetcher | None = None,
-) -> RunRequest:
-    """The request for cells of a run with policies in a submission; those that lie elsewhere are fetched."""
-    policies = document.policies
-    assert policies is not None
-    request = RunRequest(
-        folder=str(folder.resolve()),
-        group=group.name,
-        protocol=document.protocol,
-        run=document.run,
-        policies=policies.sha256,
-        observes_task=manifest.observes.task_in_evaluation,
-        cells=cells,
-    )
-    if fetcher is not None and policies.url:
-        return replace(request, file=str(fetcher.fetch(policies, request.name)))
-    return request
 
 
 @dataclass(frozen=True)

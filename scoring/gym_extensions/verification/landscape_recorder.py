@@ -18,12 +18,13 @@ from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import landscapes
 from gym_extensions.submissions.fetch import Fetcher
-from gym_extensions.submissions.layout import MANIFEST
-from gym_extensions.submissions.manifest import manifest_of, parse
+from gym_extensions.submissions.landscapes import PROTOCOL
 from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import RunDocument
-from gym_extensions.verification.episodes import Cell, RunRequest, request_of, run_cell, stored_policies
+from gym_extensions.verification.episodes import Cell, RunRequest, run_cell, stored_policies
 from gym_extensions.verification.limits import Limits, answers
+from gym_extensions.verification.verify import logged_runs
 from gym_extensions.versions import blas_kernels, version
 
 JOB = "gym_extensions.verification.landscape_recorder:measure"
@@ -52,7 +53,7 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     group = GROUPS[request.group]
     policies = stored_policies(request, group)
     for axis in axes(group):
-        for stage in stages(landscapes.PROTOCOL, len(group.tasks)):
+        for stage in stages(PROTOCOL, len(group.tasks)):
             yield returns_of(group, policies[stage, None], axis, stage, request.run)
 
 
@@ -61,19 +62,21 @@ def landscape_of(
 ) -> landscapes.Landscape | str:
     """The landscape of runs of a submission on a group with axes, measured now; or why there is none.
 
-    Runs are measured ``jobs`` at once. Raises ``BenchError`` if policies cannot be read or run, or a limit
-    was reached.
+    Runs are measured ``jobs`` at once. Raises ``BenchError`` if the submission has problems, policies cannot
+    be read or run, or a limit was reached.
     """
     if any(document.policies is None for document in documents.values()):
         return landscapes.NO_POLICIES
-    manifest = manifest_of(parse((submission / MANIFEST).read_bytes()))
+    found = read(submission, only=[group.name])
+    found.require_no_problems()
+    known = {run.document.run: run for run in logged_runs(found).values() if run.log.protocol == PROTOCOL}
 
-    def work(document: RunDocument) -> list[Any]:
-        request = request_of(document, group, manifest, submission, fetcher=fetcher)
+    def work(run: int) -> list[Any]:
+        request = known[run].request(found, fetcher=fetcher)
         return list(answers(JOB, {"run": msgspec.to_builtins(request)}, LIMITS))
 
     with ThreadPoolExecutor(jobs) as pool:
-        runs = np.array(list(pool.map(work, documents.values())))  # (runs, axes · stages, points, episodes)
+        runs = np.array(list(pool.map(work, documents)))  # (runs, axes · stages, points, episodes)
     along = axes(group)
     return landscapes.Landscape(
         group=group.id,

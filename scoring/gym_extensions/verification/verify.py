@@ -24,7 +24,7 @@ from gym_extensions.submissions.review import Review, Verification
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import new_seeds
-from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, request_of, run_all
+from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, run_all
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
 SAMPLED = "sampled"
@@ -81,12 +81,22 @@ class LoggedRun:
         return tuple(cells)
 
     def request(
-        self, submission: Submission, cells: tuple[Cell, ...], fetcher: Fetcher | None = None
+        self, submission: Submission, cells: tuple[Cell, ...] = (), fetcher: Fetcher | None = None
     ) -> RunRequest:
         """The request for cells of the run, whose policies are in the folder of the submission or fetched."""
-        assert submission.manifest is not None, "it has no problems"
-        of_run = (self.document, self.log.group, submission.manifest, submission.path)
-        return request_of(*of_run, cells, fetcher=fetcher)
+        document, policies, manifest = self.document, self.document.policies, submission.manifest
+        assert policies is not None
+        assert manifest is not None, "it has no problems"
+        return RunRequest(
+            folder=str(submission.path.resolve()),
+            group=self.log.group.name,
+            protocol=document.protocol,
+            run=document.run,
+            policies=policies.sha256,
+            observes_task=manifest.observes.task_in_evaluation,
+            cells=cells,
+            file=str(fetcher.fetch(policies, self.name)) if fetcher and policies.url else "",
+        )
 
     @property
     def other_machine(self) -> str:
@@ -230,7 +240,7 @@ def verify(
     runs = {name: run for name, run in runs.items() if name in chosen}
     if not runs:
         return Report(submission.name, without_policies=without)
-    requests = {name: run.request(submission, (), fetcher) for name, run in runs.items()}
+    requests = {name: run.request(submission, fetcher=fetcher) for name, run in runs.items()}
 
     def play(cells: Mapping[str, tuple[Cell, ...]]) -> dict[str, Played]:
         started(sum(map(len, cells.values())))
