@@ -18,7 +18,6 @@ from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import landscapes
 from gym_extensions.submissions.fetch import Fetcher
-from gym_extensions.submissions.landscapes import PROTOCOL
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import RunDocument
@@ -53,7 +52,7 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     group = GROUPS[request.group]
     policies = stored_policies(request, group)
     for axis in axes(group):
-        for stage in stages(PROTOCOL, len(group.tasks)):
+        for stage in stages(landscapes.PROTOCOL, len(group.tasks)):
             yield returns_of(group, policies[stage, None], axis, stage, request.run)
 
 
@@ -69,7 +68,11 @@ def landscape_of(
         return landscapes.NO_POLICIES
     found = read(submission, only=[group.name])
     found.require_no_problems()
-    known = {run.document.run: run for run in logged_runs(found).values() if run.log.protocol == PROTOCOL}
+    known = {
+        run.document.run: run
+        for run in logged_runs(found).values()
+        if run.log.protocol == landscapes.PROTOCOL
+    }
 
     def work(run: int) -> list[Any]:
         request = known[run].request(found, fetcher=fetcher)
