@@ -18,6 +18,7 @@ from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import landscapes
 from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import RunDocument
@@ -68,14 +69,11 @@ def landscape_of(
         return landscapes.NO_POLICIES
     found = read(submission, only=[group.name])
     found.require_no_problems()
-    known = {
-        run.document.run: run
-        for run in logged_runs(found).values()
-        if run.log.protocol == landscapes.PROTOCOL
-    }
+    known = logged_runs(found)
 
     def work(run: int) -> list[Any]:
-        request = known[run].request(found, fetcher=fetcher)
+        name = run_key(group.name, landscapes.PROTOCOL, run)
+        request = known[name].request(found, fetcher=fetcher)
         return list(answers(JOB, {"run": msgspec.to_builtins(request)}, LIMITS))
 
     with ThreadPoolExecutor(jobs) as pool:
