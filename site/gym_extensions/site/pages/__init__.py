@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.metrics import compute
 from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages import compare, core, data, groups, metrics, submissions, tasks
+from gym_extensions.site.pages import compare, core, data, groups, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION
@@ -53,6 +55,36 @@ def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     yield from files.items()
 
 
+MATRIX = ((0.0, 0.1, 0.0), (0.8, 0.2, 0.1), (0.5, 0.9, 0.3), (0.4, 0.7, 1.0))
+"""Of the worked example, p[s][j]: a row per stage from 0, a column per task."""
+SINGLE, JOINT, CUMULATIVE = (0.8, 0.8, 0.9), 0.9, 0.95
+"""p_single[j], the performance of joint training on every task, and p_cumulative[T]."""
+AREAS, SINGLE_AREAS = (0.5, 0.6, 0.7), (0.5, 0.4, 0.5)
+"""Areas under the training curves, in sequence and alone."""
+SPREAD = 0.02
+"""Distance of neighbouring episodes of a cell, which lie evenly around its mean."""
+
+
+def _metrics(site: Leaderboard, render: Render) -> Iterator[File]:
+    """The definition of every number, with an anchor per metric and a worked example of three tasks."""
+    offsets = [SPREAD * (at - (EVALUATION_EPISODES - 1) / 2) for at in range(EVALUATION_EPISODES)]
+    found = compute(
+        MATRIX,
+        SINGLE,
+        joint=[JOINT] * len(SINGLE),
+        cumulative=CUMULATIVE,
+        episodes=[[cell + offset for offset in offsets] for cell in MATRIX[-1]],
+        auc=AREAS,
+        single_auc=SINGLE_AREAS,
+    )
+    example = {"matrix": MATRIX, "single": SINGLE, "joint": JOINT, "areas": AREAS, "spread": SPREAD}
+    values = {
+        "used_budgets": {board.budget for board in site.boards},
+        "example": example | {"single_areas": SINGLE_AREAS, "results": found},
+    }
+    yield "metrics.html", render("metrics.html", "metrics.html", **values)
+
+
 PAGES = (
     Page("Overview", "index.html", _overview),
     Page("Core", "core.html"),
@@ -62,7 +94,7 @@ PAGES = (
     Page("Submissions", "submissions.html", submissions.publish_list),
     Page("Compare", "compare.html", compare.publish),
     Page("Play", "play.html", _play),
-    Page("Metrics", "metrics.html", metrics.publish),
+    Page("Metrics", "metrics.html", _metrics),
     Page("Submit", "index.html#submit", doc=f"{DOCS}submit.html"),
     Page("Docs", doc=f"{DOCS}index.html"),
     Page("References", "references.html", tasks.publish_references, in_footer=True),

@@ -84,8 +84,10 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page that lists the data, the index, boards, groups and schemas."""
-    members = groups(site)
-    boards = {}
+    members, submissions, boards = groups(site), list[IndexRow](), dict[str, IndexBoard]()
+    for card in site.submissions:
+        path, page = paths.submission_data(card.name), paths.submission_path(card.name)
+        submissions.append(IndexRow(card.name, card.title, card.level, path, page))
     for board in site.boards:
         facts = (board.group, board.protocol, board.budget, board.task_conditioned, len(board.rows))
         path, page = paths.board_data(board.id), paths.board_path(board.id)
@@ -93,11 +95,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     yield "data.html", render("data.html", "data.html")
     index = Index(
         references=site.references,
-        submissions=tuple(
-            IndexRow(each.name, each.title, each.level, paths.submission_data(each.name), page)
-            for each in site.submissions
-            for page in [paths.submission_path(each.name)]
-        ),
+        submissions=tuple(submissions),
         boards=tuple(boards.values()),
         core=paths.CORE_DATA,
         best=paths.BEST_DATA,

@@ -12,7 +12,6 @@ from gym_extensions.scoring.scorecard import PaperRow, Scorecard
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.charts.task_pictures import group_picture
-from gym_extensions.site.pages.landscapes import TITLES
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.pages.tasks import measured
 from gym_extensions.site.submission_results import SEQUENTIAL
@@ -30,8 +29,8 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     for group in groups(site):
         path = paths.group_path(group.id)
         landscapes = {board.id: render.landscapes.rows(board) for board in group.boards}
-        values = {"landscapes": landscapes, "landscape_titles": TITLES, "shown_rows": SHOWN_ROWS}
-        yield path, render("group.html", path, group=group, known=known, **values)
+        values = {"landscapes": landscapes, "known": known, "shown_rows": SHOWN_ROWS}
+        yield path, render("group.html", path, group=group, **values)
     for board in site.boards:
         path = paths.board_path(board.id)
         yield path, render("board.html", path, board=board)

@@ -17,7 +17,7 @@ from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scor
 from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import landscapes, line_charts, strips, task_pictures
-from gym_extensions.site.pages.landscapes import Landscapes
+from gym_extensions.site.pages.landscapes import TITLES, Landscapes
 from gym_extensions.site.play import stroboscopes
 from gym_extensions.site.play.assets import play_group_link
 from gym_extensions.site.play.mujoco_wasm import Simulator
@@ -56,13 +56,8 @@ def environment() -> Environment:
         keep_trailing_newline=True,
         auto_reload=False,
     )
-    templates.filters.update(
-        fixed=text.fixed,
-        grouped=text.grouped,
-        readable=text.readable,
-        short=text.short,
-        task=text.task,
-    )
+    filters = (text.fixed, text.grouped, text.readable, text.short, text.task)
+    templates.filters |= {function.__name__: function for function in filters}
     templates.globals.update(
         paths=paths,
         text=text,
@@ -70,6 +65,7 @@ def environment() -> Environment:
         tables=tables,
         results=submission_results,
         landscape_charts=landscapes,
+        landscape_titles=TITLES,
         line_charts=line_charts,
         strips=strips,
         task_pictures=task_pictures,

@@ -12,7 +12,6 @@ from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages import core
-from gym_extensions.site.pages.landscapes import TITLES
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import watches
 from gym_extensions.site.submission_facts import LEVELS, has_policies
@@ -25,17 +24,11 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     """The page of a submission, those of its groups if there are several, and the files that they offer."""
     path = paths.submission_path(submission.name)
     folder = render.folders.get(submission.name)
-    poses = load_submission(folder) if folder else {}
-    panels = watches(submission, poses)
+    panels = watches(submission, load_submission(folder) if folder else {})
     landscapes = render.landscapes.views(submission)
-    shown = {
-        "submission": submission,
-        "watches": panels,
-        "landscapes": landscapes,
-        "landscape_titles": TITLES,
-    }
-    values = {"core": core, "bibtex": bibtex, "commands": commands}
-    yield path, render("submission.html", path, **values, **shown)
+    shown = {"submission": submission, "watches": panels, "landscapes": landscapes}
+    values = shown | {"core": core, "bibtex": bibtex, "commands": commands}
+    yield path, render("submission.html", path, **values)
     for group in separate_groups(submission):
         page = paths.results_path(submission.name, group)
         yield page, render("results.html", page, group=group, **shown)
@@ -46,8 +39,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
         yield panel.path, panel.script
     if not submission.problems:
         document = ScorecardDocument(references=render.references, submissions=(submission,))
-        path = paths.submission_file(submission.name, "metrics.csv")
-        yield path, csv_text(document)
+        yield paths.submission_file(submission.name, "metrics.csv"), csv_text(document)
         yield paths.submission_file(submission.name, "citation.bib"), bibtex(submission)
 
 
