@@ -9,7 +9,7 @@ import json
 import random
 import sys
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from typing import Any
 
 import gymnasium as gym
@@ -66,7 +66,7 @@ def set_global_generators(state: tuple[Any, Any, Any]) -> None:
 
 
 SCOPES: list[tuple[int, int | None]] = []
-"""The open blocks of the two functions below, outermost first: a number of its own, and its seed.
+"""The open blocks of the function below, outermost first: a number of its own, and its seed.
 
 An agent in another process has generators of its own, which are seeded and restored at the same places.
 """
@@ -75,7 +75,10 @@ NUMBERS = itertools.count()
 
 @contextmanager
 def preserved_global_generators(seed: int | None = None) -> Iterator[None]:
-    """Restores the global random generators, which start from the seed if there is one."""
+    """Restores the global random generators, which start from the seed if there is one.
+
+    Agents may draw from them.
+    """
     state = global_generators()
     SCOPES.append((next(NUMBERS), seed))
     try:
@@ -88,8 +91,3 @@ def preserved_global_generators(seed: int | None = None) -> Iterator[None]:
     finally:
         SCOPES.pop()
         set_global_generators(state)
-
-
-def seeded_global_generators(seed: int) -> AbstractContextManager[None]:
-    """Seeds the global random generators, for agents that draw from them, and restores them."""
-    return preserved_global_generators(seed)

@@ -104,12 +104,6 @@ def test_ppo_trains_through_a_protocol_and_writes_a_submission(ppo_submission: P
     assert 1900 < document.curves[0].steps[-1] <= 2000
 
 
-def test_a_run_with_other_settings_is_rejected(ppo_submission: Path) -> None:
-    with pytest.raises(BenchError) as error:
-        train(ppo(16), QUICK_GROUP, "joint", "smoke", 1, out=ppo_submission)
-    assert error.value.code == "mixed-submission"
-
-
 class FailsInTheSecondStage(BaseCallback):
     """Raises at step 500 of the second stage."""
 

@@ -26,47 +26,6 @@ class Head:
     number: int  # 1 for the task that was learned first, 2 for the second, and so on
 
 
-Heads = dict[int, Head]
-"""Heads by the index of their task in the group."""
-
-
-def trained_task(env: VectorEnv, name: str) -> int:
-    """The index of the task that all environments run.
-
-    Raises ``BenchError`` if they run several tasks, as in the protocol ``joint``.
-    """
-    tasks = np.unique(env.env_tasks)  # type: ignore[attr-defined]  # of the training environments
-    if len(tasks) > 1:
-        hint = "Use the protocol sequential or single, or an agent without heads, such as trpo."
-        message = f"The agent learns a single task at a time, but the environments run {len(tasks)} tasks."
-        raise BenchError("single-task-agent", message, name, hint)
-    return int(tasks[0])
-
-
-def to_arrays(heads: Heads) -> dict[str, Array]:
-    """The heads as named arrays: ``head3/parameters`` and so on."""
-    return {
-        f"head{task}/{name}": np.asarray(value)
-        for task, head in heads.items()
-        for name, value in {**vars(head), **vars(head.moments)}.items()
-        if name != "moments"
-    }
-
-
-def from_arrays(arrays: Mapping[str, Array]) -> Heads:
-    """The heads that :func:`to_arrays` saved."""
-    parts: dict[int, dict[str, Array]] = {}
-    for name, values in arrays.items():
-        if name.startswith("head"):
-            task, _, part = name.removeprefix("head").partition("/")
-            parts.setdefault(int(task), {})[part] = values
-    heads = {}
-    for index, saved in parts.items():
-        moments = Moments(float(saved["count"]), saved["mean"], saved["squares"])
-        heads[index] = Head(saved["parameters"], moments, int(saved["number"]))
-    return heads
-
-
 class MultiHead(Trpo):
     """The agent ``multi-head``.
 
@@ -90,7 +49,7 @@ class MultiHead(Trpo):
         self._shared = len(sizes) - 2 if self.shares_hidden_layers else 0
         # The parameters of the shared layers come first in the flat vector.
         self._hidden = policies.parameter_count(sizes[: self._shared + 1])
-        self._heads: Heads = {}
+        self._heads: dict[int, Head] = {}  # by the index of their task in the group
         self._task = self._number = 0
 
     def act(self, observations: Array, context: Context | None = None) -> Array:
@@ -102,7 +61,14 @@ class MultiHead(Trpo):
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
-        self._task = trained_task(env, self.name)
+        tasks = np.unique(env.env_tasks)  # type: ignore[attr-defined]  # of the training environments
+        if len(tasks) > 1:
+            hint = "Use the protocol sequential or single, or an agent without heads, such as trpo."
+            message = (
+                f"The agent learns a single task at a time, but the environments run {len(tasks)} tasks."
+            )
+            raise BenchError("single-task-agent", message, self.name, hint)
+        self._task = int(tasks[0])
         self._begin(self._task)
         super().learn(env, steps)
         self._heads[self._task] = Head(self._theta[self._hidden :].copy(), self._moments, self._number)
@@ -167,12 +133,23 @@ class MultiHead(Trpo):
         return replace(card, hyperparameters=settings, parameters=card.parameters + more)
 
     def _state(self) -> dict[str, Array]:
-        return super()._state() | to_arrays(self._heads) | {"progress": np.array([self._task, self._number])}
+        """The state of ``trpo`` with the heads: ``head3/parameters``, ``head3/mean`` and so on."""
+        heads = {
+            f"head{task}/{name}": np.asarray(value)
+            for task, head in self._heads.items()
+            for name, value in {**vars(head), **vars(head.moments)}.items()
+            if name != "moments"
+        }
+        return super()._state() | heads | {"progress": np.array([self._task, self._number])}
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
         super()._restore(arrays)
-        self._heads = from_arrays(arrays)
         self._task, self._number = map(int, arrays["progress"])
+        self._heads = {}
+        for task in (int(name[4:-7]) for name in arrays if name.startswith("head") and "/number" in name):
+            names = ("parameters", "number", "count", "mean", "squares")
+            parameters, number, count, mean, squares = (arrays[f"head{task}/{name}"] for name in names)
+            self._heads[task] = Head(parameters, Moments(float(count), mean, squares), int(number))
 
 
 class Snapshots(MultiHead):

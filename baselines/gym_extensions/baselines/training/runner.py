@@ -156,7 +156,7 @@ class PendingJob:
                 spaces = env.single_observation_space, env.single_action_space
                 seeds = self.seed("observation space"), self.seed("action space")
                 observations, actions = map(generators.seeded_copy, spaces, seeds)
-                with generators.seeded_global_generators(self.seed("creation")):
+                with generators.preserved_global_generators(self.seed("creation")):
                     return algorithms.factory(spec.factory)(observations, actions, self.seed("agent"))
 
             agent = create()
@@ -208,7 +208,7 @@ class StageRun:
         policy, episodes = agents.policy_of(agent), list[Episode]()
         for task in stage.evaluated:
             start = time.perf_counter()
-            with generators.seeded_global_generators(self.pending.seed(f"evaluation {number}", task.id)):
+            with generators.preserved_global_generators(self.pending.seed(f"evaluation {number}", task.id)):
                 new = self.evaluator.evaluate(agent, number, task, policy)
             mean_return = sum(episode.return_ for episode in new) / len(new)
             result = task.id, len(new), mean_return, time.perf_counter() - start
@@ -238,7 +238,7 @@ class StageRun:
             group_ids=self.pending.job.group.task_ids,
             stage=stage.number,
         )
-        with generators.seeded_global_generators(seed(*ids, "global generators")):
+        with generators.preserved_global_generators(seed(*ids, "global generators")):
             agent.learn(env, stage.steps)
         env.flush()
         env.close()
