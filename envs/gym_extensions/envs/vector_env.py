@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import interfaces
-from gym_extensions.envs.interfaces import Array, Flags, IndependentCopies, Indices
+from gym_extensions.envs.interfaces import Array, Flags, Indices
 from gym_extensions.errors import BenchError
 
 WHERE = "make_vec"
@@ -86,7 +86,7 @@ def combine(parts: Iterable[Part], num_envs: int) -> dict[str, Any]:
     return infos
 
 
-class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], IndependentCopies):
+class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """Environments of tasks, stepped together. Every number is bit for bit the single environment's.
 
     Infos are those of the single environments in the form of Gymnasium's vector environments. An environment
@@ -98,8 +98,8 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
     * ``DISABLED``: by ``reset`` with the option ``reset_mask``, before the next step.
 
     ``np_random`` is a generator for the user's own draws, which ``reset(seed=…)`` seeds; environments do not
-    use it. Copies and pickles continue exactly where the original is. Subclasses have the simulations.
-    ``spaces`` are the observation and action space of one environment.
+    use it. Subclasses have the simulations. ``spaces`` are the observation and action space of one
+    environment.
     """
 
     def __init__(
@@ -121,10 +121,6 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         self._elapsed = np.zeros(self.num_envs, np.int64)
         self._ended = np.zeros(self.num_envs, np.bool_)
         self._generators: list[np.random.Generator | None] = [None] * self.num_envs
-
-    def __getstate__(self) -> dict[str, Any]:
-        interfaces.require_open(self.closed, WHERE)
-        return self.__dict__.copy()
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -255,16 +251,9 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]], Indepen
         return self._states()
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Returns the ``task`` of each environment.
-
-        Raises:
-            BenchError: another name, or arguments.
-            ClosedError: the environments are closed.
-        """
-        if name != "task" or args or kwargs:
-            message, hint = f"The environments have no {name!r}.", "Call task, without arguments."
-            raise BenchError("unknown-call", message, WHERE, hint)
-        interfaces.require_open(self.closed, WHERE)
+        """Returns the ``task`` of each environment. Raises ``BenchError`` for any other name."""
+        if name != "task":
+            raise BenchError("unknown-call", f"The environments have no {name!r}.", WHERE, "Call task.")
         return self.tasks
 
     def get_attr(self, name: str) -> tuple[Any, ...]:

@@ -61,18 +61,6 @@ class Rules:
         raise NotImplementedError
 
 
-def kept(parts: Sequence[Any]) -> list[dict[str, Any]]:
-    """What rules and effects keep between steps, in their order."""
-    return [{name: getattr(part, name) for name in part.kept} for part in parts]
-
-
-def restore(parts: Sequence[Any], values: Sequence[dict[str, Any]]) -> None:
-    """Sets what :func:`kept` returned."""
-    for part, of_part in zip(parts, values, strict=True):
-        for name, value in of_part.items():
-            setattr(part, name, value)
-
-
 def uniform_rows(generators: Generators, noise: float, size: int) -> Array:
     """Draws ``size`` numbers in [−noise, noise) from each generator, (generators, size)."""
     return np.array([generator.uniform(-noise, noise, size) for generator in generators])

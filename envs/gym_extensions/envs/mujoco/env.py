@@ -26,7 +26,7 @@ from gym_extensions.envs import interfaces
 from gym_extensions.envs.effects import check_variations, effects_of
 from gym_extensions.envs.interfaces import Array, IndependentCopies, Template, check_actions, require_reset
 from gym_extensions.envs.mujoco import arms, humanoid, planar
-from gym_extensions.envs.mujoco.base import Rules, kept, restore
+from gym_extensions.envs.mujoco.base import Rules
 from gym_extensions.envs.mujoco.model import asset, compile_model
 
 
@@ -93,8 +93,9 @@ class TaskEnv(IndependentCopies, MujocoEnv):
 
     def __getstate__(self) -> dict[str, Any]:
         others = {name: value for name, value in self.__dict__.items() if name not in SKIPPED}
-        parts = kept((self._rules, *self._effects))
-        return {"attributes": others, "data": copy.copy(self.data), "kept": parts}
+        parts: list[Any] = [self._rules, *self._effects]
+        kept = [{name: getattr(part, name) for name in part.kept} for part in parts]
+        return {"attributes": others, "data": copy.copy(self.data), "kept": kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Makes the environment again and continues where the copied one was."""
@@ -102,7 +103,8 @@ class TaskEnv(IndependentCopies, MujocoEnv):
         new = type(self)(attributes["task"], **attributes["_rendering"])
         self.__dict__.update(new.__dict__ | attributes)
         mujoco.mj_copyData(self.data, self.model, state["data"])
-        restore((self._rules, *self._effects), state["kept"])
+        for part, kept in zip((self._rules, *self._effects), state["kept"], strict=True):
+            part.__dict__.update(kept)
 
     def template(self) -> Template:
         start = self.init_qpos.copy(), self.init_qvel.copy()

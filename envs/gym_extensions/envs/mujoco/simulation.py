@@ -5,8 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import weakref
-from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -16,6 +15,7 @@ from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from gym_extensions.envs.interfaces import MOCAP, Array, Indices, Starts
+from gym_extensions.errors import BenchError
 
 _THREADED: weakref.WeakSet[Physics] = weakref.WeakSet()
 """All simulations with threads of their own."""
@@ -24,7 +24,7 @@ _THREADED: weakref.WeakSet[Physics] = weakref.WeakSet()
 def _lose_threads() -> None:
     """Marks simulations in a forked process, where their threads do not exist.
 
-    The engine would wait for its threads for ever when it steps and when it is freed, so it is never freed.
+    The engine would wait for its threads for ever when it is freed, so it is never freed.
     """
     for physics in _THREADED:
         physics.lost_threads = True
@@ -43,8 +43,14 @@ def _state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
 class Physics:
     """Simulations of one model layout."""
 
-    lost_threads = False  # whether the process was forked, so that copies can be made and nothing else
+    lost_threads = False
     _fields: dict[str, Array]
+
+    def require_threads(self) -> None:
+        """Raises ``BenchError`` in a forked process, where a step would wait for lost threads for ever."""
+        if self.lost_threads:
+            hint = "Make the environments in the process that steps them, or with num_threads=1."
+            raise BenchError("forked", "The threads stayed in the parent process.", "make_vec", hint)
 
     def field(self, name: str) -> Array:
         """Returns a live field, ``(num_envs, …)``."""
@@ -64,10 +70,8 @@ class BatchPhysics(Physics):
             _THREADED.add(self)
         self._frame_skip = frame_skip
         self._state_fields = _state_fields(models[0])
-        self._fields = {name: self.batch.bind(name) for name in self._state_fields}
-        # The engine's outputs are read-only. A copy of them can be written when a copy of all this is made.
-        self._outputs = [(self.batch.bind(name), np.zeros_like(self.batch.bind(name))) for name in fields]
-        self._fields |= {name: copy for name, (_, copy) in zip(fields, self._outputs, strict=True)}
+        self._is_derived = bool(fields)
+        self._fields = {name: self.batch.bind(name) for name in (*self._state_fields, *fields)}
         self._ctrl = self.batch.bind("ctrl")
         self.batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         self._defaults = self.batch.state.copy()
@@ -77,41 +81,20 @@ class BatchPhysics(Physics):
         self.batch.state[indices] = self._defaults[indices]
         for name, rows in starts.items():
             self._fields[name][indices] = rows
-        if self._outputs:
+        if self._is_derived:
             self.batch.forward(indices)
-            self._refresh(indices)
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
         """Runs one environment step in some environments, or in all."""
         self._ctrl[...] = ctrl
         self.batch.step(indices, self._frame_skip)
-        if self._outputs:
-            self._refresh(slice(None) if indices is None else indices)
-
-    def _refresh(self, rows: Indices | slice) -> None:
-        for output, copy in self._outputs:
-            copy[rows] = output[rows]
 
     def states(self) -> dict[str, Array]:
         return {name: np.array(self._fields[name]) for name in self._state_fields}
 
-    def dump(self) -> dict[str, Array]:
-        """Returns copies of the engine's state and of the derived fields."""
-        names = self._fields.keys() - set(self._state_fields)
-        return {name: self._fields[name].copy() for name in sorted(names)} | {"": self.batch.state.copy()}
-
-    def undump(self, dumped: dict[str, Array]) -> None:
-        for name, rows in dumped.items():
-            (self._fields[name] if name else self.batch.state)[...] = rows
-
     def close(self) -> None:
         self._fields.clear()
-        self._outputs.clear()
         del self.batch, self._ctrl
-
-
-STATE = mujoco.mjtState.mjSTATE_INTEGRATION.value
-"""The parts of MjData that determine its later steps."""
 
 
 class PooledPhysics(Physics):
@@ -128,8 +111,8 @@ class PooledPhysics(Physics):
         self._data = [mujoco.MjData(model) for model in models]
         self._frame_skip = frame_skip
         self._threads = min(num_threads, len(self._data))
-        self._executor = ThreadPoolExecutor(self._threads - 1) if self._threads > 1 else None
-        if self._executor is not None:
+        self._executor = ThreadPoolExecutor(max(self._threads - 1, 1))  # starts threads when they are needed
+        if self._threads > 1:
             _THREADED.add(self)
         self._state_fields = _state_fields(models[0])
         gathered = dict.fromkeys(("qpos", "qvel", *(MOCAP if models[0].nmocap else ()), *fields))
@@ -151,55 +134,28 @@ class PooledPhysics(Physics):
             self._gather(index)
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+        """Runs one environment step in some environments, or in all."""
+        waiting = iter(range(len(self._data)) if indices is None else indices.tolist())
 
-        def advance(index: int) -> None:
-            model, data = self._models[index], self._data[index]
-            data.ctrl[:] = ctrl[index]
-            mujoco.mj_step(model, data, self._frame_skip)
-            mujoco.mj_rnePostConstraint(model, data)
-            self._gather(index)
+        def advance() -> None:
+            for index in waiting:  # every thread takes the next one, so uneven work balances out
+                model, data = self._models[index], self._data[index]
+                data.ctrl[:] = ctrl[index]
+                mujoco.mj_step(model, data, self._frame_skip)
+                mujoco.mj_rnePostConstraint(model, data)
+                self._gather(index)
 
-        self._spread(advance, range(len(self._data)) if indices is None else indices.tolist())
+        others = [self._executor.submit(advance) for _ in range(self._threads - 1)]
+        advance()
+        for other in others:
+            other.result()
 
     def _gather(self, index: int) -> None:
         for row, source in self._copies[index]:
             row[...] = source
 
-    def _spread(self, work: Callable[[int], None], indices: Iterable[int]) -> None:
-        """Calls ``work`` on every index. Threads take the next index, so uneven work balances out."""
-        waiting = deque(indices)
-
-        def drain() -> None:
-            while True:
-                try:
-                    index = waiting.popleft()
-                except IndexError:
-                    return
-                work(index)
-
-        if self._executor is None:
-            drain()
-            return
-        others = [self._executor.submit(drain) for _ in range(self._threads - 1)]
-        drain()
-        for other in others:
-            other.result()
-
     def states(self) -> dict[str, Array]:
         return {name: np.array([getattr(data, name) for data in self._data]) for name in self._state_fields}
 
-    def dump(self) -> dict[str, Array]:
-        states = np.empty((len(self._data), mujoco.mj_stateSize(self._models[0], STATE)))
-        for model, data, row in zip(self._models, self._data, states, strict=True):
-            mujoco.mj_getState(model, data, row, STATE)
-        return {name: rows.copy() for name, rows in self._fields.items()} | {"": states}
-
-    def undump(self, dumped: dict[str, Array]) -> None:
-        for model, data, row in zip(self._models, self._data, dumped[""], strict=True):
-            mujoco.mj_setState(model, data, row, STATE)
-        for name, rows in self._fields.items():
-            rows[...] = dumped[name]
-
     def close(self) -> None:
-        if self._executor is not None:
-            self._executor.shutdown()
+        self._executor.shutdown()

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.envs.effects import effects_of, shard_keys
 from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template, success_test
-from gym_extensions.envs.mujoco.base import kept, restore
 from gym_extensions.envs.mujoco.env import IMPLEMENTATIONS
 from gym_extensions.envs.mujoco.simulation import BatchPhysics, PooledPhysics
-from gym_extensions.envs.vector_env import Part, TaskVectorEnv
+from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
+from gym_extensions.errors import BenchError
 
 LAYOUT = (
     *("nq", "nv", "nu", "na", "nbody", "njnt", "ngeom", "nsite", "ncam", "nlight", "nmesh", "nmocap"),
@@ -37,40 +37,21 @@ class Shard:
 
     def __init__(self, members: Indices, templates: Sequence[Template], num_threads: int) -> None:
         self.members = members
-        self._arguments = members, templates, num_threads
         rules = IMPLEMENTATIONS[templates[0].task.base].rules
         self._steps = np.zeros(len(templates), np.int64)
         models: list[mujoco.MjModel] = [template.model for template in templates]
         engine = PooledPhysics if rules.needs_contact_forces else BatchPhysics
-        self.physics: BatchPhysics | PooledPhysics = engine(
-            models, templates[0].frame_skip, num_threads, rules.fields
-        )
+        self.physics = engine(models, templates[0].frame_skip, num_threads, rules.fields)
         self._rules = rules(self.physics, templates)
         self._effects = effects_of(self.physics, templates)
         self._success = success_test(templates[0].task.body.success, models[0], self.physics)
-
-    def __getstate__(self) -> dict[str, Any]:
-        parts, physics = kept((self._rules, *self._effects)), self.physics.dump()
-        return {"arguments": self._arguments, "steps": self._steps, "physics": physics, "kept": parts}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Makes the shard again and continues where the copied one was."""
-        Shard.__init__(self, *state["arguments"])
-        restore((self._rules, *self._effects), state["kept"])
-        self.physics.undump(state["physics"])
-        self._steps[:] = state["steps"]
-
-    def _renew_threads(self) -> None:
-        """In a forked process, which has no threads but this one, goes on with new ones."""
-        if self.physics.lost_threads:
-            self.__setstate__(self.__getstate__())
 
     def reset(self, indices: Indices, generators: Generators) -> None:
         """Starts episodes in some environments.
 
         Each one draws from its own generator, the body before the effects.
         """
-        self._renew_threads()
+        self.physics.require_threads()
         rows = self._rules.draw(indices, generators)
         for effect in self._effects:
             effect.draw(indices, generators, rows)
@@ -82,7 +63,7 @@ class Shard:
 
     def step(self, actions: NDArray[Any], indices: Indices | None) -> tuple[Array, Flags]:
         """Returns rewards and terminations of one step in some environments, or in all."""
-        self._renew_threads()
+        self.physics.require_threads()
         self._rules.pre_step()
         ctrl = actions
         for effect in self._effects:
@@ -114,6 +95,7 @@ class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArr
     """MuJoCo environments stepped together, in shards in the order of each one's first environment.
 
     Results of the shards are put together in the order of the environments; a single shard's are passed on.
+    They are not copied, because rules and effects hold views of the engine's memory.
     """
 
     def __init__(
@@ -128,6 +110,13 @@ class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArr
             Shard(np.array(indices), [templates[index] for index in indices], num_threads)
             for indices in members.values()
         ]
+
+    def __getstate__(self) -> dict[str, Any]:
+        message, hint = (
+            "The environments cannot be copied.",
+            "Make others, and reset them with the same seeds.",
+        )
+        raise BenchError("no-copy", message, WHERE, hint)
 
     def _start(self, indices: Indices, options: Mapping[str, Any]) -> None:
         """Starts episodes. All options are accepted and ignored, as by Gymnasium's bodies."""
