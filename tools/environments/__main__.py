@@ -24,9 +24,9 @@ def main(argv: list[str] | None = None) -> int:
     )
     add("--pictures", action="store_true", help="also render the pictures (needs OpenGL)")
     options = parser.parse_args(argv)
-    described = describe.descriptions()
-    write_text(descriptions.PATH, described)
-    texts = pages.pages(descriptions.read_descriptions(described))
+    write_text(descriptions.PATH, describe.descriptions())
+    descriptions.descriptions.cache_clear()
+    texts = pages.pages(descriptions.descriptions())
     images = pictures.task_pictures() | pictures.map_pictures() if options.pictures else {}
     for name, text in texts.items():
         write_text(options.out / name, text)

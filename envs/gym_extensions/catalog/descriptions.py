@@ -123,9 +123,10 @@ class _Content(msgspec.Struct):
     tasks: dict[str, _TaskFacts]
 
 
-def read_descriptions(text: str | bytes) -> dict[str, Description]:
-    """The description of every task, by its id, from the text of ``descriptions.json``."""
-    content, found = msgspec.json.decode(text, type=_Content), {}
+@functools.cache
+def descriptions() -> dict[str, Description]:
+    """The description of every published task, by its id."""
+    content, found = msgspec.json.decode(PATH.read_bytes(), type=_Content), {}
     for task_id, facts in content.tasks.items():
         tables = content.tables[facts.actions], content.tables[facts.observations]
         skeleton = None if facts.skeleton is None else content.skeletons[facts.skeleton]
@@ -134,14 +135,9 @@ def read_descriptions(text: str | bytes) -> dict[str, Description]:
     return found
 
 
-@functools.cache
-def _committed() -> dict[str, Description]:
-    return read_descriptions(PATH.read_bytes())
-
-
 def description(task_id: str) -> Description | None:
     """The description of a published task, or None if the task has none."""
-    return _committed().get(task_id)
+    return descriptions().get(task_id)
 
 
 def summary(task: Task) -> str:

@@ -10,23 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.catalog.tasks import (
-    FAMILIES,
-    FURTHER_LIMBS,
-    GOALS,
-    LIMBS,
-    MAPS,
-    PLANAR_BODIES,
-    RUNNING_BODIES,
-    SIZES,
-    STANDING_UP_BODIES,
-    TASKS,
-    Task,
-    check_keys,
-    customize,
-    make_variation,
-    task,
-)
+from gym_extensions.catalog import tasks as catalog
+from gym_extensions.catalog.tasks import TASKS, Task, task
 from gym_extensions.errors import BenchError, did_you_mean
 
 NAME = re.compile(r"[a-z][a-z0-9-]{0,47}")
@@ -36,12 +21,12 @@ GRAVITY_ORDER = (
     *("{B}GravityHalf", "{B}GravityThreeQuarters", "{B}"),
     *("{B}GravityOneAndQuarter", "{B}GravityOneAndHalf"),
 )
-BODY_ORDER = tuple(f"{{B}}{size}{part}" for size in SIZES for part in LIMBS)
+BODY_ORDER = tuple(f"{{B}}{size}{part}" for size in catalog.SIZES for part in catalog.LIMBS)
 HUMANOID_BODY_ORDER = (
     *BODY_ORDER,
-    *(f"{{B}}{size}{part}" for part in FURTHER_LIMBS["Humanoid"] for size in SIZES),
+    *(f"{{B}}{size}{part}" for part in catalog.FURTHER_LIMBS["Humanoid"] for size in catalog.SIZES),
 )
-STANDING_UP = ("Humanoid", *STANDING_UP_BODIES)
+STANDING_UP = ("Humanoid", *catalog.STANDING_UP_BODIES)
 
 
 @dataclass(frozen=True)
@@ -112,10 +97,10 @@ def _named(groups: Mapping[str, tuple[str, ...]]) -> list[TaskGroup]:
 
 
 PAPER_GROUPS: tuple[TaskGroup, ...] = (
-    *_per_body("gravity", RUNNING_BODIES, GRAVITY_ORDER),
-    *_per_body("body", PLANAR_BODIES, BODY_ORDER),
+    *_per_body("gravity", catalog.RUNNING_BODIES, GRAVITY_ORDER),
+    *_per_body("body", catalog.PLANAR_BODIES, BODY_ORDER),
     *_per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER),
-    *_per_body("wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
+    *_per_body("wall", catalog.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
     *_named(
         {
             "humanoid-standup-run": STANDING_UP,
@@ -129,16 +114,18 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
     ),
     *_named(
         {
-            f"nav-{family}": tuple(pattern.format(map=number, goal=goal) for number in MAPS for goal in GOALS)
-            for family, pattern in FAMILIES.items()
+            f"nav-{family}": tuple(
+                pattern.format(map=number, goal=goal) for number in catalog.MAPS for goal in catalog.GOALS
+            )
+            for family, pattern in catalog.FAMILIES.items()
         }
     ),
 )
 """The paper's groups."""
 
 EXTRAS: tuple[TaskGroup, ...] = (
-    *_per_body("motor-noise", RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
-    *_per_body("noisy-wall", RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
+    *_per_body("motor-noise", catalog.RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
+    *_per_body("noisy-wall", catalog.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
     *_named(
         {
             "pusher-tracking": ("Pusher", "PusherTrackingGoal"),
@@ -164,21 +151,21 @@ def group(name: str) -> TaskGroup:
     raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
 
 
-SUITE_BODIES = tuple(body.lower() for body in RUNNING_BODIES)
+SUITE_BODIES = tuple(body.lower() for body in catalog.RUNNING_BODIES)
 SUITES: dict[str, tuple[str, ...]] = {
     "gravity": tuple(f"{body}-gravity-v0" for body in SUITE_BODIES),
     "body": tuple(f"{body}-body-v0" for body in SUITE_BODIES),
     "wall": tuple(f"{body}-wall-v0" for body in SUITE_BODIES),
     "humanoid": ("humanoid-standup-run-v0", "humanoid-standup-run-wall-v0"),
     "arm": ("striker-v0", "pusher-v0"),
-    "navigation": tuple(f"nav-{family}-v0" for family in FAMILIES),
+    "navigation": tuple(f"nav-{family}-v0" for family in catalog.FAMILIES),
 }
 """The ids of the groups of every suite."""
 
 CORE = "core-v1"
 CORES: dict[str, tuple[str, ...]] = {
     CORE: (
-        *(f"{body.lower()}-{kind}-v0" for kind in ("gravity", "wall") for body in PLANAR_BODIES),
+        *(f"{body.lower()}-{kind}-v0" for kind in ("gravity", "wall") for body in catalog.PLANAR_BODIES),
         "hopper-body-v0",
     ),
 }
@@ -222,7 +209,7 @@ def load_group(path: str | Path) -> TaskGroup:
         raise BenchError("unreadable-group", f"{error.strerror or error}.", where) from error
     except ValueError as error:
         raise BenchError("malformed-group", f"The file is not TOML: {error}.", where) from error
-    check_keys(table, ("name", "version", "tasks"), ("name", "tasks"), where)
+    catalog.check_keys(table, ("name", "version", "tasks"), ("name", "tasks"), where)
     tables = table["tasks"]
     if not isinstance(tables, list) or not all(isinstance(each, dict) for each in tables):
         hint = "Write [[tasks]] per task."
@@ -278,13 +265,13 @@ def with_custom(groups: Iterable[str | Path | TaskGroup]) -> dict[str, TaskGroup
 
 
 def _task(table: Mapping[str, Any], where: str) -> Task:
-    check_keys(table, ("task", "variations", "max_steps"), ("task",), where)
+    catalog.check_keys(table, ("task", "variations", "max_steps"), ("task",), where)
     variations = table.get("variations", [])
     if not isinstance(variations, list):
         hint = 'Write variations = [{kind = "Gravity", factor = 0.5}].'
         raise BenchError("malformed-group", "variations is not a list.", where, hint)
     try:
-        made = [make_variation(each, where) for each in variations]
-        return customize(str(table["task"]), made, max_steps=table.get("max_steps"))
+        made = [catalog.make_variation(each, where) for each in variations]
+        return catalog.customize(str(table["task"]), made, max_steps=table.get("max_steps"))
     except BenchError as error:
         raise BenchError(error.code, error.message, error.where or where, error.hint) from error

@@ -9,21 +9,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, asdict, astuple, dataclass, fields, replace
 from typing import Any
 
+from gym_extensions.catalog import variations
 from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, GYMNASIUM_ID, Body, body as body_named
-from gym_extensions.catalog.variations import (
-    KINDS,
-    Course,
-    Gravity,
-    LimbScale,
-    MotorNoise,
-    MovingGoal,
-    MovingStart,
-    RangeSensor,
-    SensorNoise,
-    TrackingGoal,
-    Variation,
-    Wall,
-)
+from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.errors import BenchError, did_you_mean, require_known
 
 NAMESPACE = "gym_extensions"
@@ -100,28 +88,32 @@ def _task(suffix: str, base: str, *variations: Variation) -> Task:
 
 def mujoco_tasks() -> list[Task]:
     """Every MuJoCo task. A body that no table names has one task, without variations."""
-    walls = {body.name: Wall(body.wall_width) for body in BODIES.values() if body.wall_width}
+    walls = {body.name: variations.Wall(body.wall_width) for body in BODIES.values() if body.wall_width}
     tasks = [_task("", body) for body in RUNNING_BODIES]
-    tasks += [_task(name, body, Gravity(g)) for body in RUNNING_BODIES for name, g in GRAVITIES.items()]
     tasks += [
-        _task(f"{size}{part}", body, LimbScale(part, factor))
+        _task(name, body, variations.Gravity(g)) for body in RUNNING_BODIES for name, g in GRAVITIES.items()
+    ]
+    tasks += [
+        _task(f"{size}{part}", body, variations.LimbScale(part, factor))
         for body in RUNNING_BODIES
         for part in (*LIMBS, *FURTHER_LIMBS.get(body, ()))
         for size, factor in SIZES.items()
     ]
     tasks += [_task("", body) for body in STANDING_UP_BODIES]
     for body, wall in walls.items():
-        tasks.append(_task("WithSensor", body, RangeSensor(), replace(wall, parked=True)))
+        tasks.append(_task("WithSensor", body, variations.RangeSensor(), replace(wall, parked=True)))
         if body not in WITHOUT_WALL:
-            tasks.append(_task("Wall", body, RangeSensor(), wall))
-    tasks += [_task("", "Striker"), _task("MovingStart", "Striker", MovingStart())]
-    tasks += [_task("", "Pusher"), _task("MovingGoal", "Pusher", MovingGoal())]
+            tasks.append(_task("Wall", body, variations.RangeSensor(), wall))
+    tasks += [_task("", "Striker"), _task("MovingStart", "Striker", variations.MovingStart())]
+    tasks += [_task("", "Pusher"), _task("MovingGoal", "Pusher", variations.MovingGoal())]
     # The paper announced motor noise, noisy sensors and moving goals for future releases.
-    tasks += [_task("MotorNoise", body, MotorNoise()) for body in RUNNING_BODIES]
-    noisy = SensorNoise()
-    tasks += [_task("NoisyWall", body, RangeSensor(), walls[body], noisy) for body in RUNNING_BODIES]
-    tasks.append(_task("TrackingGoal", "Pusher", MovingGoal(), TrackingGoal()))
-    tasks.append(_task("TrackingGoal", "Striker", TrackingGoal()))
+    tasks += [_task("MotorNoise", body, variations.MotorNoise()) for body in RUNNING_BODIES]
+    noisy = variations.SensorNoise()
+    tasks += [
+        _task("NoisyWall", body, variations.RangeSensor(), walls[body], noisy) for body in RUNNING_BODIES
+    ]
+    tasks.append(_task("TrackingGoal", "Pusher", variations.MovingGoal(), variations.TrackingGoal()))
+    tasks.append(_task("TrackingGoal", "Striker", variations.TrackingGoal()))
     bases = {task.base for task in tasks if not task.variations}
     return tasks + [_task("", name) for name, body in BODIES.items() if body.asset and name not in bases]
 
@@ -141,7 +133,7 @@ FAMILIES = {
 def navigation_tasks() -> list[Task]:
     """Every navigation task, family by family, then map by map, then goal by goal."""
     return [
-        Task(pattern.format(map=number, goal=goal), "Navigation", (Course(family, number, goal),))
+        Task(pattern.format(map=number, goal=goal), "Navigation", (variations.Course(family, number, goal),))
         for family, pattern in FAMILIES.items()
         for number in MAPS
         for goal in GOALS

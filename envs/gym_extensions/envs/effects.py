@@ -157,11 +157,6 @@ class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
         return self._latched
 
 
-def motor_noise(seed: int, steps: int, motors: int) -> Array:
-    """The standard normal noise of an episode, (steps, motors). It follows from the seed."""
-    return np.random.Generator(np.random.PCG64(seed)).standard_normal((steps, motors))
-
-
 class MotorNoiseEffect(SeededNoise):
     """Adds the episodes' noise to every command."""
 
@@ -175,7 +170,8 @@ class MotorNoiseEffect(SeededNoise):
         self._noise = np.zeros((len(templates), self._max_steps, len(self._ranges)))
 
     def fill_noise(self, index: int, seed: int) -> None:
-        self._noise[index] = motor_noise(seed, self._max_steps, len(self._ranges))
+        generator = np.random.Generator(np.random.PCG64(seed))
+        self._noise[index] = generator.standard_normal(self._noise[index].shape)
 
     def control(self, ctrl: NDArray[Any], steps: Steps) -> NDArray[Any]:
         """Commands plus noise of ``scale`` × the motors' range, clipped to that range."""
@@ -218,8 +214,7 @@ class TrackingGoalEffect(Effect):
 
 
 EFFECTS: tuple[type[Effect], ...] = (
-    *(WallEffect, RangeSensorEffect, SensorNoiseEffect),
-    *(MotorNoiseEffect, TrackingGoalEffect),
+    *(WallEffect, RangeSensorEffect, SensorNoiseEffect, MotorNoiseEffect, TrackingGoalEffect),
 )
 """Every effect, in the order in which effects draw at reset; a new one is the last."""
 

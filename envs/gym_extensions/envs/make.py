@@ -10,17 +10,10 @@ import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
+from gym_extensions.catalog import tasks as catalog
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.tasks import (
-    NAMESPACE,
-    TASKS,
-    Task,
-    customize,
-    definition,
-    from_definition,
-    whole_number,
-)
+from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
 from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.envs.interfaces import Template
 from gym_extensions.envs.mujoco.env import TaskEnv
@@ -57,7 +50,16 @@ def make(
     made = customize(task, variations, max_steps=max_steps)
     if made.is_foreign:
         return build(made, render_mode=render_mode)
-    spec = made.id if TASKS.get(made.id) == made else spec_of(made)
+    spec: str | EnvSpec = made.id
+    if TASKS.get(made.id) != made:
+        is_data = all(KINDS.get(type(variation).__name__) is type(variation) for variation in made.variations)
+        spec = EnvSpec(
+            made.id,
+            entry_point=f"{__name__}:construct",
+            vector_entry_point=f"{__name__}:construct_vec",
+            max_episode_steps=made.max_steps,
+            kwargs={"task": definition(made) if is_data else made},
+        )
     return gym.make(spec, render_mode=render_mode, disable_env_checker=True)
 
 
@@ -92,8 +94,8 @@ def make_vec(
     requested = [several] if isinstance(several, str | Task) else list(several)
     if not requested:
         raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
-    count = whole_number("num_envs", num_envs, "bad-count", WHERE)
-    threads = whole_number("num_threads", num_threads, "bad-count", WHERE)
+    count = catalog.whole_number("num_envs", num_envs, "bad-count", WHERE)
+    threads = catalog.whole_number("num_threads", num_threads, "bad-count", WHERE)
     try:
         mode = AutoresetMode(autoreset_mode)
     except ValueError:
@@ -211,23 +213,11 @@ def resolve(task: str | Task | Mapping[str, Any]) -> Task:
     """
     if isinstance(task, str):
         return customize(task)
-    found = task if isinstance(task, Task) else from_definition(task)
+    found = task if isinstance(task, Task) else catalog.from_definition(task)
     if TASKS.get(found.id, found) != found:
         message = "The task has the id of a published task and other content."
         raise BenchError("changed-task", message, found.id, "Give it another name.")
     return found
-
-
-def spec_of(task: Task) -> EnvSpec:
-    """Returns Gymnasium's spec of a task that is not registered."""
-    is_data = all(KINDS.get(type(variation).__name__) is type(variation) for variation in task.variations)
-    return EnvSpec(
-        task.id,
-        entry_point=f"{__name__}:construct",
-        vector_entry_point=f"{__name__}:construct_vec",
-        max_episode_steps=task.max_steps,
-        kwargs={"task": definition(task) if is_data else task},
-    )
 
 
 construct.metadata = TaskEnv.metadata  # type: ignore[attr-defined]  # read by gymnasium.make

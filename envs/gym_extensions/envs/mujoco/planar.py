@@ -27,11 +27,9 @@ class PlanarRules(Rules):
         self._terms: dict[str, NDArray[Any]] = {}
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        qpos, qvel = self._draw_noise(generators, self._qpos.shape[1], self._qvel.shape[1])
+        nq, nv = self._qpos.shape[1], self._qvel.shape[1]
+        qpos, qvel = uniform_state(generators, self._task_body.noise, nq, nv)
         return {"qpos": self._rest_qpos[indices] + qpos, "qvel": self._rest_qvel[indices] + qvel}
-
-    def _draw_noise(self, generators: Generators, nq: int, nv: int) -> tuple[Array, Array]:
-        return uniform_state(generators, self._task_body.noise, nq, nv)
 
     def pre_step(self) -> None:
         self._x_before[:] = self._x
@@ -84,8 +82,8 @@ class PlanarRules(Rules):
 class HalfCheetahRules(PlanarRules):
     """HalfCheetah, with uniform noise on positions and normal noise on velocities."""
 
-    def _draw_noise(self, generators: Generators, nq: int, nv: int) -> tuple[Array, Array]:
-        qpos = uniform_rows(generators, self._task_body.noise, nq)
-        return qpos, self._task_body.noise * np.array(
-            [generator.standard_normal(nv) for generator in generators]
-        )
+    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
+        noise, nv = self._task_body.noise, self._qvel.shape[1]
+        qpos = uniform_rows(generators, noise, self._qpos.shape[1])
+        qvel = noise * np.array([generator.standard_normal(nv) for generator in generators])
+        return {"qpos": self._rest_qpos[indices] + qpos, "qvel": self._rest_qvel[indices] + qvel}

@@ -13,16 +13,10 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Course
-from gym_extensions.envs.interfaces import (
-    Array,
-    Flags,
-    IndependentCopies,
-    Indices,
-    check_actions,
-    require_reset,
-)
+from gym_extensions.envs import interfaces
+from gym_extensions.envs.interfaces import Array, Flags, IndependentCopies, Indices
 from gym_extensions.envs.navigation import sensors
-from gym_extensions.envs.navigation.geometry import Arena, advance, arena, map_bytes, touches
+from gym_extensions.envs.navigation.geometry import Arena, advance, arena, touches
 from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
 from gym_extensions.errors import BenchError
 
@@ -206,8 +200,8 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
             BenchError: the action's shape is not (2,), or a value is not finite.
             ResetNeededError: the environment was never reset.
         """
-        require_reset(self._is_set, self.task.id)
-        checked = check_actions(action, (2,), self.task.id)
+        interfaces.require_reset(self._is_set, self.task.id)
+        checked = interfaces.check_actions(action, (2,), self.task.id)
         rewards, reached = self._world.advance(checked[None])
         arrived = bool(reached[0])
         return self._world.observe()[0], float(rewards[0]), arrived, False, {IS_SUCCESS: arrived}
@@ -215,7 +209,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     @property
     def position(self) -> Array:
         """A copy of the agent's position, (2,), in units. Raises ``ResetNeededError`` before a reset."""
-        require_reset(self._is_set, self.task.id)
+        interfaces.require_reset(self._is_set, self.task.id)
         return self._world.positions[0].copy()
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -223,7 +217,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         if self.render_mode is None:
             gym.logger.warn(f"{self.task.id} was made without a render mode, so there is nothing to render.")
             return None
-        require_reset(self._is_set, self.task.id)
+        interfaces.require_reset(self._is_set, self.task.id)
         if self._background is None:
             self._background = sensors.background(self.arena, RENDER_PIXEL)
         frame = self._background[None].copy()
@@ -275,10 +269,3 @@ class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], N
 
     def _states(self) -> dict[str, Array]:
         return {"position": self._world.positions.copy()}
-
-
-def base_bytes(task: Task) -> bytes:
-    """Returns the bytes of the task's map file, and a line with the center of its goal."""
-    found = course(task)
-    x, y = arena(found.map, found.goal).goal
-    return map_bytes(found.map) + f"goal {x:g} {y:g}\n".encode("ascii")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import functools
 import hashlib
-import io
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -105,7 +104,7 @@ def goals() -> dict[tuple[int, int], tuple[float, float]]:
     text = (files(__package__) / "maps" / "goals.csv").read_text(encoding="ascii")
     return {
         (int(row["map"]), int(row["goal"])): (float(row["x"]), float(row["y"]))
-        for row in csv.DictReader(io.StringIO(text))
+        for row in csv.DictReader(text.splitlines())
     }
 
 

@@ -14,15 +14,7 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.interfaces import Flags
 from gym_extensions.envs.navigation import geometry
 from gym_extensions.envs.navigation.env import NavigationVectorEnv, course
-from gym_extensions.envs.navigation.geometry import (
-    CELL,
-    GOAL_RADIUS,
-    MAX_SPEED,
-    Arena,
-    compiled,
-    crosses,
-    touches,
-)
+from gym_extensions.envs.navigation.geometry import CELL, GOAL_RADIUS, MAX_SPEED, compiled, crosses, touches
 from gym_extensions.envs.rollout import run_episodes
 
 FINENESS = 2
@@ -173,7 +165,7 @@ class Oracle:
     a path that rounds corners more tightly may be a step shorter.
     """
 
-    def __init__(self, arena: Arena) -> None:
+    def __init__(self, arena: geometry.Arena) -> None:
         self.arena = arena
         self._goal = np.array(arena.goal)
         self.steps: NDArray[np.int16] = steps_to_go(arena.grid.solid, arena.goal[0], arena.goal[1])

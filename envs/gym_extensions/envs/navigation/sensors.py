@@ -10,17 +10,8 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.descriptions import Field
-from gym_extensions.envs.navigation.geometry import (
-    AGENT_RADIUS,
-    CELL,
-    GOAL_RADIUS,
-    HEIGHT,
-    MAX_SPEED,
-    WIDTH,
-    Arena,
-    compiled,
-    touches,
-)
+from gym_extensions.envs.navigation import geometry
+from gym_extensions.envs.navigation.geometry import AGENT_RADIUS, CELL, HEIGHT, WIDTH, compiled, touches
 
 
 @compiled
@@ -187,7 +178,7 @@ def _in_obstacles(solid: Any, x: Any, y: Any) -> Any:
     return inside
 
 
-def background(arena: Arena, pixel: float) -> NDArray[np.uint8]:
+def background(arena: geometry.Arena, pixel: float) -> NDArray[np.uint8]:
     """Draws the map and the goal's disc without an agent, (height / pixel, width / pixel, 3).
 
     A pixel shows what is at its center. The first row is the top of the map. ``pixel`` is its side in units.
@@ -199,7 +190,7 @@ def background(arena: Arena, pixel: float) -> NDArray[np.uint8]:
     picture[:] = FREE_COLOR
     picture[_in_obstacles(arena.grid.solid, x, y)] = OBSTACLE_COLOR
     goal_x, goal_y = arena.goal
-    picture[(x[None, :] - goal_x) ** 2 + (y[:, None] - goal_y) ** 2 <= GOAL_RADIUS**2] = GOAL_COLOR
+    picture[(x[None, :] - goal_x) ** 2 + (y[:, None] - goal_y) ** 2 <= geometry.GOAL_RADIUS**2] = GOAL_COLOR
     return picture
 
 
@@ -253,4 +244,4 @@ def observation_space(family: str) -> Box:
 
 def action_space() -> Box:
     """Returns the action space, which is the displacement in x and in y in units per step."""
-    return Box(-MAX_SPEED, MAX_SPEED, (2,), np.float32)
+    return Box(-geometry.MAX_SPEED, geometry.MAX_SPEED, (2,), np.float32)
