@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gym_extensions.catalog import tasks as catalog
+from gym_extensions.catalog import tasks as task_module
 from gym_extensions.catalog.tasks import TASKS, Task, task
 from gym_extensions.errors import BenchError, did_you_mean
 
@@ -21,12 +21,12 @@ GRAVITY_ORDER = (
     *("{B}GravityHalf", "{B}GravityThreeQuarters", "{B}"),
     *("{B}GravityOneAndQuarter", "{B}GravityOneAndHalf"),
 )
-BODY_ORDER = tuple(f"{{B}}{size}{part}" for size in catalog.SIZES for part in catalog.LIMBS)
+BODY_ORDER = tuple(f"{{B}}{size}{part}" for size in task_module.SIZES for part in task_module.LIMBS)
 HUMANOID_BODY_ORDER = (
     *BODY_ORDER,
-    *(f"{{B}}{size}{part}" for part in catalog.FURTHER_LIMBS["Humanoid"] for size in catalog.SIZES),
+    *(f"{{B}}{size}{part}" for part in task_module.FURTHER_LIMBS["Humanoid"] for size in task_module.SIZES),
 )
-STANDING_UP = ("Humanoid", *catalog.STANDING_UP_BODIES)
+STANDING_UP = ("Humanoid", *task_module.STANDING_UP_BODIES)
 
 
 @dataclass(frozen=True)
@@ -96,11 +96,18 @@ def _named(groups: Mapping[str, tuple[str, ...]]) -> list[TaskGroup]:
     return [TaskGroup(name, tuple(map(task, names))) for name, names in groups.items()]
 
 
+NAVIGATION = {
+    f"nav-{family}": tuple(
+        pattern.format(map=number, goal=goal) for number in task_module.MAPS for goal in task_module.GOALS
+    )
+    for family, pattern in task_module.FAMILIES.items()
+}
+
 PAPER_GROUPS: tuple[TaskGroup, ...] = (
-    *_per_body("gravity", catalog.RUNNING_BODIES, GRAVITY_ORDER),
-    *_per_body("body", catalog.PLANAR_BODIES, BODY_ORDER),
+    *_per_body("gravity", task_module.RUNNING_BODIES, GRAVITY_ORDER),
+    *_per_body("body", task_module.PLANAR_BODIES, BODY_ORDER),
     *_per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER),
-    *_per_body("wall", catalog.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
+    *_per_body("wall", task_module.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
     *_named(
         {
             "humanoid-standup-run": STANDING_UP,
@@ -111,21 +118,14 @@ PAPER_GROUPS: tuple[TaskGroup, ...] = (
             "striker": ("Striker", "StrikerMovingStart"),
             "pusher": ("Pusher", "PusherMovingGoal"),
         }
-    ),
-    *_named(
-        {
-            f"nav-{family}": tuple(
-                pattern.format(map=number, goal=goal) for number in catalog.MAPS for goal in catalog.GOALS
-            )
-            for family, pattern in catalog.FAMILIES.items()
-        }
+        | NAVIGATION
     ),
 )
 """The paper's groups."""
 
 EXTRAS: tuple[TaskGroup, ...] = (
-    *_per_body("motor-noise", catalog.RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
-    *_per_body("noisy-wall", catalog.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
+    *_per_body("motor-noise", task_module.RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
+    *_per_body("noisy-wall", task_module.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
     *_named(
         {
             "pusher-tracking": ("Pusher", "PusherTrackingGoal"),
@@ -151,21 +151,21 @@ def group(name: str) -> TaskGroup:
     raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
 
 
-SUITE_BODIES = tuple(body.lower() for body in catalog.RUNNING_BODIES)
+SUITE_BODIES = tuple(body.lower() for body in task_module.RUNNING_BODIES)
 SUITES: dict[str, tuple[str, ...]] = {
     "gravity": tuple(f"{body}-gravity-v0" for body in SUITE_BODIES),
     "body": tuple(f"{body}-body-v0" for body in SUITE_BODIES),
     "wall": tuple(f"{body}-wall-v0" for body in SUITE_BODIES),
     "humanoid": ("humanoid-standup-run-v0", "humanoid-standup-run-wall-v0"),
     "arm": ("striker-v0", "pusher-v0"),
-    "navigation": tuple(f"nav-{family}-v0" for family in catalog.FAMILIES),
+    "navigation": tuple(f"nav-{family}-v0" for family in task_module.FAMILIES),
 }
 """The ids of the groups of every suite."""
 
 CORE = "core-v1"
 CORES: dict[str, tuple[str, ...]] = {
     CORE: (
-        *(f"{body.lower()}-{kind}-v0" for kind in ("gravity", "wall") for body in catalog.PLANAR_BODIES),
+        *(f"{body.lower()}-{kind}-v0" for kind in ("gravity", "wall") for body in task_module.PLANAR_BODIES),
         "hopper-body-v0",
     ),
 }
@@ -209,7 +209,7 @@ def load_group(path: str | Path) -> TaskGroup:
         raise BenchError("unreadable-group", f"{error.strerror or error}.", where) from error
     except ValueError as error:
         raise BenchError("malformed-group", f"The file is not TOML: {error}.", where) from error
-    catalog.check_keys(table, ("name", "version", "tasks"), ("name", "tasks"), where)
+    task_module.check_keys(table, ("name", "version", "tasks"), ("name", "tasks"), where)
     tables = table["tasks"]
     if not isinstance(tables, list) or not all(isinstance(each, dict) for each in tables):
         hint = "Write [[tasks]] per task."
@@ -265,13 +265,13 @@ def with_custom(groups: Iterable[str | Path | TaskGroup]) -> dict[str, TaskGroup
 
 
 def _task(table: Mapping[str, Any], where: str) -> Task:
-    catalog.check_keys(table, ("task", "variations", "max_steps"), ("task",), where)
+    task_module.check_keys(table, ("task", "variations", "max_steps"), ("task",), where)
     variations = table.get("variations", [])
     if not isinstance(variations, list):
         hint = 'Write variations = [{kind = "Gravity", factor = 0.5}].'
         raise BenchError("malformed-group", "variations is not a list.", where, hint)
     try:
-        made = [catalog.make_variation(each, where) for each in variations]
-        return catalog.customize(str(table["task"]), made, max_steps=table.get("max_steps"))
+        made = [task_module.make_variation(each, where) for each in variations]
+        return task_module.customize(str(table["task"]), made, max_steps=table.get("max_steps"))
     except BenchError as error:
         raise BenchError(error.code, error.message, error.where or where, error.hint) from error

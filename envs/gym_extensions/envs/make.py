@@ -10,7 +10,7 @@ import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-from gym_extensions.catalog import tasks as catalog
+from gym_extensions.catalog import tasks as task_module
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
@@ -94,8 +94,8 @@ def make_vec(
     requested = [several] if isinstance(several, str | Task) else list(several)
     if not requested:
         raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
-    count = catalog.whole_number("num_envs", num_envs, "bad-count", WHERE)
-    threads = catalog.whole_number("num_threads", num_threads, "bad-count", WHERE)
+    count = task_module.whole_number("num_envs", num_envs, "bad-count", WHERE)
+    threads = task_module.whole_number("num_threads", num_threads, "bad-count", WHERE)
     try:
         mode = AutoresetMode(autoreset_mode)
     except ValueError:
@@ -213,7 +213,7 @@ def resolve(task: str | Task | Mapping[str, Any]) -> Task:
     """
     if isinstance(task, str):
         return customize(task)
-    found = task if isinstance(task, Task) else catalog.from_definition(task)
+    found = task if isinstance(task, Task) else task_module.from_definition(task)
     if TASKS.get(found.id, found) != found:
         message = "The task has the id of a published task and other content."
         raise BenchError("changed-task", message, found.id, "Give it another name.")
