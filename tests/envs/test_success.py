@@ -64,7 +64,8 @@ def test_a_humanoid_stands_between_1_and_2_m(name: str, height: float, expected:
 def test_navigation_succeeds_where_it_terminates() -> None:
     env: Any = make("State-Based-Navigation-2d-Map0-Goal0")
     goal = env.unwrapped.arena.goal
-    env.reset(options={"start": (goal[0] + 21.0, goal[1])})
+    env.reset(seed=0)
+    env.unwrapped._world.positions[0] = goal[0] + 21.0, goal[1]
     terminated, _, info = env.step(np.array([5.0, 0.0], np.float32))[2:]
     assert (terminated, info) == (False, {"is_success": False})
     steps = [env.step(np.array([-5.0, 0.0], np.float32)) for _ in range(2)]

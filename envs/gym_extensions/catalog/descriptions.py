@@ -135,17 +135,12 @@ def descriptions() -> dict[str, Description]:
     return found
 
 
-def description(task_id: str) -> Description | None:
-    """The description of a published task, or None if the task has none."""
-    return descriptions().get(task_id)
-
-
 def summary(task: Task) -> str:
     """Base, differences, reward, start, end, tables, groups, versions and fingerprint of a task as text.
 
     Raises ``BenchError`` if the task has no description.
     """
-    facts = description(task.id)
+    facts = descriptions().get(task.id)
     if facts is None:
         raise BenchError(
             "no-description", "The task has no description.", task.id, "Run: python -m tools.environments"

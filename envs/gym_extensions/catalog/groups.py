@@ -85,15 +85,12 @@ class TaskGroup:
         return GROUPS.get(self.name) == self
 
 
-def _per_body(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> list[TaskGroup]:
-    return [
-        TaskGroup(f"{body.lower()}-{kind}", tuple(task(name.format(B=body)) for name in names))
-        for body in bodies
-    ]
+def _per_body(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    return {f"{body.lower()}-{kind}": tuple(name.format(B=body) for name in names) for body in bodies}
 
 
-def _named(groups: Mapping[str, tuple[str, ...]]) -> list[TaskGroup]:
-    return [TaskGroup(name, tuple(map(task, names))) for name, names in groups.items()]
+def _groups(table: Mapping[str, tuple[str, ...]]) -> tuple[TaskGroup, ...]:
+    return tuple(TaskGroup(name, tuple(map(task, names))) for name, names in table.items())
 
 
 NAVIGATION = {
@@ -103,35 +100,31 @@ NAVIGATION = {
     for family, pattern in task_module.FAMILIES.items()
 }
 
-PAPER_GROUPS: tuple[TaskGroup, ...] = (
-    *_per_body("gravity", task_module.RUNNING_BODIES, GRAVITY_ORDER),
-    *_per_body("body", task_module.PLANAR_BODIES, BODY_ORDER),
-    *_per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER),
-    *_per_body("wall", task_module.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall")),
-    *_named(
-        {
-            "humanoid-standup-run": STANDING_UP,
-            "humanoid-standup-run-wall": (
-                *(f"{body}WithSensor" for body in STANDING_UP),
-                "HumanoidStandupAndRunWall",
-            ),
-            "striker": ("Striker", "StrikerMovingStart"),
-            "pusher": ("Pusher", "PusherMovingGoal"),
-        }
-        | NAVIGATION
-    ),
+PAPER_GROUPS = _groups(
+    _per_body("gravity", task_module.RUNNING_BODIES, GRAVITY_ORDER)
+    | _per_body("body", task_module.PLANAR_BODIES, BODY_ORDER)
+    | _per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER)
+    | _per_body("wall", task_module.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall"))
+    | {
+        "humanoid-standup-run": STANDING_UP,
+        "humanoid-standup-run-wall": (
+            *(f"{body}WithSensor" for body in STANDING_UP),
+            "HumanoidStandupAndRunWall",
+        ),
+        "striker": ("Striker", "StrikerMovingStart"),
+        "pusher": ("Pusher", "PusherMovingGoal"),
+    }
+    | NAVIGATION
 )
 """The paper's groups."""
 
-EXTRAS: tuple[TaskGroup, ...] = (
-    *_per_body("motor-noise", task_module.RUNNING_BODIES, ("{B}", "{B}MotorNoise")),
-    *_per_body("noisy-wall", task_module.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall")),
-    *_named(
-        {
-            "pusher-tracking": ("Pusher", "PusherTrackingGoal"),
-            "striker-tracking": ("Striker", "StrikerTrackingGoal"),
-        }
-    ),
+EXTRAS = _groups(
+    _per_body("motor-noise", task_module.RUNNING_BODIES, ("{B}", "{B}MotorNoise"))
+    | _per_body("noisy-wall", task_module.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall"))
+    | {
+        "pusher-tracking": ("Pusher", "PusherTrackingGoal"),
+        "striker-tracking": ("Striker", "StrikerTrackingGoal"),
+    }
 )
 """Groups that are not in the paper."""
 

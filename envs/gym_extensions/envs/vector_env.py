@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -130,24 +130,23 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         Args:
             seed: an int gives environment i the seed ``seed + i``, as in Gymnasium; a list has one seed per
                 environment (None continues with its generator).
-            options: ``reset_mask``, ``(num_envs,)`` booleans: only these environments are reset. Navigation
-                accepts ``start``, a point (x, y) in units that is free in every environment.
+            options: ``reset_mask``, ``(num_envs,)`` booleans: only these environments are reset. Others are
+                ignored, as by Gymnasium's bodies.
 
         Raises:
-            BenchError: seeds, mask or start are invalid. Nothing has changed then.
+            BenchError: seeds or mask are invalid. Nothing has changed then.
             ResetNeededError: the first reset leaves out environments.
         """
         interfaces.require_open(self.closed, WHERE)
         mask = reset_mask(options, self.num_envs)
         interfaces.require_reset(self._is_set or bool(mask.all()), WHERE)
         seeds, indices = seed_of_each(seed, self.num_envs), np.flatnonzero(mask)
-        self._check_options(options or {}, indices)
         for index in indices.tolist():
             if seeds[index] is not None:
                 self._generators[index], _ = seeding.np_random(seeds[index])
         if (given := next((value for value in seeds if value is not None), None)) is not None:
             self._np_random, self._np_random_seed = seeding.np_random(given)
-        self._start(indices, options or {})
+        self._start(indices)
         self._elapsed[indices] = 0
         self._ended, self._is_set = self._ended & ~mask, True
         parts = self._reset_infos()
@@ -176,7 +175,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         parts = self._step_infos()
         self._elapsed += 1
         if starting is not None:
-            self._start(np.flatnonzero(starting), {})
+            self._start(np.flatnonzero(starting))
             self._elapsed[starting] = 0
             rewards[starting], terminations[starting] = 0.0, False
             parts = [*select(parts, ~starting), *select(self._reset_infos(), starting)]
@@ -193,7 +192,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         final_obs = np.full(self.num_envs, None, dtype=object)
         for index in np.flatnonzero(ended).tolist():
             final_obs[index] = last[index]
-        self._start(np.flatnonzero(ended), {})
+        self._start(np.flatnonzero(ended))
         self._elapsed[ended] = 0
         self._ended = np.zeros(self.num_envs, np.bool_)
         infos = combine([*select(parts, ~ended), *select(self._reset_infos(), ended)], self.num_envs)
@@ -204,11 +203,8 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         interfaces.require_open(self.closed, WHERE)
         interfaces.require_reset(self._is_set, WHERE)
 
-    def _check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
-        """Raises ``BenchError`` for reset options with which these environments cannot start."""
-
-    def _start(self, indices: Indices, options: Mapping[str, Any]) -> None:
-        """Starts episodes in some environments, with checked options, from their generators."""
+    def _start(self, indices: Indices) -> None:
+        """Starts episodes in some environments, from their generators."""
         raise NotImplementedError
 
     def _advance(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
@@ -227,10 +223,6 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         """Returns the infos of a reset as new arrays. Rows of other environments are ignored."""
         return []
 
-    def _states(self) -> dict[str, Array]:
-        """Returns copies of the states by name, ``(num_envs, …)``."""
-        raise NotImplementedError
-
     def _generator(self, index: int) -> np.random.Generator:
         generator = self._generators[index]
         if generator is None:
@@ -247,8 +239,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         Raises:
             ResetNeededError: the environments were never reset.
         """
-        self._require_state()
-        return self._states()
+        raise NotImplementedError
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Returns the ``task`` of each environment. Raises ``BenchError`` for any other name."""

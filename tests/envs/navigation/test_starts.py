@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs import make, make_vec
 from gym_extensions.envs.navigation.env import Navigation
 from gym_extensions.envs.navigation.geometry import touches
-from gym_extensions.errors import BenchError
 
 TASK = "State-Based-Navigation-2d-Map2-Goal1"
 RESETS = 2000
@@ -52,39 +45,3 @@ def test_starts_are_free_at_least_100_from_the_goal_and_uniform() -> None:
     for axis in (0, 1):
         places = np.histogram(points[:, axis] % 10, bins=10, range=(0, 10))[0]
         assert ((places - RESETS / 10) ** 2 / (RESETS / 10)).sum() < 27.9
-
-
-def test_the_option_start_sets_the_start() -> None:
-    env = Navigation(task(TASK))
-    point = starts()[0]
-    observation, _ = env.reset(options={"start": tuple(point)})
-    assert env.position.tolist() == point.tolist()
-    assert observation[:2].tolist() == np.float32(point).tolist()
-
-
-@pytest.mark.parametrize(
-    ("start", "fact"),
-    [
-        ((5.0, 5.0), "obstacle"),
-        ((10.0, 100.0), "obstacle"),
-        ((700.0, 100.0), "outside the map"),
-        ((math.nan, 100.0), "two finite numbers"),
-        ((1.0, 2.0, 3.0), "two finite numbers"),
-        ("corner", "two finite numbers"),
-        (None, "two finite numbers"),
-    ],
-)
-def test_a_start_that_is_not_a_free_point_is_refused_and_changes_nothing(start: object, fact: str) -> None:
-    single: Any = make(TASK)
-    vector: Any = make_vec(TASK, 2)
-    places: list[tuple[Any, Callable[[], Any]]] = [
-        (single, lambda: single.unwrapped.position),
-        (vector, lambda: vector.states()["position"]),
-    ]
-    for env, place in places:
-        env.reset(seed=0)
-        before = place()
-        with pytest.raises(BenchError) as caught:
-            env.reset(seed=1, options={"start": start})
-        assert caught.value.code == "bad-start" and fact in str(caught.value)
-        np.testing.assert_array_equal(place(), before)

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.descriptions import description
+from gym_extensions.catalog.descriptions import descriptions
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.model import compile_model
@@ -24,7 +24,7 @@ SIDE = (90.0, 0.0)
 )
 def test_the_center_of_every_shape_is_that_of_its_geom(name: str) -> None:
     row = task(name)
-    model, facts = compile_model(row), description(row.id)
+    model, facts = compile_model(row), descriptions().get(row.id)
     data = mujoco.MjData(model)
     assert facts is not None and facts.skeleton is not None
     random = np.random.default_rng(0)
@@ -51,7 +51,7 @@ def test_the_center_of_every_shape_is_that_of_its_geom(name: str) -> None:
 def test_beams_are_those_of_the_sensor(name: str) -> None:
     env: Any = construct_mujoco(name)
     env.reset(seed=0)
-    facts = description(task(name).id)
+    facts = descriptions().get(task(name).id)
     assert facts is not None and facts.skeleton is not None
     coordinates = np.append(env.data.qpos, [2.0, 0.0])[None]
     shapes = placed(facts.skeleton._replace(view=SIDE), coordinates)

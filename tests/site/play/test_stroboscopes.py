@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.descriptions import description
+from gym_extensions.catalog.descriptions import descriptions
 from gym_extensions.site.play.stroboscopes import stroboscopes
 from gym_extensions.site.play.watch import Episode
 from gym_extensions.submissions.poses import motion_of
@@ -30,7 +30,7 @@ def test_the_floor_has_a_tick_per_metre_where_distances_are_true(
 
 def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) -> None:
     name = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
-    facts = description(name)
+    facts = descriptions().get(name)
     assert facts is not None
     poses = poses_of(document)
     row = poses.tasks[4]

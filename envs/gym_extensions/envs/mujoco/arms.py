@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import PUSHER_GOAL, STRIKER_GOAL, Rectangle
-from gym_extensions.catalog.variations import MovingGoal, MovingStart
+from gym_extensions.catalog.variations import MovingGoal, MovingStart, Variation
 from gym_extensions.envs.effects import variation_of
 from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules
@@ -58,10 +58,13 @@ class ArmRules(Rules):
     """The observation, with positions as the last evaluation left them."""
 
     fields: ClassVar[tuple[str, ...]] = ("xpos",)
+    moving: ClassVar[type[Variation]]
+    """The variation with which the start of the goal or of the ball is drawn."""
 
     def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
         self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
+        self._moving = [variation_of(template.task, self.moving) is not None for template in templates]
         positions, model = physics.field("xpos"), templates[0].model
         self._terms: dict[str, NDArray[Any]] = {}
         self._tip, self._object, self._goal = (
@@ -94,9 +97,7 @@ class PusherRules(ArmRules):
     Episodes never terminate.
     """
 
-    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
-        super().__init__(physics, templates)
-        self._moving = [variation_of(template.task, MovingGoal) is not None for template in templates]
+    moving = MovingGoal
 
     def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
         """The goal if it moves, the object away from it, arm velocities."""
@@ -124,11 +125,11 @@ class StrikerRules(ArmRules):
     Episodes never terminate.
     """
 
+    moving = MovingStart
     kept: ClassVar[tuple[str, ...]] = ("_best", "_struck", "_strike_place")
 
     def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
-        self._moving = [variation_of(template.task, MovingStart) is not None for template in templates]
         self._height = mujoco.MjData(templates[0].model).mocap_pos[0, 2]
         self._best = np.full(len(templates), np.inf)
         self._struck = np.zeros(len(templates), np.bool_)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -118,8 +118,7 @@ class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArr
         )
         raise BenchError("no-copy", message, WHERE, hint)
 
-    def _start(self, indices: Indices, options: Mapping[str, Any]) -> None:
-        """Starts episodes. All options are accepted and ignored, as by Gymnasium's bodies."""
+    def _start(self, indices: Indices) -> None:
         starting = np.zeros(self.num_envs, np.bool_)
         starting[indices] = True
         for shard in self._shards:
@@ -150,7 +149,8 @@ class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArr
     def _reset_infos(self) -> list[Part]:
         return [shard.reset_infos() for shard in self._shards]
 
-    def _states(self) -> dict[str, Array]:
+    def states(self) -> dict[str, Array]:
+        self._require_state()
         states: dict[str, Array] = {}
         for shard in self._shards:
             for name, rows in shard.physics.states().items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -109,24 +109,6 @@ class World:
                 self.positions[agent] = x, y
                 return
 
-    def free_point(self, agent: int, point: Any, where: str) -> NDArray[np.float64]:
-        """Returns a point on an agent's map as an array (2,), in units.
-
-        Raises ``BenchError`` if the point is not two finite numbers, or is in an obstacle or outside the map.
-        """
-        width, height = self.arenas[agent].grid.size
-        hint = f"Give (x, y) in free space, 0 < x < {width:g} and 0 < y < {height:g}."
-        try:
-            start = np.asarray(point, dtype=np.float64)
-        except (TypeError, ValueError):
-            start = np.array(np.nan)
-        if start.shape != (2,) or not np.isfinite(start).all():
-            raise BenchError("bad-start", f"The start is {point!r}, not two finite numbers.", where, hint)
-        if touches(self.arenas[agent].grid.solid, start[0], start[1]):
-            message = f"The start ({start[0]:g}, {start[1]:g}) is in an obstacle or outside the map."
-            raise BenchError("bad-start", message, where, hint)
-        return start
-
 
 class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     """A point moves by small displacements over an occupancy grid to a goal.
@@ -145,8 +127,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     units that show what is at their center, the first row at the top: free (255, 255, 255), obstacle
     (204, 153, 102), goal disc (255, 0, 0) of radius 20, and over it the agent disc (0, 0, 0) of radius 5.
 
-    **Reward, start and end**: see ``catalog.bodies``. ``reset(options={"start": (x, y)})`` starts at any free
-    point.
+    **Reward, start and end**: see ``catalog.bodies``.
 
     **Versions**: v0 follows the paper's text. The 2017 code differs from the paper: polar actions, obstacles
     without effect, a start outside the map, +20 at the goal.
@@ -176,20 +157,9 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[Any], dict[str, Any]]:
-        """Returns the first observation of an episode, and an empty dictionary.
-
-        The option ``start`` is a free point (x, y) in units, instead of a random one.
-
-        Raises ``BenchError`` if the start is not a free point. Nothing has changed then.
-        """
-        start = None
-        if options and "start" in options:
-            start = self._world.free_point(0, options["start"], self.task.id)
+        """Returns the first observation of an episode, and an empty dictionary. There are no options."""
         super().reset(seed=seed)
-        if start is None:
-            self._world.draw_start(0, self.np_random)
-        else:
-            self._world.positions[0] = start
+        self._world.draw_start(0, self.np_random)
         self._is_set = True
         return self._world.observe()[0], {}
 
@@ -245,15 +215,7 @@ class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], N
         self._world = World([arena(each.map, each.goal) for each in courses], families[0])
         self._arrivals = np.zeros(len(tasks), np.bool_)
 
-    def _check_options(self, options: Mapping[str, Any], indices: Indices) -> None:
-        if "start" in options:
-            for index in indices:
-                self._world.free_point(int(index), options["start"], self.tasks[index].id)
-
-    def _start(self, indices: Indices, options: Mapping[str, Any]) -> None:
-        if "start" in options:
-            self._world.positions[indices] = np.asarray(options["start"], np.float64)
-            return
+    def _start(self, indices: Indices) -> None:
         for index in indices.tolist():
             self._world.draw_start(index, self._generator(index))
 
@@ -267,5 +229,6 @@ class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], N
     def _step_infos(self) -> list[Part]:
         return [(np.arange(self.num_envs), {IS_SUCCESS: self._arrivals.copy()})]
 
-    def _states(self) -> dict[str, Array]:
+    def states(self) -> dict[str, Array]:
+        self._require_state()
         return {"position": self._world.positions.copy()}

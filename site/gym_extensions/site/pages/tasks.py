@@ -46,7 +46,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
             "groups": [group for group in GROUPS.values() if task.id in group.task_ids],
             "panel": panel,
             "play": play_link(task),
-            "description": descriptions.description(task.id),
+            "description": descriptions.descriptions().get(task.id),
             "fingerprint": fingerprints.published(task.id),
             "versions": tasks.versions(task),
         }
@@ -73,7 +73,7 @@ def publish_pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
         yield f"pictures/{file.name}", file.read_bytes()
     maps = {map_picture(task): task.id for task in reversed(TASKS.values())}
     for name, task_id in sorted(maps.items()):
-        facts = descriptions.description(task_id)
+        facts = descriptions.descriptions().get(task_id)
         if name and facts is not None:
             yield f"pictures/{name}", map_file(facts)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from gym_extensions.catalog.descriptions import Description, description
+from gym_extensions.catalog.descriptions import Description, descriptions
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.paths import submission_file
@@ -128,7 +128,7 @@ LAST = "At the end, right after its training"
 
 def watched(row: TaskPoses, only: str = LAST) -> tuple[Episode, ...]:
     """The episodes of a task, of which a single one is titled ``only``; none if it is not published."""
-    facts, task = description(row.task), TASKS.get(row.task)
+    facts, task = descriptions().get(row.task), TASKS.get(row.task)
     if facts is None or task is None:
         return ()
     travels = task.body.family in TRAVELLING
