@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 from gym_extensions.verification import new_seeds
-from gym_extensions.verification.new_seeds import ALPHA, TaskReturns, compare
+from gym_extensions.verification.new_seeds import TaskReturns, compare
 
 Array = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Array]
@@ -44,13 +45,13 @@ def p_value(logged: Draw, seed: int, fresh: Draw = honest, tasks: int = 5) -> fl
 
 def test_honest_submissions_pass() -> None:
     p_values = [p_value(honest, seed) for seed in range(20)]
-    assert min(p_values) > ALPHA
+    assert min(p_values) > NEW_SEEDS_ALPHA
     assert np.median(p_values) > 0.3
 
 
 @pytest.mark.parametrize("attack", [best_of_two, best_cell_of_five])
 def test_selected_episodes_and_cells_are_refused(attack: Draw) -> None:
-    assert max(p_value(attack, seed) for seed in range(5)) <= ALPHA
+    assert max(p_value(attack, seed) for seed in range(5)) <= NEW_SEEDS_ALPHA
 
 
 def test_lower_logged_returns_pass() -> None:
@@ -63,7 +64,7 @@ def test_one_invented_run_of_five_is_refused() -> None:
         returns[:2] = best_of_two(rng, (2, shape[1]))
         return returns
 
-    assert max(p_value(one_run, seed) for seed in range(5)) <= ALPHA
+    assert max(p_value(one_run, seed) for seed in range(5)) <= NEW_SEEDS_ALPHA
 
 
 def test_one_invented_cell_of_fifty_is_refused() -> None:
@@ -76,7 +77,7 @@ def test_one_invented_cell_of_fifty_is_refused() -> None:
         calls.append(None)
         return returns
 
-    assert p_value(one_cell, 0) <= ALPHA
+    assert p_value(one_cell, 0) <= NEW_SEEDS_ALPHA
 
 
 def test_seeds_that_are_easy_for_all_policies_are_no_evidence() -> None:
@@ -86,7 +87,7 @@ def test_seeds_that_are_easy_for_all_policies_are_no_evidence() -> None:
         return rng.standard_normal((1, shape[1])) + 0.1 * rng.standard_normal(shape)
 
     p_values = [p_value(shared, seed, fresh=shared, tasks=2) for seed in range(40)]
-    assert sum(p <= ALPHA for p in p_values) <= 1
+    assert sum(p <= NEW_SEEDS_ALPHA for p in p_values) <= 1
     assert sum(p <= 0.1 for p in p_values) <= 10
 
 
@@ -103,7 +104,7 @@ def test_noise_that_an_agent_draws_in_all_tasks_is_no_evidence() -> None:
         return compare(tasks, rng)
 
     p_values = [submission(seed) for seed in range(40)]
-    assert sum(p <= ALPHA for p in p_values) <= 1
+    assert sum(p <= NEW_SEEDS_ALPHA for p in p_values) <= 1
     assert sum(p <= 0.1 for p in p_values) <= 10
 
 

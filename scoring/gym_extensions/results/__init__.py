@@ -15,7 +15,6 @@ from gym_extensions.results.scores import (
     core_pairs,
     landscapes,
     metrics,
-    metrics_of,
     score_matrix,
     scores,
 )
@@ -29,7 +28,6 @@ __all__ = [
     "evaluations",
     "landscapes",
     "metrics",
-    "metrics_of",
     "plot_board",
     "plot_curves",
     "plot_matrix",

@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy.typing as npt
 import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean, require_known
-from gym_extensions.metrics import compute
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.output import board_frames
@@ -55,9 +53,8 @@ def metrics(
     Raises:
         BenchError: a path does not exist, or a submission has problems.
     """
-    scorer = make_scorer(groups, references)
-    cards = list(valid_scorecards(submissions, scorer).values())
-    return board_frames.metrics_frame(pipeline.scorecard_document(cards, scorer.references))
+    cards = valid_scorecards(submissions, make_scorer(groups, references))
+    return board_frames.metrics_frame(cards.values())
 
 
 def board(
@@ -340,33 +337,3 @@ def score_matrix(
         for part in parts
     ]
     return pd.concat(matrices, axis=1, join="inner")
-
-
-def metrics_of(matrix: npt.ArrayLike, single: npt.ArrayLike | None = None) -> pd.DataFrame:
-    """The metrics of a matrix of returns from anywhere, as a frame; :func:`gym_extensions.metrics.compute`
-    takes more.
-
-    ======  =======  ===============================================================================
-    column  dtype    value
-    ======  =======  ===============================================================================
-    metric  str      name of the metric (docs/metrics.md)
-    mean    float64  mean over runs, in the unit of the matrix; missing where it needs more than that
-    low     float64  lower end of the 95 % interval; missing with one run or without a mean
-    high    float64  upper end of the 95 % interval; missing with one run or without a mean
-    ======  =======  ===============================================================================
-
-    Args:
-        matrix: ([runs,] stages, T): row s, column j is the return (or success rate) on task j after training
-            on s tasks, best normalized. With T + 1 stages the first one is untrained; with T it is left out.
-        single: ([runs,] T): the return of an agent trained on task j alone, for asymptotic transfer.
-
-    Raises:
-        BenchError: the arrays have another shape or a value that is not finite.
-
-    Example:
-        >>> metrics_of([[1.0, 0.0], [0.5, 1.0]]).set_index("metric").at["forgetting", "mean"]
-        np.float64(0.5)
-    """
-    dtypes = {"metric": "str", **dict.fromkeys(("mean", "low", "high"), "float64")}
-    values = compute(matrix, single)
-    return typed(((name, value.mean, value.low, value.high) for name, value in values.items()), dtypes)

@@ -109,13 +109,12 @@ def _score(options: argparse.Namespace, scorer: Scorer) -> int:
         cards = pipeline.publish(options.out, cards, scorer.references)
     if as_text:
         cards = list(cards)
-        document = pipeline.scorecard_document(cards, scorer.references)
         if options.json:
-            print_text(document.to_json())
+            print_text(pipeline.scorecard_document(cards, scorer.references).to_json())
         else:
             from gym_extensions.scoring.output import board_frames  # loads pandas
 
-            print_text(board_frames.csv_text(document))
+            print_text(board_frames.to_csv(board_frames.metrics_frame(cards)))
         return int(any(card.problems for card in cards))
     status = 0
     for card in cards:

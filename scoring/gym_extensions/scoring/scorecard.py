@@ -303,18 +303,24 @@ class CoreCost:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CoreScore:
-    """A submission with sequential runs on a group of the core, before it is compared with others."""
+class CoreRuns:
+    """What a submission has on the core, whether or not it is compared with others."""
 
-    why: Annotated[str, about("why it cannot be compared: claimed, groups or runs missing; else empty")] = ""
     parent: Annotated[str, about("the algorithm with the same first stage, or its own")]
     look: Annotated[int, about("n: runs 0 to n − 1 of every group are compared; 0 without a complete look")]
     next_look: Annotated[int | None, about("the next look; null after the last")]
     missing: Annotated[tuple[str, ...], about("groups without sequential runs; it has no scores then")] = ()
-    metrics: Annotated[dict[str, MetricValue], about("means over groups, over runs 0 to n − 1")]
     groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]
     cost: CoreCost
     notes: Annotated[tuple[str, ...], about("what is not compared, and a code for each")] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreScore(CoreRuns):
+    """A submission with sequential runs on a group of the core, before it is compared with others."""
+
+    why: Annotated[str, about("why it cannot be compared: claimed, groups or runs missing; else empty")] = ""
+    metrics: Annotated[dict[str, MetricValue], about("means over groups, over runs 0 to n − 1")]
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,8 @@ LEVELS: tuple[Level, ...] = get_args(Level)
 """From a printed table to a run that was trained again."""
 REPORTED, CLAIMED, VERIFIED, REPRODUCED = LEVELS
 Action = Literal["accepted", "withdrawn", "challenged"]
+NEW_SEEDS_ALPHA = 0.004
+"""Probability of rejecting an honest submission by the test on new seeds."""
 
 Text = Annotated[str, Meta(max_length=4000)]
 Date = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]

@@ -20,11 +20,11 @@ from gym_extensions.submissions import poses
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.layout import submission_folders
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import Review, add_to_review, review_text
+from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, Review, add_to_review, review_text
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge
 from gym_extensions.verification.episodes import Store
-from gym_extensions.verification.new_seeds import ALPHA, require_value
+from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.pose_recorder import poses_of
 from gym_extensions.verification.verify import Report, logged_runs, verify
 
@@ -188,7 +188,8 @@ def lines_of(report: Report) -> Iterator[str]:
         yield f"  made elsewhere (run / here): {machine}; a difference neither raises nor lowers the level"
     yield from (f"  {log}: {returns}" for log, returns in report.means.items())
     second = "" if found.second_p_value is None else f"; second draw: p = {found.second_p_value:.2g}"
-    yield f"  new seeds: p = {found.p_value:.2g}{second} (refused up to {ALPHA}), from {found.value}"
+    refused = f"refused up to {NEW_SEEDS_ALPHA}"
+    yield f"  new seeds: p = {found.p_value:.2g}{second} ({refused}), from {found.value}"
 
 
 def is_verified(report: Report) -> bool:

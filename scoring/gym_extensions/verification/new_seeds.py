@@ -4,10 +4,9 @@ Under the null hypothesis the logged and the new seeds of a task are exchangeabl
 same distribution, and the policies were fixed before the new ones. All runs, stages and protocols of a task
 are evaluated on the same seeds, and tasks may be much harder from some of them, so that returns of one seed
 are not independent. The test therefore exchanges seeds and not returns, which makes it exact for any
-dependence between runs: it rejects an honest submission with a probability of at most ``ALPHA``. An agent may
-draw
-the same noise in all tasks, so that episodes of one number are not independent either: the same numbers are
-exchanged in all tasks. The new episodes do not share noise between tasks; the numbers of both kinds are
+dependence between runs: it rejects an honest submission with a probability of at most ``NEW_SEEDS_ALPHA``. An
+agent may draw the same noise in all tasks, so that episodes of one number are not independent either: the
+same numbers are exchanged in all tasks. The new episodes do not share noise between tasks; the numbers of both kinds are
 equal, so the test is then exact in the limit of many episodes.
 """
 
@@ -25,12 +24,12 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
+from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 
 Array = NDArray[np.float64]
 
 VALUE = re.compile(r"[0-9a-f]{40,128}")
-ALPHA = 0.004
-"""Probability of rejecting an honest submission."""
 PERMUTATIONS = 4999
 STATISTICS = 3
 """Tests of a submission: all cells, the largest run, the largest cell. It multiplies their p values."""
@@ -51,7 +50,7 @@ class TaskReturns(NamedTuple):
 
 def agrees(p_value: float) -> bool:
     """Whether the logged returns are not significantly higher than those on new seeds."""
-    return p_value > ALPHA
+    return p_value > NEW_SEEDS_ALPHA
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from gym_extensions.catalog.groups import SUITES
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.metrics.formulas import BY_NAME
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.verification.new_seeds import ALPHA
+from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 
 MINUS = "\N{MINUS SIGN}"
 THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
@@ -216,7 +216,7 @@ def p_value(value: float) -> str:
     return f"< {fixed(0.001, 3)}" if value < 0.001 else fixed(value, 4 if 0.0495 <= value < 0.0505 else 3)
 
 
-REFUSED_P = p_value(ALPHA)
+REFUSED_P = p_value(NEW_SEEDS_ALPHA)
 """Logs with this p value on new seeds, or a lower one, are refused."""
 
 

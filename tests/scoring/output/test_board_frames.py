@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from gym_extensions.scoring.output.board_frames import METRIC_DTYPES, csv_text, metrics_frame
+from gym_extensions.scoring.output.board_frames import METRIC_DTYPES, metrics_frame, to_csv
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
@@ -28,15 +28,15 @@ def document(make_submission: Write, known: None) -> ScorecardDocument:
 
 
 def test_the_csv_read_back_is_the_frame(document: ScorecardDocument) -> None:
-    frame = metrics_frame(document)
+    frame = metrics_frame(document.submissions)
     dtypes = {name: dtype for name, dtype in METRIC_DTYPES.items() if dtype != "float64"}
-    read = pd.read_csv(io.StringIO(csv_text(document)), dtype=dtypes, float_precision="round_trip")
+    read = pd.read_csv(io.StringIO(to_csv(frame.copy())), dtype=dtypes, float_precision="round_trip")
     read = read.fillna({"why": ""})
     pd.testing.assert_frame_equal(read, frame, check_exact=True)
 
 
 def test_a_problem_is_a_row_with_a_name_and_a_reason(document: ScorecardDocument) -> None:
-    problems = metrics_frame(document).query("name == 'bad'")
+    problems = metrics_frame(document.submissions).query("name == 'bad'")
     assert problems["why"].tolist() == [
         "unexpected-name: a.txt: Unexpected file.",
         "unexpected-name: b.txt: Unexpected file.",

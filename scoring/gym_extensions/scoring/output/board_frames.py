@@ -9,9 +9,9 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.formulas import BOARD_METRICS, CORE_METRICS, FINAL, METRICS
-from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard, CoreReference, CoreRow
+from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard
 from gym_extensions.scoring.ranking.core_board import REFERENCE
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard, ScorecardDocument, SuiteScore
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 
 ENDS = ("", "_low", "_high")
 METRIC_DTYPES = dict.fromkeys(("name", "level", "group", "protocol", "budget"), "str")
@@ -68,12 +68,12 @@ def _metric_rows(card: Scorecard) -> Iterator[Row]:
             yield card.name, card.level, *group, metric.name, value.mean, value.low, value.high, value.why
 
 
-def metrics_frame(document: ScorecardDocument) -> pd.DataFrame:
+def metrics_frame(cards: Iterable[Scorecard]) -> pd.DataFrame:
     """One row per submission, group or suite, protocol and metric, with the columns of ``METRIC_DTYPES``.
 
     A submission with problems has one row per problem, with its name and ``why`` alone.
     """
-    return typed((row for card in document.submissions for row in _metric_rows(card)), METRIC_DTYPES)
+    return typed((row for card in cards for row in _metric_rows(card)), METRIC_DTYPES)
 
 
 def board_dtypes(protocol: str) -> dict[str, str]:
@@ -92,18 +92,11 @@ def board_frame(board: Board) -> pd.DataFrame:
     The computed rows (``alone``, ``random``, ``zero``) have no level, no rank and no runs.
     """
     names = [metric.name for metric in BOARD_METRICS[board.protocol]]
+    _, _, *facts_of = SUBMISSION_DTYPES
     rows: list[Row] = []
     for submission in board.rows:
-        facts = (
-            submission.name,
-            submission.title,
-            submission.level,
-            submission.evaluation,
-            submission.runs,
-            submission.ranked,
-            submission.why,
-        )
         values = [submission.metrics[name] for name in names]
+        facts = (getattr(submission, column) for column in facts_of)
         rows.append((*(values[0].rank or (None, None)), *facts, *_ends(values)))
     for each in board.computed:
         why = "Computed from the references: no submission."
@@ -119,43 +112,36 @@ def core_frame(board: CoreBoard | None) -> pd.DataFrame:
     """
     if board is None:
         return typed((), CORE_DTYPES)
-    others = (_reference_row(each) for each in board.references)
-    return typed((*(_core_row(board, submission) for submission in board.rows), *others), CORE_DTYPES)
-
-
-def _reference_row(each: CoreReference) -> Row:
-    shown = {
-        "name": each.name,
-        "title": each.title,
-        "level": "",
-        "observes_task": False,
-        "look": each.runs,
-        "ranked": False,
-        "why": "Trained in another way: no sequence of tasks.",
-        f"{FINAL.name}": each.value.mean,
-        f"{FINAL.name}_low": each.value.low,
-        f"{FINAL.name}_high": each.value.high,
-        **{name: group.mean for name, group in each.groups.items()},
-        "notes": "",
-    }
-    return tuple(shown.get(column) for column in CORE_DTYPES)
-
-
-def _core_row(board: CoreBoard, submission: CoreRow) -> Row:
-    first = board.rows[0].name
-    pairs = [board.pair(FINAL.name, submission.name, other) for other in (first, REFERENCE)]
-    cost = submission.cost
-    return (
-        *(submission.metrics[FINAL.name].rank or (None, None)),
-        *(submission.name, submission.title, submission.level),
-        bool(submission.observes and submission.observes.task_in_evaluation),
-        *(submission.look, submission.next_look, submission.ranked, submission.why),
-        *(pair.verdict if pair else None for pair in pairs),
-        *_ends(submission.metrics[name] for name in CORE_METRICS),
-        *(value.mean if (value := submission.groups.get(name)) else None for name in CORES[CORE]),
-        *(cost.steps, cost.cpu_seconds, cost.peak_memory_mb, cost.stored_steps, cost.parameters),
-        " ".join(submission.notes),
-    )
+    rows: list[Row] = []
+    for row in board.rows:
+        against = (board.pair(FINAL.name, row.name, other) for other in (board.rows[0].name, REFERENCE))
+        cost = row.cost
+        rows.append(
+            (
+                *(row.metrics[FINAL.name].rank or (None, None)),
+                *(row.name, row.title, row.level, bool(row.observes and row.observes.task_in_evaluation)),
+                *(row.look, row.next_look, row.ranked, row.why),
+                *(pair.verdict if pair else None for pair in against),
+                *_ends(row.metrics[name] for name in CORE_METRICS),
+                *(value.mean if (value := row.groups.get(name)) else None for name in CORES[CORE]),
+                *(cost.steps, cost.cpu_seconds, cost.peak_memory_mb, cost.stored_steps, cost.parameters),
+                " ".join(row.notes),
+            )
+        )
+    for each in board.references:
+        why = "Trained in another way: no sequence of tasks."
+        facts: dict[str, object] = {
+            "name": each.name,
+            "title": each.title,
+            "level": "",
+            "observes_task": False,
+        }
+        facts |= {"look": each.runs, "ranked": False, "why": why, "notes": ""}
+        facts |= {name: group.mean for name, group in each.groups.items()}
+        score = zip(ENDS, _ends([each.value]), strict=True)
+        facts |= {f"{FINAL.name}{end}": value for end, value in score}
+        rows.append(tuple(facts.get(column) for column in CORE_DTYPES))
+    return typed(rows, CORE_DTYPES)
 
 
 def core_pairs_frame(board: CoreBoard | None) -> pd.DataFrame:
@@ -166,11 +152,6 @@ def core_pairs_frame(board: CoreBoard | None) -> pd.DataFrame:
         (metric, *(getattr(pair, name) for name in columns)) for metric, pairs in families for pair in pairs
     )
     return typed(rows, PAIR_DTYPES)
-
-
-def csv_text(document: ScorecardDocument) -> str:
-    """The frame of all metrics as CSV."""
-    return to_csv(metrics_frame(document))
 
 
 def to_csv(frame: pd.DataFrame) -> str:

@@ -17,7 +17,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.metrics.formulas import METRICS, Metric
 from gym_extensions.metrics.statistics import Summary, subtract, to_interval, zero_mean_p
 from gym_extensions.metrics.values import Estimate, MetricValue
-from gym_extensions.scoring.scorecard import CoreCost, CoreGroup, GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.scorecard import CoreGroup, CoreRuns, GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions.manifest import Evaluation, Observes, Steps
 from gym_extensions.submissions.review import LEVELS, REPRODUCED, VERIFIED, Level
@@ -162,7 +162,7 @@ class TaskBest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CoreRow:
+class CoreRow(CoreRuns):
     """One method on the core: the submissions with sequential logs on a group of it."""
 
     name: Annotated[str, about("as in the scorecard")]
@@ -171,17 +171,10 @@ class CoreRow:
     ranked: Annotated[bool, about("whether it is compared with the others")]
     why: Annotated[str, about("why it has no rank: claimed, a copy, groups or runs missing; else empty")] = ""
     observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
-    parent: Annotated[str, about("the algorithm with the same first stage, or its own")]
-    look: Annotated[int, about("n: runs 0 to n − 1 of every group are compared; 0 without a complete look")]
-    next_look: Annotated[int | None, about("the next look; null after the last")]
-    missing: Annotated[tuple[str, ...], about("groups without sequential runs; it has no scores then")] = ()
     metrics: Annotated[
         dict[str, BoardMetric],
         about("means over groups, over runs 0 to n − 1; ranks of `final_performance` and `forgetting`"),
     ]
-    groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]
-    cost: CoreCost
-    notes: Annotated[tuple[str, ...], about("what is not compared, and a code for each")] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

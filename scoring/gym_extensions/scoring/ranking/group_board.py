@@ -184,13 +184,10 @@ def _ranked_on(submissions: Sequence[BoardRow], summaries: Summaries, metric: Me
 
 def _pairs(submissions: Sequence[BoardRow], summaries: Summaries) -> tuple[documents.Pair, ...]:
     """The difference of every two submissions, of every metric that both have."""
-    pairs = []
-    for above, below in combinations([submission.name for submission in submissions[:MAX_PAIRED]], 2):
-        both = {name: (values[above], values[below]) for name, values in summaries.items()}
-        metrics = {name: Difference.of(a, b) for name, (a, b) in both.items() if a and b}
-        if metrics:
-            pairs.append(documents.Pair(above, below, metrics))
-    return tuple(pairs)
+    names = [submission.name for submission in submissions[:MAX_PAIRED]]
+    of = {name: {metric: values[name] for metric, values in summaries.items()} for name in names}
+    pairs = (_pair(*two, *(of[name] for name in two)) for two in combinations(names, 2))
+    return tuple(pair for pair in pairs if pair.metrics)
 
 
 def pairs_across(
@@ -198,18 +195,23 @@ def pairs_across(
 ) -> tuple[documents.Pair, ...]:
     """The differences of the first submissions of two boards of a group, of the metrics that pages show."""
 
-    def runs(board: documents.Board, name: str) -> dict[str, tuple[float, ...]]:
-        metrics = cards[name].groups[board.group][board.protocol].metrics
-        return {each: metrics[each].runs for each in COLUMNS[board.protocol]}
+    def on(board: documents.Board) -> dict[str, dict[str, Summary | None]]:
+        names, metrics = [row.name for row in board.rows[:MAX_PAIRED]], COLUMNS[board.protocol]
+        values = {name: cards[name].groups[board.group][board.protocol].metrics for name in names}
+        return {
+            name: {each: summary(of[each].runs) if of[each].runs else None for each in metrics}
+            for name, of in values.items()
+        }
 
-    names = product(*([row.name for row in board.rows[:MAX_PAIRED]] for board in (first, second)))
-    pairs = []
-    for one, other in names:
-        ours, theirs = runs(first, one), runs(second, other)
-        both = {name: (ours[name], theirs[name]) for name in ours if ours[name] and theirs[name]}
-        metrics = {name: Difference.of(summary(a), summary(b)) for name, (a, b) in both.items()}
-        pairs.append(documents.Pair(one, other, metrics))
-    return tuple(pairs)
+    pairs = product(on(first).items(), on(second).items())
+    return tuple(_pair(one, other, ours, theirs) for (one, ours), (other, theirs) in pairs)
+
+
+def _pair(
+    first: str, second: str, ours: Mapping[str, Summary | None], theirs: Mapping[str, Summary | None]
+) -> documents.Pair:
+    both = ((metric, a, theirs[metric]) for metric, a in ours.items())
+    return documents.Pair(first, second, {metric: Difference.of(a, b) for metric, a, b in both if a and b})
 
 
 def _why_not_ranked(logs: Sequence[GroupScore], level: Level, first: MetricValue, copied: str | None) -> str:

@@ -7,8 +7,8 @@ import shlex
 import unicodedata
 from collections.abc import Iterator
 
-from gym_extensions.scoring.output.board_frames import csv_text
-from gym_extensions.scoring.scorecard import Scorecard, ScorecardDocument
+from gym_extensions.scoring.output.board_frames import metrics_frame, to_csv
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages import core
@@ -38,8 +38,8 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     for panel in panels.values():
         yield panel.path, panel.script
     if not submission.problems:
-        document = ScorecardDocument(references=render.references, submissions=(submission,))
-        yield paths.submission_file(submission.name, "metrics.csv"), csv_text(document)
+        frame = metrics_frame([submission])
+        yield paths.submission_file(submission.name, "metrics.csv"), to_csv(frame)
         yield paths.submission_file(submission.name, "citation.bib"), bibtex(submission)
 
 
