@@ -6,8 +6,8 @@ are evaluated on the same seeds, and tasks may be much harder from some of them,
 are not independent. The test therefore exchanges seeds and not returns, which makes it exact for any
 dependence between runs: it rejects an honest submission with a probability of at most ``NEW_SEEDS_ALPHA``. An
 agent may draw the same noise in all tasks, so that episodes of one number are not independent either: the
-same numbers are exchanged in all tasks. The new episodes do not share noise between tasks; the numbers of both kinds are
-equal, so the test is then exact in the limit of many episodes.
+same numbers are exchanged in all tasks. The new episodes do not share noise between tasks; the numbers of
+both kinds are equal, so the test is then exact in the limit of many episodes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 
 Array = NDArray[np.float64]
