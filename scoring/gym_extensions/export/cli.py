@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -48,16 +47,15 @@ def new_folder(target: Path) -> Iterator[Path]:
         raise BenchError("bad-out", "It exists.", str(target), "Name a new folder for --out.")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+        scratch = tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=target.parent)
     except OSError as error:
         message = f"{error.strerror or error}."
         raise BenchError("not-written", message, str(target), "Choose another folder for --out.") from error
-    try:
+    with scratch:
+        partial = Path(scratch.name) / target.name
+        partial.mkdir()
         yield partial
-        partial.chmod(0o755)  # mkdtemp's is private
         partial.rename(target)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
 
 
 @reports_mistakes

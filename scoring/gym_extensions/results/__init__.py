@@ -9,15 +9,7 @@
 
 from gym_extensions.results.frames import curves, episodes, evaluations
 from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
-from gym_extensions.results.scores import (
-    board,
-    core,
-    core_pairs,
-    landscapes,
-    metrics,
-    score_matrix,
-    scores,
-)
+from gym_extensions.results.scores import board, core, core_pairs, landscapes, metrics, score_matrix, scores
 
 __all__ = [
     "board",

@@ -96,7 +96,7 @@ def plot_curves(
     Raises:
         BenchError: matplotlib is missing, or the data are empty, ambiguous or not of this kind.
     """
-    frame = _select(_frame(data, curves), ("task", "run", "step", "return"), group, protocol)
+    frame = _select(data, curves, ("task", "run", "step", "return"), group, protocol)
     axes, colors = new_axes(ax), task_colors(frame["task"])
     seen = set[str]()
     for keys, line in frame.groupby(["submission", "task", "run"], sort=False):
@@ -115,7 +115,7 @@ def plot_matrix(data: Data, group: str | None = None, *, ax: Axes | None = None)
     The data are a frame of ``episodes`` or ``evaluations``, or a submission. The other arguments and the
     errors are those of :func:`plot_curves`.
     """
-    frame = _select(_frame(data, evaluations), ("run", "stage", "task", "return"), group, "sequential")
+    frame = _select(data, evaluations, ("run", "stage", "task", "return"), group, "sequential")
     if "trained" in frame:
         frame = frame[frame["trained"] == frame["stage"]]
     axes, tasks = new_axes(ax), frame["task"].unique()
@@ -143,7 +143,7 @@ def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = No
     :func:`plot_curves`.
     """
     columns = ("run", "stage", "task", "step", "trained", "return")
-    frame = _select(_frame(data, evaluations), columns, group, "sequential")
+    frame = _select(data, evaluations, columns, group, "sequential")
     axes, colors = new_axes(ax), task_colors(frame["task"])
     # Runs have their points at nearly the same steps: the k-th points within a stage belong together.
     is_end = (frame["trained"] == frame["stage"]).rename("is_end")
@@ -162,14 +162,15 @@ def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = No
     return axes
 
 
-def _frame(data: Data, read: Callable[[Paths], pd.DataFrame]) -> pd.DataFrame:
-    return data if isinstance(data, pd.DataFrame) else read(data)
-
-
 def _select(
-    frame: pd.DataFrame, columns: tuple[str, ...], group: str | None, protocol: str | None
+    data: Data,
+    read: Callable[[Paths], pd.DataFrame],
+    columns: tuple[str, ...],
+    group: str | None,
+    protocol: str | None,
 ) -> pd.DataFrame:
     """The rows of one submission, group and protocol."""
+    frame = data if isinstance(data, pd.DataFrame) else read(data)
     missing = [name for name in ("submission", "group", "protocol", *columns) if name not in frame]
     if missing:
         message = f"The frame has no column {missing[0]!r}."

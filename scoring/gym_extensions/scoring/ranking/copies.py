@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from gym_extensions.scoring.ranking.boards import BoardKey, board_level, is_verified
 from gym_extensions.scoring.scorecard import SKETCH_SIZE, Scorecard, Sketch
 
-LAST_DATE = "9999"
-"""Sorts after every date."""
+COPY = "Has most episodes of {}."
+"""Why a copy has no rank."""
 SHARE = 0.5
 """Least share of common episodes of two runs, and of such runs of a submission, that makes it a duplicate."""
 
@@ -26,7 +26,7 @@ def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
         return {}
 
     def original_first(card: Scorecard) -> tuple[bool, str, str]:
-        return not is_verified(board_level(card, key)), card.accepted or LAST_DATE, card.name
+        return not is_verified(board_level(card, key)), card.accepted or "9999", card.name
 
     def sketches(card: Scorecard) -> list[Sketch]:
         return [
@@ -75,11 +75,6 @@ def is_common(first: Sketch, second: Sketch) -> bool:
     """
     union = sorted({*first, *second})[:SKETCH_SIZE]
     return bool(union) and len({*first} & {*second} & {*union}) >= SHARE / (2 - SHARE) * len(union)
-
-
-def copy_of(original: str) -> str:
-    """Why a copy has no rank."""
-    return f"Has most episodes of {original}."
 
 
 def family(algorithm: str) -> str:

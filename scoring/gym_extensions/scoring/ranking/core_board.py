@@ -18,17 +18,11 @@ from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.documents import filled
 from gym_extensions.metrics import statistics, values
-from gym_extensions.metrics.formulas import (
-    BY_NAME,
-    CORE_METRICS,
-    FINAL,
-    FORGETTING,
-    METRICS,
-)
+from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, FORGETTING, METRICS
 from gym_extensions.metrics.statistics import ALPHA, Summary, summary
 from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.boards import BoardMetric, CorePair, CoreRow
-from gym_extensions.scoring.ranking.copies import copy_of, duplicates
+from gym_extensions.scoring.ranking.copies import COPY, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.scoring.submission import core_score
 from gym_extensions.scoring.submission.core_score import LOOK_LEVELS
@@ -186,7 +180,7 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
 
 def _row(card: Scorecard, core: CoreScore, original: str | None) -> CoreRow:
     """The row of a submission, which may be a copy of another, without its ranks."""
-    why = core.why if original is None else copy_of(original)
+    why = core.why if original is None else COPY.format(original)
     level = boards.board_level(card, KEY)
     return filled(
         CoreRow,
@@ -216,19 +210,18 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     copies = duplicates([card for card, _ in scored], KEY)
     methods = {card.name: method_of(card, core) for card, core in scored}
     made = [_row(card, core, copies.get(card.name)) for card, core in scored]
-    submissions = boards.best_first(made, FINAL)
-    ranked = [
-        (submission, method)
-        for submission in submissions
-        if submission.ranked and (method := methods[submission.name])
-    ]
-    learners = [method for submission, method in ranked if not values.learned_nothing(submission.metrics)]
-    families = {FINAL.name: [method for _, method in ranked], FORGETTING.name: learners}  # each at 5 %
-    pairs = {metric: compared_pairs(members, metric) for metric, members in families.items()}
-    found = {
-        metric: ranks([method.name for method in members], pairs[metric], BY_NAME[metric].better)
-        for metric, members in families.items()
-    }
+    rows = boards.best_first(made, FINAL)
+    ranked = [(row, method) for row in rows if row.ranked and (method := methods[row.name])]
+    learners = [method for row, method in ranked if not values.learned_nothing(row.metrics)]
+    pairs = {}
+    # Two families of pairs, each at 5 %.
+    for metric, members in ((FINAL, [method for _, method in ranked]), (FORGETTING, learners)):
+        pairs[metric.name] = tuple(compared_pairs(members, metric.name))
+        found = ranks([method.name for method in members], pairs[metric.name], metric.better)
+        for at, row in enumerate(rows):
+            note = values.NOTHING_LEARNED if row.ranked and row.name not in found else ""
+            value = replace(row.metrics[metric.name], rank=found.get(row.name), rank_note=note)
+            rows[at] = replace(row, metrics=row.metrics | {metric.name: value})
     return boards.CoreBoard(
         suite=CORE,
         edition=EDITION,
@@ -238,16 +231,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         levels=tuple(LOOK_LEVELS.values()),
         margin=MARGIN,
         ranked=len(ranked),
-        rows=tuple(_with_ranks(submission, found) for submission in submissions),
+        rows=tuple(rows),
         references=tuple(row for card, _ in scored if card.name == REFERENCE for row in _in_other_ways(card)),
-        pairs={metric: tuple(compared) for metric, compared in pairs.items()},
+        pairs=pairs,
     )
-
-
-def _with_ranks(submission: CoreRow, found: Mapping[str, Mapping[str, tuple[int, int]]]) -> CoreRow:
-    """The submission with its rank on each metric that has a family."""
-    metrics = dict(submission.metrics)
-    for metric, ranks in found.items():
-        note = values.NOTHING_LEARNED if submission.ranked and submission.name not in ranks else ""
-        metrics[metric] = replace(metrics[metric], rank=ranks.get(submission.name), rank_note=note)
-    return replace(submission, metrics=metrics)

@@ -20,7 +20,7 @@ from gym_extensions.references import References, load_references
 from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, TaskBest
 from gym_extensions.scoring.ranking.computed_rows import computed_rows
-from gym_extensions.scoring.ranking.copies import copy_of, duplicates, related_submissions
+from gym_extensions.scoring.ranking.copies import COPY, duplicates, related_submissions
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.submission.suites import estimate
@@ -85,37 +85,33 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         }
         for metric in metrics
     }
-    made = [
-        _submission(
-            card, key, copies.get(name), related[name], {each: of[name] for each, of in summaries.items()}
-        )
-        for name, card in by_name.items()
-    ]
-    submissions = _sorted(made, first)
-    ranked = {metric.name: _ranked_on(submissions, summaries, metric) for metric in metrics}
-    significant = {name: significant_pairs(tuple(values.values())) for name, values in ranked.items()}
-    ranks = {}
-    for metric in metrics:
-        values = tuple(ranked[metric.name].values())
-        found = rank_intervals(values, significant[metric.name], metric.better)
-        ranks[metric.name] = dict(zip(ranked[metric.name], found, strict=True))
-    names = list(ranked[first.name])
+    made = []
+    for name, card in by_name.items():
+        own = {metric: values[name] for metric, values in summaries.items()}
+        made.append(_submission(card, key, copies.get(name), related[name], own))
+    made = _sorted(made, first)
+    ranks: dict[str, dict[str, tuple[int, int]]] = {}
+    for metric in reversed(metrics):  # the first one last: its order is that of the board
+        ranked = _ranked_on(made, summaries, metric)
+        names, means = list(ranked), list(ranked.values())
+        significant = significant_pairs(means)
+        found = rank_intervals(means, significant, metric.better)
+        ranks[metric.name] = dict(zip(names, found, strict=True))
 
-    def versus(place: int, other: int) -> documents.Versus:
-        """The ranked submission at a place against the one at another place."""
-        above, below = (ranked[first.name][names[index]] for index in sorted((place, other)))
-        separated = bool(significant[first.name][place, other])
-        return documents.Versus(names[other], Difference.of(above, below), separated)
+    def versus(place: int, other: int) -> documents.Versus | None:
+        """The ranked submission at a place against the one at another place, if there are both."""
+        above, below = sorted((place, other))
+        if above == below or below >= len(names):
+            return None
+        difference = Difference.of(means[above], means[below])
+        return documents.Versus(names[other], difference, bool(significant[above, below]))
 
-    vs_next = {name: versus(place, place + 1) for place, name in enumerate(names[:-1])}
-    vs_leader = {name: versus(place, 0) for place, name in enumerate(names) if place}
-
-    def with_ranks(submission: BoardRow) -> BoardRow:
-        name, metrics = submission.name, submission.metrics.items()
-        ranked = {each: replace(value, rank=ranks[each].get(name)) for each, value in metrics}
-        return replace(submission, metrics=ranked, vs_next=vs_next.get(name), vs_leader=vs_leader.get(name))
-
-    rows = tuple(map(with_ranks, submissions))
+    rows = []
+    for row in made:
+        place = names.index(row.name) if row.name in names else len(names)
+        of = {each: replace(value, rank=ranks[each].get(row.name)) for each, value in row.metrics.items()}
+        vs_next, vs_leader = versus(place, place + 1), versus(place, 0)
+        rows.append(replace(row, metrics=of, vs_next=vs_next, vs_leader=vs_leader))
     forgetting = [
         (value.mean or 0.0, row.name)
         for row in rows
@@ -129,10 +125,10 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         protocol=key.protocol,
         budget=key.budget,
         task_conditioned=key.task_conditioned,
-        ranked=sum(submission.ranked for submission in submissions),
-        rows=rows,
+        ranked=sum(row.ranked for row in rows),
+        rows=tuple(rows),
         computed=computed_rows(key, references, tasks, by_name) if tasks else (),
-        pairs=_pairs(submissions, summaries),
+        pairs=_pairs(rows, summaries),
         lead=_lead(rows, first),
         least_forgetting=min(forgetting)[1] if forgetting else None,
     )
@@ -218,7 +214,7 @@ def _why_not_ranked(logs: Sequence[GroupScore], level: Level, first: MetricValue
     if level == REPORTED:
         return "Reported from a publication: no logs."
     if copied:
-        return copy_of(copied)
+        return COPY.format(copied)
     if not documents.is_verified(level):
         return f"Claimed: {next(filter(None, (log.why_claimed for log in logs)), 'not verified.')}"
     if min(len(log.runs) for log in logs) < FULL_SUBMISSION_RUNS:

@@ -16,7 +16,15 @@ from gym_extensions.catalog.protocol import PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, Metric
 from gym_extensions.metrics.statistics import mean_of_groups, summary, to_interval
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.scoring.scorecard import CoreCost, CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
+from gym_extensions.scoring.scorecard import (
+    CoreCost,
+    CoreGroup,
+    CoreScore,
+    GroupScore,
+    RunCost,
+    RunProvenance,
+    Scorecard,
+)
 from gym_extensions.scoring.submission.suites import suite_expert_errors
 from gym_extensions.submissions.run import consecutive
 
@@ -144,16 +152,14 @@ def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
     documents = [log.provenance for log in logs.values()]
     if not all(documents):
         return CoreCost()
-    seconds = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in documents]
+    total = _total(documents)
     peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
-    stored = [min(run.memory.stored_steps for run in runs) for runs in documents]
-    parameters = [min(run.memory.parameters_last for run in runs) for runs in documents]
     return CoreCost(
-        steps=sum(fmean(run.steps for run in runs) for runs in documents),
-        cpu_seconds=sum(map(fmean, seconds)) if all(seconds) else None,
+        steps=total.steps,
+        cpu_seconds=total.cpu_seconds if total.timed_groups == total.groups else None,
         peak_memory_mb=max(map(max, peaks)) if all(peaks) else None,
-        stored_steps=max(stored),
-        parameters=max(parameters),
+        stored_steps=max(min(run.memory.stored_steps for run in runs) for runs in documents),
+        parameters=max(min(run.memory.parameters_last for run in runs) for runs in documents),
     )
 
 
@@ -162,10 +168,12 @@ def run_cost(card: Scorecard) -> RunCost | None:
     names = list(card.core.groups if card.core else card.groups)
     protocol = min((each for name in names for each in card.groups[name]), key=PROTOCOLS.index, default="")
     logs = [log.provenance for name in names if (log := card.groups[name].get(protocol)) and log.provenance]
-    if not logs:
-        return None
-    times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in logs]
+    return _total(logs) if logs else None
+
+
+def _total(groups: Sequence[Sequence[RunProvenance]]) -> RunCost:
+    """The sum over groups of the means over runs."""
+    times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in groups]
     means = [fmean(seconds) for seconds in times if seconds]
-    return RunCost(
-        sum(fmean(run.steps for run in runs) for runs in logs), len(logs), sum(means, 0.0), len(means)
-    )
+    steps = sum(fmean(run.steps for run in runs) for runs in groups)
+    return RunCost(steps, len(groups), sum(means, 0.0), len(means))

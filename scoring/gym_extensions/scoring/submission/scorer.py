@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from gym_extensions.catalog.groups import group
@@ -12,29 +12,15 @@ from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, No
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 from gym_extensions.references import References
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import (
-    SKETCH_SIZE,
-    GroupScore,
-    ManifestSummary,
-    Scorecard,
-    Sketch,
-    VerificationSummary,
-)
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard, Sketch
 from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.normalization import GroupReturns, group_returns, normalized_runs
 from gym_extensions.scoring.submission.reported_tables import paper_table, reported_groups
 from gym_extensions.scoring.submission.stages import with_stages
 from gym_extensions.scoring.submission.suites import suite_scores
+from gym_extensions.submissions import review as reviews
 from gym_extensions.submissions.log import Log
-from gym_extensions.submissions.review import (
-    CLAIMED,
-    LEVELS,
-    REPORTED,
-    Level,
-    Verification,
-    level as review_level,
-    why_claimed,
-)
+from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, Level
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_runs
 
@@ -60,21 +46,16 @@ def score(submission: Submission, references: References, only: Collection[str] 
             returns = group_returns(submitted, budget)
             groups[name] = {}
             for protocol, runs in returns.runs.items():
-                documents, found = (
-                    [submitted.runs[protocol][run] for run in runs],
-                    submitted.digests(protocol),
-                )
-                without = ", ".join(str(each.run) for each in documents if each.policies is None)
+                documents = [submitted.runs[protocol][run] for run in runs]
+                found = submitted.digests(protocol)
                 digests |= found
+                without = ", ".join(str(each.run) for each in documents if each.policies is None)
+                claims = (reviews.why_claimed(review, {key: digest}) for key, digest in found.items())
                 groups[name][protocol] = score_group(
                     *(returns, references, protocol, budget),
-                    level=review_level(review, found),
-                    why=f"No policies of run {without}." if without else why_claimed(review, found),
-                    unverified=tuple(
-                        run
-                        for run, (key, digest) in zip(runs, found.items(), strict=True)
-                        if why_claimed(review, {key: digest})
-                    ),
+                    level=reviews.level(review, found),
+                    why=f"No policies of run {without}." if without else reviews.why_claimed(review, found),
+                    unverified=tuple(run for run, claim in zip(runs, claims, strict=True) if claim),
                     documents=documents,
                     sketches=run_sketches(submitted, protocol) if protocol == "sequential" else (),
                 )
@@ -85,12 +66,22 @@ def score(submission: Submission, references: References, only: Collection[str] 
         title=manifest.title if manifest else submission.name,
         level=level,
         problems=submission.problems,
-        manifest=filled(ManifestSummary, manifest, memory=submission.memory) if manifest else None,
+        manifest=filled(scorecard.ManifestSummary, manifest, memory=submission.memory) if manifest else None,
         readme=submission.readme,
         notes=tuple(
             f"{name}: {note}" for name, submitted in submission.groups.items() for note in submitted.notes
         ),
-        verifications=tuple(_verification(part, digests) for part in review.verifications),
+        verifications=tuple(
+            filled(
+                scorecard.VerificationSummary,
+                part,
+                logs=tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
+                runs=len(part.runs),
+                current=sum(digests.get(key) == digest for key, digest in part.runs.items()),
+                retrained=tuple(part.retrained),
+            )
+            for part in review.verifications
+        ),
         decisions=tuple(review.decisions),
         groups=groups,
         suites={} if level == REPORTED else suite_scores(groups),
@@ -101,26 +92,12 @@ def score(submission: Submission, references: References, only: Collection[str] 
 def completed(card: Scorecard) -> Scorecard:
     """The scorecard with all that follows from the rest of it: stages of tasks, the core score, the cost."""
     groups = {
-        name: {
-            protocol: with_stages(score, protocol, scores.get("single")) for protocol, score in scores.items()
-        }
-        for name, scores in card.groups.items()
+        name: {protocol: with_stages(each, protocol, of.get("single")) for protocol, each in of.items()}
+        for name, of in card.groups.items()
     }
     card = replace(card, groups=groups)
     card = replace(card, core=core_score(card))
     return replace(card, cost=run_cost(card))
-
-
-def _verification(part: Verification, digests: Mapping[str, str]) -> VerificationSummary:
-    """What a verification found, given the digest of every run as it is now, by the run's name."""
-    return filled(
-        VerificationSummary,
-        part,
-        logs=tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
-        runs=len(part.runs),
-        current=sum(digests.get(key) == digest for key, digest in part.runs.items()),
-        retrained=tuple(part.retrained),
-    )
 
 
 def score_group(
@@ -234,4 +211,4 @@ def episode_sketches(log: Log) -> tuple[Sketch, ...]:
     for run, *key, return_, terminated in zip(*(last[name].tolist() for name in columns), strict=True):
         episode = (*key, f"{return_:.{SIGNIFICANT_DIGITS - 1}e}", terminated)
         digests[run].add(hashlib.sha256(repr(episode).encode()).hexdigest()[:8])
-    return tuple(tuple(sorted(digests[run])[:SKETCH_SIZE]) for run in log.runs)
+    return tuple(tuple(sorted(digests[run])[: scorecard.SKETCH_SIZE]) for run in log.runs)
