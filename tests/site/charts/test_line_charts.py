@@ -63,16 +63,13 @@ def test_a_profile_goes_through_the_points_of_the_document(document: dict[str, A
         assert label in texts
 
 
-@pytest.mark.parametrize("submission", ["Title & sons", HOSTILE])
-def test_the_title_of_a_submission_is_escaped_in_the_drawing(
-    document: dict[str, Any], submission: str
-) -> None:
-    document["submissions"][0]["title"] = submission
+def test_the_title_of_a_submission_is_escaped_in_the_drawing(document: dict[str, Any]) -> None:
+    title = document["submissions"][0]["title"] = f"Sons & {HOSTILE}"
     scores(document).update(profile={"tau": TAUS, "fraction": SHARES}, iqm=0.4321)
     page = dict(files(document))[GROUP]
     assert page.count("<script") == page.count("static/regions.js")
     svg = '<svg class="profile"' + page.split('<svg class="profile"')[1].split("</svg>")[0] + "</svg>"
-    assert ElementTree.fromstring(svg).findtext("polyline/title") == submission
+    assert ElementTree.fromstring(svg).findtext("polyline/title") == title
 
 
 def test_without_a_profile_the_page_says_why(document: dict[str, Any]) -> None:

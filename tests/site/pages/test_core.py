@@ -13,7 +13,7 @@ from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.site.pages import core
 from gym_extensions.site.text import split_version
 
-from ..browser import files, read, typed
+from ..browser import Pages, files, read, typed
 from ..conftest import MADE, everything, make_submission, sequential
 
 GROUPS = [split_version(group_id)[0] for group_id in CORES[CORE]]
@@ -135,10 +135,10 @@ def test_the_overview_has_twenty_methods_and_at_most_forty_kilobytes() -> None:
     for card in many:
         card["title"] = "\N{SMILING FACE WITH SUNGLASSES}" * 200
     document = {**everything(), "submissions": [KEEPER, LOSER, *many]}
-    index = dict(files(document))["index.html"]
+    texts = dict(files(document))
+    index, page = texts["index.html"], Pages(texts)
     assert len(index.encode()) < 40_000
     assert index.count('class="place"') == index.count("10.5M steps") == 20
-    page = read(document)
     cards = [a["href"] for tag, a in page["index.html"].elements if a.get("href", "").startswith("groups/")]
     assert cards[: len(GROUPS)] == [f"groups/{group_id}.html" for group_id in CORES[CORE]]
     assert len(cards) == len(set(cards)) == len(GROUP_IDS) + len(SUITES)

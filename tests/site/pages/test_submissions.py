@@ -125,9 +125,9 @@ def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -
         {"action": "challenged", "by": "two", "date": "2026-11-23", "reason": "<script>x</script> doubt"},
     ]
     document["submissions"][0]["decisions"] = decisions
-    page = read(document)["submissions/agile.html"]
-    assert "Challenged on 2026-11-23 by two: <script>x</script> doubt" in page.text
-    assert page.errors == []
-    assert "challenged" in text_of(document, GROUP)
+    pages = read(document)
+    assert "Challenged on 2026-11-23 by two: <script>x</script> doubt" in pages["submissions/agile.html"].text
+    assert pages["submissions/agile.html"].errors == []
+    assert "challenged" in pages[GROUP].text
     decisions.append({"action": "withdrawn", "by": "one", "date": "2026-11-24", "reason": "An error."})
     assert "Agile agile verified withdrawn 1 2026-11-22 –" in text_of(document, "submissions.html")
