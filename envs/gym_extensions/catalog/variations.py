@@ -79,15 +79,15 @@ class Variation:
 
         Raises ``BenchError`` if a value is not a finite number, not above 0 where it must be, or too large.
         """
-        names = [each.name for each in fields(self) if each.type == "float"]
-        for name in names:
+        for name in [each.name for each in fields(self) if each.type == "float"]:
             value = getattr(self, name)
-            number = finite(value)
+            is_number = isinstance(value, SupportsFloat) and not isinstance(value, bool)
+            number = float(value) if is_number else math.nan
+            low = -math.inf if name in self.signed else 0.0
             hint = "Give a finite number." if name in self.signed else "Give a finite number above 0."
-            is_wrong = number is None or (number <= 0 and name not in self.signed)
-            if number is not None and number > self.largest.get(name, math.inf):
-                is_wrong, hint = True, f"Give at most {self.largest[name]:g}."
-            if is_wrong:
+            if number > (high := self.largest.get(name, math.inf)):
+                hint = f"Give at most {high:g}."
+            if not (math.isfinite(number) and low < number <= high):
                 message = f"{type(self).__name__}'s {name} is {value!r}."
                 raise BenchError("bad-factor", message, hint=hint)
             object.__setattr__(self, name, number)
@@ -112,12 +112,6 @@ class Variation:
     def played(self) -> dict[str, object] | None:
         """What it sets in the world of the page Play (``static/play/world.js``); None if Play lacks it."""
         return None
-
-
-def finite(value: object) -> float | None:
-    """The value as a float; None if it is not a finite number."""
-    number = float(value) if isinstance(value, SupportsFloat) and not isinstance(value, bool) else math.nan
-    return number if math.isfinite(number) else None
 
 
 @dataclass(frozen=True)

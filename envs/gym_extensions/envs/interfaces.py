@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Protocol
 
 import mujoco
 import numpy as np
@@ -114,10 +113,3 @@ def require_open(closed: bool, where: str) -> None:
     """Raises ``ClosedError`` if the environment is closed."""
     if closed:
         raise ClosedError("closed", "The environment is closed.", where, "Make a new one.")
-
-
-class IndependentCopies:
-    """A mixin whose shallow copies are deep: no two environments share a generator or an array."""
-
-    def __copy__(self) -> Self:
-        return copy.deepcopy(self)

@@ -24,7 +24,7 @@ from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import interfaces
 from gym_extensions.envs.effects import check_variations, effects_of
-from gym_extensions.envs.interfaces import Array, IndependentCopies, Template, check_actions, require_reset
+from gym_extensions.envs.interfaces import Array, Template, check_actions, require_reset
 from gym_extensions.envs.mujoco import arms, humanoid, planar
 from gym_extensions.envs.mujoco.base import Rules
 from gym_extensions.envs.mujoco.model import asset, compile_model
@@ -57,11 +57,11 @@ SKIPPED = ("model", "data", "mujoco_renderer", "_rules", "_effects", "_success")
 """Attributes that a copy makes again."""
 
 
-class TaskEnv(IndependentCopies, MujocoEnv):
+class TaskEnv(MujocoEnv):
     """The environment of a MuJoCo task: Gymnasium's simulation and rendering with the rules of its body.
 
-    Tasks without variations equal Gymnasium's v5 environments bit for bit. Copies and pickles continue
-    exactly where the original is, with their own generator. ``rendering`` is ``render_mode``, and Gymnasium's
+    Tasks without variations equal Gymnasium's v5 environments bit for bit. Deep copies and pickles continue
+    exactly where the original is. ``rendering`` is ``render_mode``, and Gymnasium's
     sizes and camera arguments. Raises ``BenchError`` if a variation does not fit the body.
     """
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
@@ -91,7 +91,7 @@ class Shard:
         return np.concatenate((observations, *appended), axis=1) if appended else observations
 
 
-class MujocoVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
+class MujocoVectorEnv(TaskVectorEnv):
     """MuJoCo environments stepped together, in shards in the order of each one's first environment.
 
     Results of the shards are put together in the order of the environments; a single shard's are passed on.

@@ -7,14 +7,14 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.catalog.variations import Course
 from gym_extensions.envs import interfaces
-from gym_extensions.envs.interfaces import Array, Flags, IndependentCopies, Indices
+from gym_extensions.envs.interfaces import Array, Flags, Indices
 from gym_extensions.envs.navigation import sensors
 from gym_extensions.envs.navigation.geometry import Arena, advance, arena, touches
 from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
@@ -34,9 +34,7 @@ def course(task: Task) -> Course:
     """
     if len(task.variations) == 1 and isinstance(task.variations[0], Course):
         return task.variations[0]
-    others = ", ".join(repr(variation) for variation in task.variations if not isinstance(variation, Course))
-    also = f"; its variations also include {others}" if others else ""
-    message = f"A navigation task has exactly one course{also}."
+    message = f"A navigation task has one course and no other variation; it has {list(task.variations)}."
     raise BenchError("bad-course", message, task.id, "Variations of MuJoCo bodies do not apply to it.")
 
 
@@ -110,7 +108,7 @@ class World:
                 return
 
 
-class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
+class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]]):
     """A point moves by small displacements over an occupancy grid to a goal.
 
     These are the 2-D navigation tasks of Henderson et al. 2017, "Benchmark Environments for Multitask
@@ -195,7 +193,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]], IndependentCopies):
         return frame[0]
 
 
-class NavigationVectorEnv(TaskVectorEnv, VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
+class NavigationVectorEnv(TaskVectorEnv):
     """Navigation environments of one family, with many agents in one compiled world, each alone in its arena.
 
     Raises ``BenchError`` if the tasks belong to several families, or one is not a navigation task.
