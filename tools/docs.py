@@ -27,7 +27,7 @@ from gym_extensions.curation import pull_request_rules
 from gym_extensions.documents import json_schema
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.metrics.formulas import METRICS, NEEDS
-from gym_extensions.scoring.ranking.boards import BoardsDocument, Comparison
+from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ScorecardDocument
 from gym_extensions.submissions import rules
 from gym_extensions.submissions.problem import Scope
@@ -37,7 +37,7 @@ from tools.experts.__main__ import main as experts
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "results.md"
 CELL = re.compile(r"```python\n(?P<code>.*?)```\n\n```text\n.*?```", re.DOTALL)
-DOCUMENTS = (ScorecardDocument, BoardsDocument, Comparison)
+DOCUMENTS = (ScorecardDocument, BoardsDocument)
 BLOCK = re.compile(r"<!-- table: (?P<name>[^>]+) -->\n.*?<!-- end -->", re.DOTALL)
 
 

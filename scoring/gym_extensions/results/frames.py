@@ -160,28 +160,13 @@ def evaluations(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFram
 
 
 def _evaluations_of(group: SubmittedGroup, budget: Budget) -> pd.DataFrame:
-    """The evaluations of one group in the order of training."""
     steps = {protocol: stage_steps(budget, group.group, protocol) for protocol in PROTOCOLS}
-    parts = [*_after_stages(group, steps), _during_training(group, steps)]
-    frame = pd.concat([part for part in parts if not part.empty])
-    orders = {"protocol": PROTOCOLS, "task": group.group.task_ids}
-    indices = {name: {value: i for i, value in enumerate(order)} for name, order in orders.items()}
-    return frame.sort_values(
-        ["protocol", "run", "stage", "step", "task"],
-        kind="stable",
-        key=lambda column: column.map(indices[column.name]) if column.name in indices else column,
-    )
-
-
-def _after_stages(group: SubmittedGroup, steps: dict[str, int]) -> Iterator[pd.DataFrame]:
+    parts = []
     for protocol, log in group.logs.items():
         cells = log.rows.groupby(["run", "stage", "task"])["return"].agg(["size", "mean"]).reset_index()
         cells = cells.rename(columns={"size": "episodes", "mean": "return"})
         step = np.where(cells["stage"] > 0, steps[protocol], 0)
-        yield cells.assign(protocol=protocol, step=step, trained=cells["stage"].astype("float64"))
-
-
-def _during_training(group: SubmittedGroup, steps: dict[str, int]) -> pd.DataFrame:
+        parts.append(cells.assign(protocol=protocol, step=step, trained=cells["stage"].astype("float64")))
     rows = [
         (protocol, run, part.stage, part.task, step, part.episodes, value)
         for protocol, log in group.logs.items()
@@ -190,5 +175,12 @@ def _during_training(group: SubmittedGroup, steps: dict[str, int]) -> pd.DataFra
         for step, value in zip(part.steps, part.returns, strict=True)
     ]
     columns = ["protocol", "run", "stage", "task", "step", "episodes", "return"]
-    frame = pd.DataFrame(rows, columns=columns)
-    return frame.assign(trained=frame["stage"] - 1 + frame["step"] / frame["protocol"].map(steps))
+    during = pd.DataFrame(rows, columns=columns)
+    parts.append(during.assign(trained=during["stage"] - 1 + during["step"] / during["protocol"].map(steps)))
+    orders = {"protocol": PROTOCOLS, "task": group.group.task_ids}
+    indices = {name: {value: i for i, value in enumerate(order)} for name, order in orders.items()}
+    return pd.concat([part for part in parts if not part.empty]).sort_values(
+        ["protocol", "run", "stage", "step", "task"],
+        kind="stable",
+        key=lambda column: column.map(indices[column.name]) if column.name in indices else column,
+    )

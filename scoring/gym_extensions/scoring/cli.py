@@ -52,9 +52,9 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
     options = command.parse_args(argv)
     if not options.folders and not options.compare:
         command.error("name at least one FOLDER, or two with --compare")
-    others = ("folders", "csv", "out", "jobs", "group")
+    others = ("folders", "json", "csv", "out", "jobs", "group")
     if options.compare and any(getattr(options, name) for name in others):
-        command.error("--compare takes two submissions, only with --json, --groups, --references and --ruler")
+        command.error("--compare takes two submissions, only with --groups, --references and --ruler")
     if options.out and options.group:
         command.error("--out writes whole submissions: leave out --group")
     if options.jobs is not None and options.jobs < 1:
@@ -69,7 +69,7 @@ def print_text(text: str) -> None:
     sys.stdout.buffer.flush()
 
 
-def _compare(paths: list[Path], scorer: Scorer, as_json: bool) -> int:
+def _compare(paths: list[Path], scorer: Scorer) -> int:
     from gym_extensions.scoring.output import screen
     from gym_extensions.scoring.pipeline import find_submissions
     from gym_extensions.scoring.ranking.boards import compare
@@ -81,17 +81,13 @@ def _compare(paths: list[Path], scorer: Scorer, as_json: bool) -> int:
             hint = "Name two submissions."
             raise BenchError("bad-compare", f"It contains {len(folders)} submissions.", str(path), hint)
         cards.append(scorer(folders[0]))
+    out = screen.console()
     refused = [card for card in cards if card.problems]
     for card in refused:
-        screen.show_line(screen.console(errors=as_json), card)
-    if refused:
-        return 1
-    comparison = compare(*cards)
-    if as_json:
-        print_text(comparison.to_json())
-    else:
-        screen.show_comparison(screen.console(), comparison)
-    return 0
+        screen.show_line(out, card)
+    if not refused:
+        screen.show_comparison(out, cards[0].name, cards[1].name, compare(*cards))
+    return int(bool(refused))
 
 
 def _score(options: argparse.Namespace, scorer: Scorer) -> int:
@@ -134,7 +130,7 @@ def main(argv: list[str] | None = None) -> int:
 
     scorer = make_scorer(options.groups, options.references, options.group, options.ruler)
     try:
-        return _compare(options.compare, scorer, options.json) if options.compare else _score(options, scorer)
+        return _compare(options.compare, scorer) if options.compare else _score(options, scorer)
     except BrokenPipeError:
         raise
     except OSError as error:

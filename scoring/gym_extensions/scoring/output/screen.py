@@ -5,13 +5,14 @@ Texts are printed literally, in color on a terminal, and 80 columns wide elsewhe
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from gym_extensions.catalog.groups import SUITES
 from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.metrics.values import Estimate
@@ -59,15 +60,6 @@ def count(number: int, word: str) -> str:
     return f"{number} {word}{'' if number == 1 else 's'}"
 
 
-def table_rows(score: GroupScore) -> Iterator[tuple[str, list[PaperCell | None]]]:
-    """The paper's table row by row: task id or name of the total, and the four cells."""
-    for row in score.paper_table:
-        yield row.task, row.cells()
-    for name, total in (("total", score.paper_total), ("printed total", score.printed_total)):
-        if total:
-            yield name, total.cells()
-
-
 def plain_table(*columns: str) -> Table:
     """A table without lines, with the first column aligned left and the others right."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
@@ -82,7 +74,14 @@ def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
     In full are the only group, and groups that the user has ``chosen``.
     """
     show_line(out, card)
-    _review(out, card)
+    for part in card.verifications[-1:]:
+        found = "agrees" if part.passed else "does not agree"
+        out.print(
+            f"  verification of {part.date}: {found} on new seeds (p = {part.p_value:.3g}), "
+            f"{part.repeated} of {part.episodes} episodes repeated"
+        )
+    for doubt in card.doubts:
+        out.print(f"  {doubt}")
     hint = ""
     if chosen or len(card.groups) == 1:
         for name, protocols in card.groups.items():
@@ -111,39 +110,12 @@ def show_line(out: Console, card: Scorecard) -> None:
         out.print(f"  … and {count(len(card.notes) - MAX_NOTES, 'note')} more: --json")
 
 
-def _review(out: Console, card: Scorecard) -> None:
-    """What the last verification found, and what holds of the decisions: at most three lines."""
-    for part in card.verifications[-1:]:
-        found = "agrees" if part.passed else "does not agree"
-        out.print(
-            f"  verification of {part.date}: {found} on new seeds (p = {part.p_value:.3g}), "
-            f"{part.repeated} of {part.episodes} episodes repeated"
-        )
-    for doubt in card.doubts:
-        out.print(f"  {doubt}")
-
-
 def _group(out: Console, name: str, protocol: str, score: GroupScore) -> None:
     runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
     custom = "" if score.published else ", custom group (not published)"
     facts = f", budget {score.budget}{runs}, {score.level}{custom}"
     out.print()
     out.print(Text.assemble((f"{name}, {protocol}", "bold"), facts))
-    _metrics(out, score, protocol)
-    if score.paper_table:
-        table = plain_table(
-            "task, mean ± deviation", *("\n".join(title.rsplit(" ", 1)) for title in PAPER_COLUMNS.values())
-        )
-        for task, cells in table_rows(score):
-            table.add_row(task_name(task), *map(_returns, cells))
-        out.print(table)
-    for sentence in score.highlights:
-        out.print(f"· {sentence}")
-    for note in score.notes:
-        out.print(f"! {note}")
-
-
-def _metrics(out: Console, score: GroupScore, protocol: str) -> None:
     table = plain_table("metric", "mean", "95 % interval")
     reasons: dict[str, list[str]] = {}
     for metric in METRICS[protocol]:
@@ -158,6 +130,19 @@ def _metrics(out: Console, score: GroupScore, protocol: str) -> None:
         out.print(table)
     for why, titles in reasons.items():
         out.print(f"{', '.join(titles)}: none. {why}")
+    if score.paper_table:
+        table = plain_table(
+            "task, mean ± deviation", *("\n".join(title.rsplit(" ", 1)) for title in PAPER_COLUMNS.values())
+        )
+        rows = [(task_name(row.task), row.cells()) for row in score.paper_table]
+        totals = (("total", score.paper_total), ("printed total", score.printed_total))
+        for title, cells in (*rows, *((title, total.cells()) for title, total in totals if total)):
+            table.add_row(title, *map(_returns, cells))
+        out.print(table)
+    for sentence in score.highlights:
+        out.print(f"· {sentence}")
+    for note in score.notes:
+        out.print(f"! {note}")
 
 
 def _returns(cell: PaperCell | None) -> str:
@@ -190,22 +175,20 @@ def _overview(out: Console, card: Scorecard) -> None:
         out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
 
 
-def show_comparison(out: Console, comparison: Comparison) -> None:
+def show_comparison(out: Console, first: str, second: str, comparisons: Sequence[Comparison]) -> None:
     """Two submissions side by side, with the interval of their difference."""
-    suites = {f"suite {name}": protocols for name, protocols in comparison.suites.items()}
-    has_intervals = False
-    for name, protocols in (comparison.groups | suites).items():
-        for protocol, score in protocols.items():
-            out.print(Text.assemble((f"{name}, {protocol}", "bold"), f", budget {score.budget}"))
-            table = plain_table("metric", comparison.first, comparison.second, "difference", "95 % interval")
-            for metric in METRICS[protocol]:
-                if pair := score.metrics.get(metric.name):
-                    numbers = map(number, (pair.first, pair.second, pair.difference.mean))
-                    table.add_row(metric.title, *numbers, span(pair.difference))
-                    has_intervals = has_intervals or pair.difference.low is not None
-            out.print(table)
-            if not table.row_count:
-                hint = "see `score` on each. Custom groups need --references."
-                out.print(f"They have no metric in common: {hint}")
-    if has_intervals:
+    for each in comparisons:
+        name = f"suite {each.name}" if each.name in SUITES else each.name
+        out.print(Text.assemble((f"{name}, {each.protocol}", "bold"), f", budget {each.budget}"))
+        table = plain_table("metric", first, second, "difference", "95 % interval")
+        for metric in METRICS[each.protocol]:
+            if metric.name in each.metrics:
+                *means, difference = each.metrics[metric.name]
+                table.add_row(metric.title, *map(number, (*means, difference.mean)), span(difference))
+        out.print(table)
+        if not table.row_count:
+            hint = "see `score` on each. Custom groups need --references."
+            out.print(f"They have no metric in common: {hint}")
+    differences = [difference for each in comparisons for *_, difference in each.metrics.values()]
+    if any(difference.ends for difference in differences):
         out.print("Intervals are for this pair alone (Welch); an interval without 0 separates the two.")

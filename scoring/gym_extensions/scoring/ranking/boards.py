@@ -6,7 +6,7 @@ docs/scorecard.md describes every key.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeVar
 
@@ -255,76 +255,45 @@ class BoardsDocument(JsonDocument):
     ] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class ComparedMetric:
-    """A metric that both submissions have."""
+@dataclass(frozen=True)
+class Comparison:
+    """Two submissions on one group or suite, under one protocol with one budget.
 
-    first: Annotated[float, about("mean of the first submission")]
-    second: Annotated[float, about("mean of the second submission")]
-    difference: Annotated[Difference, about("first − second")]
+    ``metrics`` has of every metric of both, by name: both means, and the first minus the second.
+    """
 
-
-@dataclass(frozen=True, slots=True)
-class ComparedScore:
-    """What two submissions have in common on one group or suite under one protocol."""
-
-    budget: Annotated[str, about("name of the budget")]
-    metrics: Annotated[dict[str, ComparedMetric], about("metrics that both have, by name")]
+    name: str
+    protocol: str
+    budget: str
+    metrics: dict[str, tuple[float, float, Difference]]
 
 
-ComparedScores = dict[str, dict[str, ComparedScore]]
+def compare(first: Scorecard, second: Scorecard) -> list[Comparison]:
+    """What two submissions without problems have in common: groups, then suites.
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison(JsonDocument):
-    """Two submissions side by side. Intervals are not corrected for multiple comparisons."""
-
-    format: Annotated[Literal[1], about("1")] = 1
-    first: Annotated[str, about("name of the first submission")]
-    second: Annotated[str, about("name of the second submission")]
-    groups: Annotated[ComparedScores, about("by group id and protocol")]
-    suites: Annotated[ComparedScores, about("by suite and protocol")]
-
-
-Scores = Mapping[str, Mapping[str, GroupScore]] | Mapping[str, Mapping[str, SuiteScore]]
-
-
-def compare(first: Scorecard, second: Scorecard) -> Comparison:
-    """The comparison of two scorecards, with Welch's 95 % intervals for this one pair.
+    The intervals are Welch's 95 % intervals for this one pair, not corrected for multiple comparisons.
 
     Raises:
-        BenchError: a submission has problems, or the two have no group with the same protocol and budget.
+        BenchError: the two have no group with the same protocol and budget.
     """
-    for card in (first, second):
-        if card.problems:
-            hint = f"Run: score {card.name}."
-            raise BenchError("not-scored", "The submission has problems.", card.name, hint)
-
-    def metrics(names: Sequence[str], protocol: str) -> dict[str, ComparedMetric]:
-        found = {}
-        for metric in METRICS[protocol]:
-            a, b = (estimate(card.groups, names, protocol, metric) for card in (first, second))
-            if a is not None and b is not None:
-                found[metric.name] = ComparedMetric(a.mean, b.mean, Difference.of(a, b))
-        return found
-
-    def common(scores: Scores, others: Scores) -> ComparedScores:
-        """What both submissions have, by group or suite and protocol, with the same budget."""
-        both: ComparedScores = {}
-        for name, protocols in scores.items():
+    found = []
+    for ours, theirs in ((first.groups, second.groups), (first.suites, second.suites)):
+        for name, protocols in ours.items():
             for protocol, score in protocols.items():
-                other = others.get(name, {}).get(protocol)
-                if other is not None and other.budget == score.budget:
-                    values = metrics(SUITES.get(name, (name,)), protocol)
-                    both.setdefault(name, {})[protocol] = ComparedScore(score.budget, values)
-        return both
-
-    groups = common(first.groups, second.groups)
-    if not groups:
+                other = theirs.get(name, {}).get(protocol)
+                if other is None or other.budget != score.budget:
+                    continue
+                metrics = {}
+                for metric in METRICS[protocol]:
+                    names, cards = SUITES.get(name, (name,)), (first, second)
+                    a, b = (estimate(card.groups, names, protocol, metric) for card in cards)
+                    if a is not None and b is not None:
+                        metrics[metric.name] = a.mean, b.mean, Difference.of(a, b)
+                found.append(Comparison(name, protocol, score.budget, metrics))
+    if not found:
         message = f"{first.name} and {second.name} have no group with the same protocol and budget."
         raise BenchError("nothing-to-compare", message, hint="Compare submissions of one board.")
-    suites = common(first.suites, second.suites)
-    return Comparison(first=first.name, second=second.name, groups=groups, suites=suites)
+    return found
 
 
 @dataclass(frozen=True, order=True)
