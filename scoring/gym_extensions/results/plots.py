@@ -169,7 +169,6 @@ def _select(
     group: str | None,
     protocol: str | None,
 ) -> pd.DataFrame:
-    """The rows of one submission, group and protocol."""
     frame = data if isinstance(data, pd.DataFrame) else read(data)
     missing = [name for name in ("submission", "group", "protocol", *columns) if name not in frame]
     if missing:

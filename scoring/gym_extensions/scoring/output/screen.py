@@ -155,7 +155,6 @@ def _returns(cell: PaperCell | None) -> str:
 
 
 def _overview(out: Console, card: Scorecard) -> None:
-    """The first metric of every protocol of every suite and group; of many, the first ones."""
     table = plain_table("first metric ± half of its 95 % interval", *METRICS)
     suites = {f"suite {name}": protocols for name, protocols in card.suites.items()}
     parts: list[tuple[str, Mapping[str, GroupScore | SuiteScore]]] = [*suites.items(), *card.groups.items()]

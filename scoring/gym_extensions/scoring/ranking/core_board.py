@@ -167,7 +167,6 @@ def method_of(card: Scorecard, core: CoreScore) -> Method | None:
 
 
 def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
-    """The rows of ``IN_OTHER_WAYS`` that the reference agent has, verified, on every group of the core."""
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
         logs, metric = core_score.core_logs(card, protocol), BY_NAME[metric_name]
         runs = core_score.last_look(min(map(core_score.verified_runs, logs.values()), default=0))

@@ -179,7 +179,6 @@ def _ranked_on(submissions: Sequence[BoardRow], summaries: Summaries, metric: Me
 
 
 def _pairs(submissions: Sequence[BoardRow], summaries: Summaries) -> tuple[documents.Pair, ...]:
-    """The difference of every two submissions, of every metric that both have."""
     names = [submission.name for submission in submissions[:MAX_PAIRED]]
     of = {name: {metric: values[name] for metric, values in summaries.items()} for name in names}
     pairs = (_pair(*two, *(of[name] for name in two)) for two in combinations(names, 2))

@@ -118,7 +118,6 @@ def core_score(card: Scorecard) -> CoreScore | None:
 
 
 def _why(logs: Mapping[str, GroupScore], missing: Sequence[str], without: Sequence[str]) -> str:
-    """Why a submission is not compared; empty if it is."""
     for log in logs.values():
         if verified_runs(log) < min(LOOKS[0], consecutive(log.runs)):
             return f"Claimed: {log.why_claimed or 'not verified.'}"
@@ -172,7 +171,6 @@ def run_cost(card: Scorecard) -> RunCost | None:
 
 
 def _total(groups: Sequence[Sequence[RunProvenance]]) -> RunCost:
-    """The sum over groups of the means over runs."""
     times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in groups]
     means = [fmean(seconds) for seconds in times if seconds]
     steps = sum(fmean(run.steps for run in runs) for runs in groups)

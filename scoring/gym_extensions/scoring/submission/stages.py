@@ -32,23 +32,6 @@ def stage_scores(score: GroupScore) -> tuple[tuple[StageScore, ...], ...]:
     return tuple(tuple(cell(stage, at) for at in range(len(score.tasks))) for stage in range(stages))
 
 
-def task_changes(score: GroupScore) -> tuple[TaskChange, ...]:
-    """The change of each task but the last, which nothing follows, in a sequential log."""
-    changes = []
-    for at in range(len(score.tasks) - 1):
-        scores = score.scores(at)
-        rows = scores or [[stage[at] for stage in run] for run in score.return_matrix]
-        value = interval([row[-1] - row[at + 1] for row in rows])
-        changes.append(TaskChange(value.mean, value.low, value.high, normalized=scores is not None))
-    return tuple(changes)
-
-
-def top_score(score: GroupScore) -> float:
-    """The highest score of a run on a task after a stage, at least 1."""
-    rows = (row for at in range(len(score.tasks)) for row in score.scores(at) or ())
-    return max(1.0, max((value for row in rows for value in row), default=1.0))
-
-
 LEAST_CHANGE = 0.05
 """The smallest change of normalized return that is reported."""
 
@@ -128,12 +111,17 @@ def with_stages(score: GroupScore, protocol: str, single: GroupScore | None = No
     open_tasks = [task_name(row.task) for row in score.paper_table if score.reference[row.task].open]
     if open_tasks:
         sentences.append(f"open (no expert), left out of normalized means: {', '.join(open_tasks)}")
-    is_sequence = protocol == "sequential" and score.return_matrix
+    scores = [score.scores(at) for at in range(len(score.tasks))]
+    task_changes = []
+    for at, normalized in enumerate(scores[:-1] if protocol == "sequential" and score.return_matrix else ()):
+        rows = normalized or [[stage[at] for stage in run] for run in score.return_matrix]
+        value = interval([row[-1] - row[at + 1] for row in rows])
+        task_changes.append(TaskChange(value.mean, value.low, value.high, normalized=normalized is not None))
     return replace(
         score,
         stages=stage_scores(score),
-        changes=task_changes(score) if is_sequence else (),
-        top_score=top_score(score),
+        changes=tuple(task_changes),
+        top_score=max([1.0, *(value for rows in scores for row in rows or () for value in row)]),
         largest_loss=changes[0],
         highlights=tuple(sentences),
     )
