@@ -15,8 +15,6 @@ from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, Compute
 FROM_FLOORS = "Computed from the mean returns of the floors, which have no runs and no curves."
 FLOORS = {"random": "Random actions", "zero": "Zero actions"}
 """The agents of the floor, by name, with their titles."""
-ALONE_TITLE = "Each task alone"
-"""The title of the reference agent that was trained on each task alone."""
 ONLY_FINAL = "It was trained on every task alone: only its returns at the end are known."
 
 
@@ -33,7 +31,7 @@ def computed_rows(
     has_alone = key.budget == STANDARD_BUDGET and references.version != RULERS[ALONE] and ALONE not in names
     if has_alone and (alone := alone_values(groups, references, key.protocol)):
         rows = {name: BoardMetric.of(value) for name, value in alone.items()}
-        submissions.append(ComputedRow(ALONE, ALONE_TITLE, rows))
+        submissions.append(ComputedRow(ALONE, "Each task alone", rows))
     for name, title in FLOORS.items():
         values = [floor_values(name, each, references, key.protocol) for each in groups]
         if not all(values):

@@ -66,20 +66,6 @@ class Method:
         return core_score.last_look(min(map(len, self.values[FINAL.name])))
 
 
-def is_paired(first: Method, second: Method, runs: int) -> bool:
-    """Whether two methods are compared run by run.
-
-    They are if both declare the same parent, and each of these runs has the same mean return on every task
-    before and after the first stage, to the last bit: equal policies leave that in the logs.
-    """
-    pairs = zip(first.starts, second.starts, strict=True)
-    return (
-        first.parent == second.parent
-        and bool(first.starts)
-        and all(len(a) >= runs and a[:runs] == b[:runs] for a, b in pairs)
-    )
-
-
 def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired: bool) -> Summary:
     """The mean over groups of the difference of the means of two methods.
 
@@ -99,16 +85,21 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
 def compared_pairs(methods: Sequence[Method], metric: str) -> list[CorePair]:
     """All pairs of methods on one metric, in the order of ``itertools.combinations``.
 
-    Each pair is compared at the last look that both have. p values are multiplied by .05 / (level of the
-    look), which makes them valid at whichever look one stops, and adjusted by Holm's procedure over all
-    pairs. The intervals have the level of the look / (number of pairs): with 95 % confidence all of them
-    hold, at all looks. Holm's procedure is a little less strict, so that a pair may be separated whose
-    interval just touches 0. Every method has at least one complete look.
+    Each pair is compared at the last look that both have, and run by run if both declare the same parent and
+    each of these runs has the same mean return on every task before and after the first stage, to the last
+    bit: equal policies leave that in the logs.
+
+    p values are multiplied by .05 / (level of the look), which makes them valid at whichever look one stops,
+    and adjusted by Holm's procedure over all pairs. The intervals have the level of the look / (number of
+    pairs): with 95 % confidence all of them hold, at all looks. Holm's procedure is a little less strict, so
+    that a pair may be separated whose interval just touches 0. Every method has at least one complete look.
     """
     pairs, compared = list(combinations(methods, 2)), []
     for a, b in pairs:
         look = min(a.look, b.look)
-        paired = is_paired(a, b, look)
+        starts = zip(a.starts, b.starts, strict=True)
+        same = all(len(first) >= look and first[:look] == second[:look] for first, second in starts)
+        paired = a.parent == b.parent and bool(a.starts) and same
         difference = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
         quantile = statistics.critical_value(LOOK_LEVELS[look] / len(pairs), difference.df)
         half_width = quantile * math.sqrt(difference.squared_error)

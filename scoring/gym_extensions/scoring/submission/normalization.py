@@ -16,7 +16,6 @@ from gym_extensions.submissions.submission import SubmittedGroup
 
 Cells = list[list[list[list[float]]]]
 Means = list[list[list[float]]]
-Rates = tuple[tuple[tuple[float | None, ...], ...], ...]
 Points = tuple[list[int], list[float]]
 """A training curve: steps, and the mean return of the training episodes that ended since the point before."""
 
@@ -49,7 +48,7 @@ class GroupReturns:
             for protocol, runs in self.returns.items()
         }
 
-    def success_rates(self, protocol: str) -> Rates:
+    def success_rates(self, protocol: str) -> tuple[tuple[tuple[float | None, ...], ...], ...]:
         """The share of successful episodes [run][stage][task]; None where undefined, empty if everywhere."""
         rates = tuple(
             tuple(tuple(None if min(cell) < 0 else sum(cell) / len(cell) for cell in row) for row in run)
