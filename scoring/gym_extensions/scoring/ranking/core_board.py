@@ -1,8 +1,6 @@
 """The core board: one row per method, and all pairs of methods compared over all groups at prescribed looks.
 
-See docs/metrics.md, "The core". A look is at 5, 10, 20, 40 or 80 runs and uses exactly the runs 0 to n − 1 of
-every group of both submissions, so that neither the number of runs nor their choice can depend on their
-results.
+See docs/metrics.md, "The core", and ``submission.core_score`` on looks.
 """
 
 from __future__ import annotations

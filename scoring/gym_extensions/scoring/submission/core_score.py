@@ -16,15 +16,8 @@ from gym_extensions.catalog.protocol import PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, Metric
 from gym_extensions.metrics.statistics import mean_of_groups, summary, to_interval
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.scoring.scorecard import (
-    CoreCost,
-    CoreGroup,
-    CoreScore,
-    GroupScore,
-    RunCost,
-    RunProvenance,
-    Scorecard,
-)
+from gym_extensions.scoring import scorecard
+from gym_extensions.scoring.scorecard import CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
 from gym_extensions.scoring.submission.suites import suite_expert_errors
 from gym_extensions.submissions.run import consecutive
 
@@ -112,7 +105,7 @@ def core_score(card: Scorecard) -> CoreScore | None:
         missing=missing,
         metrics=metrics,
         groups={name: on_group(log, look) for name, log in logs.items()},
-        cost=CoreCost() if missing else _cost(logs),
+        cost=scorecard.CoreCost() if missing else _cost(logs),
         notes=_notes(logs, counts, missing, look),
     )
 
@@ -146,14 +139,14 @@ def _notes(
     return tuple(notes)
 
 
-def _cost(logs: Mapping[str, GroupScore]) -> CoreCost:
+def _cost(logs: Mapping[str, GroupScore]) -> scorecard.CoreCost:
     """The cost of a run. Some runs state the largest memory of all groups; a group's least is its own."""
     documents = [log.provenance for log in logs.values()]
     if not all(documents):
-        return CoreCost()
+        return scorecard.CoreCost()
     total = _total(documents)
     peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
-    return CoreCost(
+    return scorecard.CoreCost(
         steps=total.steps,
         cpu_seconds=total.cpu_seconds if total.timed_groups == total.groups else None,
         peak_memory_mb=max(map(max, peaks)) if all(peaks) else None,
@@ -170,7 +163,7 @@ def run_cost(card: Scorecard) -> RunCost | None:
     return _total(logs) if logs else None
 
 
-def _total(groups: Sequence[Sequence[RunProvenance]]) -> RunCost:
+def _total(groups: Sequence[Sequence[scorecard.RunProvenance]]) -> RunCost:
     times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in groups]
     means = [fmean(seconds) for seconds in times if seconds]
     steps = sum(fmean(run.steps for run in runs) for runs in groups)
