@@ -1,4 +1,4 @@
-"""What a family of bodies adds to physics: start, observation, reward and end, on arrays."""
+"""What a family of bodies adds to physics, on arrays: start, observation, reward and end; and their order."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
+from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.envs.effects import effects_of
+from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template, success_test
+from gym_extensions.envs.mujoco.simulation import Physics
 
 
 class Rules:
@@ -59,6 +62,58 @@ class Rules:
     def observe(self) -> Array:
         """Returns a new array of observations."""
         raise NotImplementedError
+
+
+class Shard:
+    """Environments of one layout with their rules and effects; a single environment is one of them.
+
+    ``members`` are their indices in a vector environment.
+    """
+
+    def __init__(
+        self, rules: type[Rules], physics: Physics, templates: Sequence[Template], members: Indices
+    ) -> None:
+        self.members, self.physics = members, physics
+        self.steps = np.zeros(len(templates), np.int64)
+        self.rules, self.effects = rules(physics, templates), effects_of(physics, templates)
+        self._success = success_test(templates[0].task.body.success, templates[0].model, physics)
+
+    def reset(self, indices: Indices, generators: Generators) -> None:
+        """Starts episodes in some environments.
+
+        Each one draws from its own generator, the body before the effects.
+        """
+        rows = self.rules.draw(indices, generators)
+        for effect in self.effects:
+            effect.draw(indices, generators, rows)
+        self.physics.reset(indices, rows)
+        self.steps[indices] = 0
+        self.rules.on_reset(indices)
+        for effect in self.effects:
+            effect.on_reset(indices)
+
+    def step(self, actions: NDArray[Any], indices: Indices | None) -> tuple[Array, Flags]:
+        """Returns rewards and terminations of one step in some environments, or in all."""
+        self.rules.pre_step()
+        ctrl = actions
+        for effect in self.effects:
+            effect.pre_step(self.steps)
+            ctrl = effect.control(ctrl, self.steps)
+        self.physics.step(ctrl, indices)
+        self.steps += 1
+        return self.rules.reward_and_termination(actions, ctrl)
+
+    def step_infos(self) -> dict[str, NDArray[Any]]:
+        """Returns the infos of the last step, with ``is_success`` if the tasks define success."""
+        infos = self.rules.step_infos()
+        return infos if self._success is None else infos | {IS_SUCCESS: self._success()}
+
+    def observe(self) -> Array:
+        """Returns a new array of observations, the body's before the effects'."""
+        seen = [effect.observation() for effect in self.effects]
+        appended = [values for values in seen if values is not None]
+        observations = self.rules.observe()
+        return np.concatenate((observations, *appended), axis=1) if appended else observations
 
 
 def uniform_rows(generators: Generators, noise: float, size: int) -> Array:

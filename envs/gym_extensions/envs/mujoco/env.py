@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs import interfaces
-from gym_extensions.envs.effects import check_variations, effects_of
-from gym_extensions.envs.interfaces import Array, Template, check_actions, require_reset
+from gym_extensions.envs.effects import check_variations
+from gym_extensions.envs.interfaces import Array, Indices, Starts, Template, check_actions, require_reset
 from gym_extensions.envs.mujoco import arms, humanoid, planar
-from gym_extensions.envs.mujoco.base import Rules
+from gym_extensions.envs.mujoco.base import Rules, Shard
 from gym_extensions.envs.mujoco.model import asset, compile_model
+from gym_extensions.envs.mujoco.simulation import Physics
 
 
 class Implementation(NamedTuple):
@@ -53,8 +53,26 @@ IMPLEMENTATIONS: dict[str, Implementation] = {
 
 ONLY = np.zeros(1, np.intp)
 """The index of the one environment, for rules and effects, which act on many."""
-SKIPPED = ("model", "data", "mujoco_renderer", "_rules", "_effects", "_success")
+SKIPPED = ("model", "data", "mujoco_renderer", "_shard")
 """Attributes that a copy makes again."""
+
+
+class _Simulation(Physics):
+    """The simulation of a single environment."""
+
+    def __init__(self, env: MujocoEnv) -> None:
+        self._env = env
+
+    def field(self, name: str) -> Array:
+        return getattr(self._env.data, name)[None]
+
+    def reset(self, indices: Indices, starts: Starts) -> None:
+        for name, rows in starts.items():
+            getattr(self._env.data, name)[...] = rows[0]
+        mujoco.mj_forward(self._env.model, self._env.data)
+
+    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+        self._env.do_simulation(ctrl[0], self._env.frame_skip)
 
 
 class TaskEnv(MujocoEnv):
@@ -76,12 +94,10 @@ class TaskEnv(MujocoEnv):
         camera = {"default_camera_config": body.camera}
         super().__init__(str(asset(task.body)), task.body.frame_skip, None, **(camera | rendering))
         self.metadata = self.metadata | {"render_fps": round(1 / self.dt)}
-        self._success = interfaces.success_test(task.body.success, self.model, self)
         self.observation_space = Box(-np.inf, np.inf, (0,))  # until the size is known
-        self._rules = body.rules(self, [self.template()])
-        self._effects = effects_of(self, [self.template()])
-        size = self._rules.observe().shape[1]
-        low, high = np.full(self._get_obs().size, -np.inf), np.full(self._get_obs().size, np.inf)
+        self._shard = Shard(body.rules, _Simulation(self), [self.template()], ONLY)
+        size, total = self._shard.rules.observe().shape[1], self._shard.observe().shape[1]
+        low, high = np.full(total, -np.inf), np.full(total, np.inf)
         low[size:], high[size:] = 0.0, 1.0
         self.observation_space = Box(low, high, dtype=np.float64)
 
@@ -93,9 +109,9 @@ class TaskEnv(MujocoEnv):
 
     def __getstate__(self) -> dict[str, Any]:
         others = {name: value for name, value in self.__dict__.items() if name not in SKIPPED}
-        parts: list[Any] = [self._rules, *self._effects]
+        parts: list[Any] = [self._shard.rules, *self._shard.effects]
         kept = [{name: getattr(part, name) for name in part.kept} for part in parts]
-        return {"attributes": others, "data": copy.copy(self.data), "kept": kept}
+        return {"attributes": others, "data": copy.copy(self.data), "steps": self._shard.steps, "kept": kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Makes the environment again and continues where the copied one was."""
@@ -103,7 +119,8 @@ class TaskEnv(MujocoEnv):
         new = type(self)(attributes["task"], **attributes["_rendering"])
         self.__dict__.update(new.__dict__ | attributes)
         mujoco.mj_copyData(self.data, self.model, state["data"])
-        for part, kept in zip((self._rules, *self._effects), state["kept"], strict=True):
+        self._shard.steps[:] = state["steps"]
+        for part, kept in zip((self._shard.rules, *self._shard.effects), state["kept"], strict=True):
             part.__dict__.update(kept)
 
     def template(self) -> Template:
@@ -117,26 +134,14 @@ class TaskEnv(MujocoEnv):
                 lift = float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
         return Template(self.task, self.model, self.frame_skip, *start, *spaces, lift)
 
-    def field(self, name: str) -> Array:
-        """A live field of ``mjData`` with a leading axis, as rules and effects use it."""
-        return getattr(self.data, name)[None]
-
     def reset_model(self) -> Array:
         """Returns the first observation, after the draws of the body and of the effects."""
-        starts = self._rules.draw(ONLY, [self.np_random])
-        for effect in self._effects:
-            effect.draw(ONLY, [self.np_random], starts)
-        for name, rows in starts.items():
-            getattr(self.data, name)[...] = rows[0]
-        mujoco.mj_forward(self.model, self.data)
-        self._rules.on_reset(ONLY)
-        for effect in self._effects:
-            effect.on_reset(ONLY)
+        self._shard.reset(ONLY, [self.np_random])
         self._is_set = True
         return self._get_obs()
 
     def _get_reset_info(self) -> dict[str, Any]:
-        return {name: rows[0] for name, rows in self._rules.reset_infos().items()}
+        return {name: rows[0] for name, rows in self._shard.rules.reset_infos().items()}
 
     def set_state(self, qpos: Array, qvel: Array) -> None:
         super().set_state(qpos, qvel)  # type: ignore[no-untyped-call]
@@ -153,23 +158,13 @@ class TaskEnv(MujocoEnv):
         """
         require_reset(self._is_set, self.task.id)
         actions: NDArray[Any] = check_actions(action, (self.model.nu,), self.task.id)[None]
-        self._rules.pre_step()
-        ctrl = actions
-        if self._effects:
-            steps = np.array([round(float(self.data.time) / self.dt)])
-            for effect in self._effects:
-                effect.pre_step(steps)
-                ctrl = effect.control(ctrl, steps)
-        self.do_simulation(ctrl[0], self.frame_skip)
-        rewards, ended = self._rules.reward_and_termination(actions, ctrl)
-        infos = {name: rows[0] for name, rows in self._rules.step_infos().items()}
-        if self._success is not None:
-            infos[IS_SUCCESS] = bool(self._success()[0])
+        rewards, ended = self._shard.step(actions, None)
+        infos = {name: rows[0] for name, rows in self._shard.step_infos().items()}
+        if IS_SUCCESS in infos:
+            infos[IS_SUCCESS] = bool(infos[IS_SUCCESS])
         if self.render_mode == "human":
             self.render()  # type: ignore[no-untyped-call]
         return self._get_obs(), rewards[0], bool(ended[0]), False, infos
 
     def _get_obs(self) -> Array:
-        seen = [effect.observation() for effect in self._effects]
-        body: Array = self._rules.observe()[0]
-        return np.concatenate([body, *(values[0] for values in seen if values is not None)])
+        return self._shard.observe()[0]

@@ -46,6 +46,21 @@ class Physics:
     lost_threads = False
     _fields: dict[str, Array]
 
+    def reset(self, indices: Indices, starts: Starts) -> None:
+        """Starts some environments in the given rows of states."""
+        raise NotImplementedError
+
+    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+        """Runs one environment step in some environments, or in all."""
+        raise NotImplementedError
+
+    def states(self) -> dict[str, Array]:
+        """Returns copies of the states by name, ``(num_envs, …)``."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Ends the threads."""
+
     def require_threads(self) -> None:
         """Raises ``BenchError`` in a forked process, where a step would wait for lost threads for ever."""
         if self.lost_threads:
@@ -78,6 +93,7 @@ class BatchPhysics(Physics):
 
     def reset(self, indices: Indices, starts: Starts) -> None:
         """Writes defaults, then the given rows, then runs mj_forward if derived fields are read."""
+        self.require_threads()
         self.batch.state[indices] = self._defaults[indices]
         for name, rows in starts.items():
             self._fields[name][indices] = rows
@@ -85,7 +101,7 @@ class BatchPhysics(Physics):
             self.batch.forward(indices)
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
-        """Runs one environment step in some environments, or in all."""
+        self.require_threads()
         self._ctrl[...] = ctrl
         self.batch.step(indices, self._frame_skip)
 
@@ -125,6 +141,7 @@ class PooledPhysics(Physics):
 
     def reset(self, indices: Indices, starts: Starts) -> None:
         """Writes defaults, then the given rows, and runs mj_forward."""
+        self.require_threads()
         for row, index in enumerate(indices):
             model, data = self._models[index], self._data[index]
             mujoco.mj_resetData(model, data)
@@ -134,7 +151,7 @@ class PooledPhysics(Physics):
             self._gather(index)
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
-        """Runs one environment step in some environments, or in all."""
+        self.require_threads()
         waiting = iter(range(len(self._data)) if indices is None else indices.tolist())
 
         def advance() -> None:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import mujoco
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import IS_SUCCESS
-from gym_extensions.envs.effects import effects_of, shard_keys
-from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template, success_test
+from gym_extensions.envs.effects import shard_keys
+from gym_extensions.envs.interfaces import Array, Flags, Indices, Template
+from gym_extensions.envs.mujoco.base import Shard
 from gym_extensions.envs.mujoco.env import IMPLEMENTATIONS
 from gym_extensions.envs.mujoco.simulation import BatchPhysics, PooledPhysics
 from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
@@ -32,65 +31,6 @@ def layout(template: Template) -> tuple[object, ...]:
     return task.base, task.max_steps, template.frame_skip, model.opt.timestep, sizes, shard_keys(task)
 
 
-class Shard:
-    """Environments of one layout. ``members`` are their indices in the vector environment."""
-
-    def __init__(self, members: Indices, templates: Sequence[Template], num_threads: int) -> None:
-        self.members = members
-        rules = IMPLEMENTATIONS[templates[0].task.base].rules
-        self._steps = np.zeros(len(templates), np.int64)
-        models: list[mujoco.MjModel] = [template.model for template in templates]
-        engine = PooledPhysics if rules.needs_contact_forces else BatchPhysics
-        self.physics = engine(models, templates[0].frame_skip, num_threads, rules.fields)
-        self._rules = rules(self.physics, templates)
-        self._effects = effects_of(self.physics, templates)
-        self._success = success_test(templates[0].task.body.success, models[0], self.physics)
-
-    def reset(self, indices: Indices, generators: Generators) -> None:
-        """Starts episodes in some environments.
-
-        Each one draws from its own generator, the body before the effects.
-        """
-        self.physics.require_threads()
-        rows = self._rules.draw(indices, generators)
-        for effect in self._effects:
-            effect.draw(indices, generators, rows)
-        self.physics.reset(indices, rows)
-        self._steps[indices] = 0
-        self._rules.on_reset(indices)
-        for effect in self._effects:
-            effect.on_reset(indices)
-
-    def step(self, actions: NDArray[Any], indices: Indices | None) -> tuple[Array, Flags]:
-        """Returns rewards and terminations of one step in some environments, or in all."""
-        self.physics.require_threads()
-        self._rules.pre_step()
-        ctrl = actions
-        for effect in self._effects:
-            effect.pre_step(self._steps)
-            ctrl = effect.control(ctrl, self._steps)
-        self.physics.step(ctrl, indices)
-        self._steps += 1
-        return self._rules.reward_and_termination(actions, ctrl)
-
-    def step_infos(self) -> Part:
-        """Returns the infos of the last step, with ``is_success`` if the tasks define success."""
-        infos = self._rules.step_infos()
-        if self._success is not None:
-            infos = infos | {IS_SUCCESS: self._success()}
-        return self.members, infos
-
-    def reset_infos(self) -> Part:
-        """Returns the infos of the present states, for environments that have just been reset."""
-        return self.members, self._rules.reset_infos()
-
-    def observe(self) -> Array:
-        seen = [effect.observation() for effect in self._effects]
-        appended = [values for values in seen if values is not None]
-        observations = self._rules.observe()
-        return np.concatenate((observations, *appended), axis=1) if appended else observations
-
-
 class MujocoVectorEnv(TaskVectorEnv):
     """MuJoCo environments stepped together, in shards in the order of each one's first environment.
 
@@ -106,10 +46,14 @@ class MujocoVectorEnv(TaskVectorEnv):
         members: dict[tuple[object, ...], list[int]] = {}
         for index, template in enumerate(templates):
             members.setdefault(layout(template), []).append(index)
-        self._shards = [
-            Shard(np.array(indices), [templates[index] for index in indices], num_threads)
-            for indices in members.values()
-        ]
+        self._shards = []
+        for indices in members.values():
+            own = [templates[index] for index in indices]
+            rules = IMPLEMENTATIONS[own[0].task.base].rules
+            engine = PooledPhysics if rules.needs_contact_forces else BatchPhysics
+            models = [template.model for template in own]
+            physics = engine(models, own[0].frame_skip, num_threads, rules.fields)
+            self._shards.append(Shard(rules, physics, own, np.array(indices)))
 
     def __getstate__(self) -> dict[str, Any]:
         message, hint = (
@@ -144,10 +88,10 @@ class MujocoVectorEnv(TaskVectorEnv):
         return observations
 
     def _step_infos(self) -> list[Part]:
-        return [shard.step_infos() for shard in self._shards]
+        return [(shard.members, shard.step_infos()) for shard in self._shards]
 
     def _reset_infos(self) -> list[Part]:
-        return [shard.reset_infos() for shard in self._shards]
+        return [(shard.members, shard.rules.reset_infos()) for shard in self._shards]
 
     def states(self) -> dict[str, Array]:
         self._require_state()
