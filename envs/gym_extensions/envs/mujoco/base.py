@@ -79,10 +79,8 @@ class Shard:
         self._success = success_test(templates[0].task.body.success, templates[0].model, physics)
 
     def reset(self, indices: Indices, generators: Generators) -> None:
-        """Starts episodes in some environments.
-
-        Each one draws from its own generator, the body before the effects.
-        """
+        """Starts episodes. Each draws from its environment's generator, the body before the effects."""
+        self.physics.require_threads()
         rows = self.rules.draw(indices, generators)
         for effect in self.effects:
             effect.draw(indices, generators, rows)
@@ -94,6 +92,7 @@ class Shard:
 
     def step(self, actions: NDArray[Any], indices: Indices | None) -> tuple[Array, Flags]:
         """Returns rewards and terminations of one step in some environments, or in all."""
+        self.physics.require_threads()
         self.rules.pre_step()
         ctrl = actions
         for effect in self.effects:

@@ -48,11 +48,9 @@ class Physics:
 
     def reset(self, indices: Indices, starts: Starts) -> None:
         """Starts some environments in the given rows of states."""
-        raise NotImplementedError
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
         """Runs one environment step in some environments, or in all."""
-        raise NotImplementedError
 
     def states(self) -> dict[str, Array]:
         """Returns copies of the states by name, ``(num_envs, …)``."""
@@ -93,7 +91,6 @@ class BatchPhysics(Physics):
 
     def reset(self, indices: Indices, starts: Starts) -> None:
         """Writes defaults, then the given rows, then runs mj_forward if derived fields are read."""
-        self.require_threads()
         self.batch.state[indices] = self._defaults[indices]
         for name, rows in starts.items():
             self._fields[name][indices] = rows
@@ -101,7 +98,6 @@ class BatchPhysics(Physics):
             self.batch.forward(indices)
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
-        self.require_threads()
         self._ctrl[...] = ctrl
         self.batch.step(indices, self._frame_skip)
 
@@ -141,7 +137,6 @@ class PooledPhysics(Physics):
 
     def reset(self, indices: Indices, starts: Starts) -> None:
         """Writes defaults, then the given rows, and runs mj_forward."""
-        self.require_threads()
         for row, index in enumerate(indices):
             model, data = self._models[index], self._data[index]
             mujoco.mj_resetData(model, data)
@@ -151,7 +146,6 @@ class PooledPhysics(Physics):
             self._gather(index)
 
     def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
-        self.require_threads()
         waiting = iter(range(len(self._data)) if indices is None else indices.tolist())
 
         def advance() -> None:
