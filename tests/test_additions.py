@@ -263,14 +263,16 @@ def add_task(copy: Path) -> None:
     edit(
         catalog_of(copy) / "tasks.py",
         '    tasks += [_task("", body) for body in STANDING',
-        '    tasks.append(_task("GravityOneAndThreeQuarters", "Hopper", Gravity(1.75)))\n'
+        '    tasks.append(_task("GravityOneAndThreeQuarters", "Hopper", variations.Gravity(1.75)))\n'
         '    tasks += [_task("", body) for body in STANDING',
     )
 
 
 def add_version(copy: Path) -> None:
     tasks = catalog_of(copy) / "tasks.py"
-    version = '    tasks.append(replace(_task("GravityHalf", "Hopper", Gravity(0.4)), version=1))\n'
+    version = (
+        '    tasks.append(replace(_task("GravityHalf", "Hopper", variations.Gravity(0.4)), version=1))\n'
+    )
     before = '    tasks += [_task("", body) for body in STANDING'
     edit(tasks, before, version + before)
     edit(tasks, "str] = {}", 'str] = {"gym_extensions/HopperGravityHalf-v1": "less gravity"}')
