@@ -32,7 +32,7 @@ extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, ex
 slow: .venv/everything.installed  ## run the tests that train for minutes
 	.venv/bin/pytest -m slow
 
-check: .venv/everything.installed  ## check style, types, import layers and workflows
+check: .venv/everything.installed .venv/docs.installed  ## check style, types, import layers and workflows
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
