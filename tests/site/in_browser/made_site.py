@@ -47,6 +47,9 @@ PAGES = {
     "references": "references.html",
 }
 """One page of every kind, by path."""
+for each in PAGES_OF_SITE:  # a page that somebody adds to the menu or the footer is tested as well
+    if (path := each.path.partition("#")[0]) and path not in PAGES.values():
+        PAGES[each.title] = path
 QUICK = ("overview", "group", "submission")
 """The kinds that also run in ``make test``: text, a table with drawings, charts and players."""
 KINDS = [

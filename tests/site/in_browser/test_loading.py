@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from gym_extensions.site import pages
-
 from .made_site import KINDS, PAGES
 
 if TYPE_CHECKING:
@@ -49,7 +47,3 @@ def test_these_tests_report_a_request_to_another_host(page: Page, address: str) 
     page.goto(f"{address}index.html")
     lines = reports(page, f"{address}groups/", "hopper-gravity-v0.html")
     assert any(line.startswith("outside: ") for line in lines)
-
-
-def test_every_page_of_the_menu_and_the_footer_is_tested() -> None:
-    assert {page.path.partition("#")[0] for page in pages.PAGES if page.path} <= set(PAGES.values())
