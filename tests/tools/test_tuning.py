@@ -55,6 +55,7 @@ def trained(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, str]]:
             raise KeyboardInterrupt
         return trial(setting, body)
 
+    monkeypatch.setattr(tune, "commit", lambda: "0" * 40)
     monkeypatch.setattr(tune, "run_in_new_process", run)
     return calls
 
@@ -157,3 +158,15 @@ def test_each_method_has_eight_settings_and_the_same_tasks_and_steps(path: Path)
     assert len({(trial.setting, trial.body) for trial in trials}) == len(trials)
     for each in trials:
         assert (each.end_score, each.learned_score) == tune.scores(plan, each.body, each.returns)
+
+
+def test_outside_of_a_clone_nothing_is_trained(
+    file: Path,
+    trained: list[tuple[int, str]],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(tune, "commit", lambda: "")
+    assert tune.main(["l2", "--folder", str(file.parent)]) == 2
+    assert "Every trial states the commit of its code." in capsys.readouterr().err
+    assert trained == []

@@ -165,6 +165,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     for method in options.methods:
         require_known("method", method, known, str(options.folder))
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read by the spawned processes, which load numpy afresh
+    if not options.report and not commit():
+        hint = "Run it in a clone of the repository."
+        raise BenchError("no-commit", "Every trial states the commit of its code.", str(HERE), hint)
     status = 0
     for method in options.methods:
         path = options.folder / f"{method}.jsonl"

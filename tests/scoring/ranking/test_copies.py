@@ -71,6 +71,18 @@ def test_other_episodes_after_the_last_stage_are_another_submission(
     assert duplicate_submissions({"a": sketches("a"), "b": sketches("b", OTHERS[change])}) == {}
 
 
+def test_the_last_task_does_not_count(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
+    """Methods that only differ in what they keep of earlier tasks have equal episodes on it."""
+
+    def other_on(task: int) -> Value:
+        return lambda p, run, stage, position, e: (
+            honest(p, run, stage, position, e) + 50.0 * (position == task)
+        )
+
+    assert sketches("last", other_on(5)) == sketches("plain")
+    assert sketches("fourth", other_on(4)) != sketches("same")
+
+
 def test_a_copy_with_further_runs_is_recognized(sketches: Callable[..., tuple[Sketch, ...]]) -> None:
     submissions = {"copy": sketches("copy", runs=tuple(range(8))), "original": sketches("original")}
     assert duplicate_submissions(submissions) == {"original": "copy"}

@@ -134,7 +134,7 @@ class Guest:
         self.send_actions(agents.action_function(self._agent)(observations, context), len(observations))
 
     def send_actions(self, actions: Any, num_envs: int) -> None:
-        """Sends actions as float32 or float64, or a text if they are no array of numbers of their shape."""
+        """Sends actions as float32 or float64, or a text if they are not numbers of their shape."""
         try:
             array = np.asarray(actions)
         except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
