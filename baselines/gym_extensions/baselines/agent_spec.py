@@ -18,23 +18,19 @@ from gym_extensions.catalog.protocol import STANDARD_BUDGET, evaluation_seed
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.layout import MANIFEST, Folder
-from gym_extensions.submissions.manifest import FORMAT, Observes
+from gym_extensions.submissions import layout, manifest, rules, run
+from gym_extensions.submissions.policies import mlp, onnx
 from gym_extensions.submissions.policies.files import AnyPolicy, policy_keys, run_arrays, size_error
-from gym_extensions.submissions.policies.mlp import mean_and_log_sigma, to_action
-from gym_extensions.submissions.policies.onnx import OnnxPolicy
-from gym_extensions.submissions.rules import problems
-from gym_extensions.submissions.run import Count, Versions
 from gym_extensions.versions import version_or_none
 
 CARD_TYPES: dict[str, Any] = {
     "algorithm": str,
     "hyperparameters": dict[str, Any],
     **dict.fromkeys(("tuning_tasks", "packages"), tuple[str, ...]),
-    **dict.fromkeys(("stored_steps", "parameters"), Count),
+    **dict.fromkeys(("stored_steps", "parameters"), run.Count),
 }
 """The types of what ``submission.toml`` does not hold, or holds in another way."""
-NO_FOLDER = Folder(Path("card"), "card", (), {})
+NO_FOLDER = layout.Folder(Path("card"), "card", (), {})
 """The rules look at the tables only."""
 TOLERANCE = 1e-4
 """Largest difference between an agent's action and its policy's, in half widths of the action space.
@@ -60,7 +56,7 @@ class AgentSpec:
     name: str
     factory: str | Factory
     card: Card
-    observes: Observes
+    observes: manifest.Observes
 
     @classmethod
     def of(cls, agent: str | Factory, logs: Sequence[tuple[TaskGroup, str]]) -> AgentSpec:
@@ -123,13 +119,13 @@ def checked_card(agent: Agent, name: str) -> Card:
     card = card_of(agent, name)
     if not card.algorithm.strip():
         raise _bad_card("algorithm", "The algorithm has no name.")
-    tables = card_tables(card, Observes())
+    tables = card_tables(card, manifest.Observes())
     tables["protocol"]["budget"] = STANDARD_BUDGET
-    for problem in problems("manifest", NO_FOLDER, tables):
+    for problem in rules.problems("manifest", NO_FOLDER, tables):
         if problem.rule != "no-groups":
-            raise _bad_card(problem.where.removeprefix(f"{MANIFEST}, "), problem.message, problem.hint)
+            raise _bad_card(problem.where.removeprefix(f"{layout.MANIFEST}, "), problem.message, problem.hint)
     for package in card.packages:
-        if package in Versions.__struct_fields__:
+        if package in run.Versions.__struct_fields__:
             raise _bad_card("packages", f"Every run states the version of {package!r}.", "Leave it out.")
         if version_or_none(package) is None:
             hint = "Use the names that pip lists."
@@ -137,12 +133,12 @@ def checked_card(agent: Agent, name: str) -> Card:
     return card
 
 
-def card_tables(card: Card, observes: Observes) -> dict[str, Any]:
+def card_tables(card: Card, observes: manifest.Observes) -> dict[str, Any]:
     """The sections of ``submission.toml`` that follow from a card, with values as TOML reads them back."""
     settings: Mapping[str, Any] = card.hyperparameters
     parent = {"parent": card.parent} if card.parent else {}
     return {
-        "format": FORMAT,
+        "format": manifest.FORMAT,
         "title": card.title or card.algorithm,
         "authors": [],
         "description": card.description,
@@ -202,7 +198,7 @@ def require_agreement(
 
 
 def require_submittable(
-    policy: AnyPolicy, card: Card, observes: Observes, group: TaskGroup, protocol: str
+    policy: AnyPolicy, card: Card, observes: manifest.Observes, group: TaskGroup, protocol: str
 ) -> None:
     """Checks, before training, what the rules of submissions say about policies.
 
@@ -226,13 +222,13 @@ def require_submittable(
 
 def _extremes(policy: AnyPolicy, observations: Array, task: int) -> tuple[Array, Array]:
     """The lowest and highest actions that a policy samples; for a deterministic one its actions."""
-    if isinstance(policy, OnnxPolicy):
+    if isinstance(policy, onnx.OnnxPolicy):
         if policy.head != "deterministic":
             bound = np.full((len(observations), policy.num_actions), np.inf)
             return -bound, bound
         policy.reset()
         actions = policy.act(observations, None, task)
         return actions, actions
-    mean, log_sigma = mean_and_log_sigma(policy, observations, task)
+    mean, log_sigma = mlp.mean_and_log_sigma(policy, observations, task)
     width = {"deterministic": 0.0, "uniform": 1.0}.get(policy.head, DEVIATIONS * np.exp(log_sigma))
-    return to_action(policy, mean - width), to_action(policy, mean + width)
+    return mlp.to_action(policy, mean - width), mlp.to_action(policy, mean + width)

@@ -8,10 +8,9 @@ import shlex
 import sys
 from pathlib import Path
 
-from gym_extensions.baselines import algorithms
+from gym_extensions.baselines import algorithms, workers
 from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.training.checkpoints import CONTINUES
-from gym_extensions.baselines.workers import DISK_FULL, JOBS_FAILED
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.errors import BenchError, reports_mistakes
 
@@ -84,12 +83,12 @@ def main(argv: list[str] | None = None) -> int:
         print(f"Interrupted. {CONTINUES}")
         return 130
     except OSError as error:
-        if error.errno not in DISK_FULL:
+        if error.errno not in workers.DISK_FULL:
             raise
         hint = f"Free some disk space. {CONTINUES}"
         raise BenchError("disk-full", f"{error.strerror}.", str(options.out), hint) from error
     except BenchError as error:
-        if error.code != JOBS_FAILED:
+        if error.code != workers.JOBS_FAILED:
             raise
         print(f"error: {error}", file=sys.stderr)
         return 1

@@ -13,24 +13,18 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from gym_extensions.baselines import agent_spec, submission
+from gym_extensions.baselines import agent_spec, generators, submission
 from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv, action_function, observes_of
-from gym_extensions.baselines.generators import training_seed
+from gym_extensions.baselines.training import environment, runner
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder, usage_since
-from gym_extensions.baselines.training.environment import EXCESS
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, parse_request
-from gym_extensions.baselines.training.runner import Evaluator
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import stages
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
-from gym_extensions.submissions.layout import LOG, MANIFEST, run_file
-from gym_extensions.submissions.log import Episode
-from gym_extensions.submissions.manifest import CLAIMED, Observes
-from gym_extensions.submissions.policies.files import AnyPolicy
-from gym_extensions.submissions.policies.mlp import Policy as PlainPolicy
-from gym_extensions.submissions.policies.onnx import OnnxPolicy
+from gym_extensions.submissions import layout, log, manifest
+from gym_extensions.submissions.policies import files, mlp, onnx
 from gym_extensions.submissions.run import Curve, Memory
 
 WRITE_SECONDS = 300.0
@@ -64,7 +58,7 @@ def claimed_curves(stage: Stage, curves: ClaimedCurves) -> list[Curve]:
             steps, returns, message = [], [], "Its points are not pairs of a training step and a return."
         if any(later <= earlier for earlier, later in pairwise([0, *steps])):
             message = "The training steps do not increase from above 0."
-        elif steps and steps[-1] > stage.steps * (1 + EXCESS):
+        elif steps and steps[-1] > stage.steps * (1 + environment.EXCESS):
             message = f"It ends at step {steps[-1]}; the budget is {stage.steps}."
         elif not all(map(math.isfinite, returns)):
             message = "A return is not finite."
@@ -104,7 +98,7 @@ def parse_stage(
 POLICY_ERRORS = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)
 """What a policy raises for observations of another shape or type."""
 SIGNATURE = "Use a function from observations (n, …) to actions (n, …), or an object with act or predict."
-Policy = PlainPolicy | OnnxPolicy | Callable[[Array], Array] | Any
+Policy = mlp.Policy | onnx.OnnxPolicy | Callable[[Array], Array] | Any
 """A policy as :func:`gym_extensions.baselines.record` takes it; or an object with ``act`` or ``predict``."""
 
 
@@ -114,10 +108,10 @@ class PolicyAgent:
     Raises ``BenchError`` if ``policy`` is neither a function nor an object with ``act`` or ``predict``.
     """
 
-    def __init__(self, policy: Any, card: Card, observes: Observes | None = None) -> None:
+    def __init__(self, policy: Any, card: Card, observes: manifest.Observes | None = None) -> None:
         self._policy, self._card = policy, card
-        per_task = isinstance(policy, AnyPolicy) and policy.num_tasks > 0
-        by_default: Observes = getattr(policy, "observes", Observes(per_task, per_task))
+        per_task = isinstance(policy, files.AnyPolicy) and policy.num_tasks > 0
+        by_default: manifest.Observes = getattr(policy, "observes", manifest.Observes(per_task, per_task))
         self.observes = by_default if observes is None else observes
         if not (callable(policy) or hasattr(policy, "act") or hasattr(policy, "predict")):
             message = f"A value of type {type(policy).__name__} is not a policy."
@@ -126,14 +120,14 @@ class PolicyAgent:
     def begin(self, seed: int) -> None:
         """Begins the evaluation of a task: forgets the state of a recurrent policy, seeds its sampling."""
         self._rng, self._state = np.random.default_rng(seed), None
-        if isinstance(self._policy, AnyPolicy):
+        if isinstance(self._policy, files.AnyPolicy):
             self._policy.reset()
 
     def act(self, observations: Array, context: Context) -> Array:
         """The policy's actions. Raises ``BenchError`` if the policy fails."""
         policy = self._policy
         try:
-            if isinstance(policy, AnyPolicy):
+            if isinstance(policy, files.AnyPolicy):
                 task = context.task if self.observes.task_in_evaluation and policy.num_tasks else 0
                 return policy.act(observations, self._rng, task)
             if hasattr(policy, "act"):
@@ -158,8 +152,8 @@ class PolicyAgent:
     def card(self) -> Card:
         return self._card
 
-    def policy(self) -> AnyPolicy | None:
-        return self._policy if isinstance(self._policy, AnyPolicy) else None
+    def policy(self) -> files.AnyPolicy | None:
+        return self._policy if isinstance(self._policy, files.AnyPolicy) else None
 
 
 NO_CURVES: ClaimedCurves = MappingProxyType({})
@@ -176,7 +170,7 @@ def record(
     out: str | Path,
     budget: str,
     card: Card,
-    observes: Observes | None = None,
+    observes: manifest.Observes | None = None,
     curves: ClaimedCurves = NO_CURVES,
 ) -> dict[str, float]:
     """Evaluates a policy that was trained elsewhere and records it as a stage of a submission.
@@ -234,13 +228,13 @@ def record(
     agent = PolicyAgent(policy, card, observes)
     observed, card = observes_of(agent, "policy"), agent_spec.checked_card(agent, "card")
     spec = agent_spec.AgentSpec(card.algorithm, lambda *_: agent, card, observed)
-    settings = Settings(spec, request.budget, steps=CLAIMED)
+    settings = Settings(spec, request.budget, steps=manifest.CLAIMED)
     if (stored := agent.policy()) is not None:
         agent_spec.require_submittable(stored, card, observed, task_group, protocol)
     submission.validate(path, [task_group])
     require_published_engine(task_group.tasks)
-    submission.require_same(path / MANIFEST, submission.manifest_tables(settings))
-    if (path / run_file(task_group.name, protocol, job.run, LOG)).exists():
+    submission.require_same(path / layout.MANIFEST, submission.manifest_tables(settings))
+    if (path / layout.run_file(task_group.name, protocol, job.run, layout.LOG)).exists():
         message = f"Run {job.run} is already in {task_group.name}/{protocol}."
         hint = "Choose another run or another out, or delete the files of the run."
         raise BenchError("run-recorded", message, str(path), hint)
@@ -258,12 +252,12 @@ def record(
     return mean_returns(episodes)
 
 
-def _evaluate(agent: PolicyAgent, job: TrainingJob, stage: Stage, folder: JobFolder) -> list[Episode]:
-    evaluator, policy = Evaluator(job.group, agent.observes.task_in_evaluation), agent.policy()
+def _evaluate(agent: PolicyAgent, job: TrainingJob, stage: Stage, folder: JobFolder) -> list[log.Episode]:
+    evaluator, policy = runner.Evaluator(job.group, agent.observes.task_in_evaluation), agent.policy()
     episodes = []
     try:
         for task in stage.evaluated:
-            agent.begin(training_seed(job.run, job.group.id, f"policy {stage.number}", task.id))
+            agent.begin(generators.training_seed(job.run, job.group.id, f"policy {stage.number}", task.id))
             episodes += evaluator.evaluate(agent, stage.number, task, policy)
         folder.store_policy(stage.number, policy)
     finally:
@@ -283,7 +277,7 @@ def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
             submission.write_run_files(out, records, settings, command=command)
 
 
-def mean_returns(episodes: Iterable[Episode]) -> dict[str, float]:
+def mean_returns(episodes: Iterable[log.Episode]) -> dict[str, float]:
     """The mean return of each task by its id."""
     by_task: dict[str, list[float]] = {}
     for episode in episodes:

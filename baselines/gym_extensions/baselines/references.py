@@ -19,22 +19,16 @@ from typing import Any
 
 import msgspec
 
-from gym_extensions import references
-from gym_extensions.baselines import algorithms, workers
-from gym_extensions.baselines.agent_spec import AgentSpec
-from gym_extensions.baselines.cli import parse_names, parse_runs
-from gym_extensions.baselines.generators import training_seed
-from gym_extensions.baselines.submission import prepare
-from gym_extensions.baselines.training import progress
+from gym_extensions import files, references
+from gym_extensions.baselines import agent_spec, algorithms, cli, generators, submission, workers
+from gym_extensions.baselines.training import progress, runner
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, parse_groups
-from gym_extensions.baselines.training.runner import PendingJob, evaluate
 from gym_extensions.catalog import protocol
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task, whole_number
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of, require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.files import write_bytes
 from gym_extensions.references.experts import EPISODES, floor_margin
 from gym_extensions.submissions.layout import PROGRESS
 
@@ -67,7 +61,7 @@ class Measurement:
 
     @property
     def agent_seed(self) -> int:
-        return training_seed(protocol.FIRST_REFERENCE_RUN, REFERENCE, self.task.id, self.agent)
+        return generators.training_seed(protocol.FIRST_REFERENCE_RUN, REFERENCE, self.task.id, self.agent)
 
     def run(self, listen: progress.Listener) -> list[float]:
         start, returns = time.perf_counter(), list[float]()
@@ -80,7 +74,7 @@ class Measurement:
             make = algorithms.factory(self.agent)
             agent = make(env.single_observation_space, env.single_action_space, self.agent_seed)
             for first in range(0, self.episodes, env.num_envs):
-                outcomes = evaluate(agent, env, self._seeds(first, first + env.num_envs))
+                outcomes = runner.evaluate(agent, env, self._seeds(first, first + env.num_envs))
                 returns += [outcome.return_ for outcome in outcomes]
             returns = returns[: self.episodes]
             env.close()
@@ -92,7 +86,7 @@ class Measurement:
         return [protocol.evaluation_seed(REFERENCE, self.task.id, episode) for episode in range(first, end)]
 
 
-def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list[float]]:
+def measure(pending: Sequence[Measurement | runner.PendingJob], jobs: int) -> list[list[float]]:
     """The returns of measurements and of training jobs, which run in worker processes; shows the progress.
 
     Raises ``BenchError`` if one failed. The finished stages of training jobs are stored.
@@ -107,7 +101,7 @@ def measure(pending: Sequence[Measurement | PendingJob], jobs: int) -> list[list
             if isinstance(outcome, workers.Failure):
                 failures[title] = outcome
                 show(progress.JobFailed(title, outcome.cause))
-            elif isinstance(pending[index], PendingJob):
+            elif isinstance(pending[index], runner.PendingJob):
                 results[index] = [each.return_ for record in outcome for each in record.episodes]
             else:
                 results[index] = outcome
@@ -222,16 +216,16 @@ def custom(
     tasks = {task.id: (group, index) for group in groups for index, task in enumerate(group.tasks)}
     known = read_file(out, [group.tasks[index] for group, index in tasks.values()])
     missing = [group.tasks[index] for id_, (group, index) in tasks.items() if id_ not in known]
-    pending: dict[tuple[str, int], Measurement | PendingJob] = {}
+    pending: dict[tuple[str, int], Measurement | runner.PendingJob] = {}
     for task in missing:
         group, index = tasks[task.id]
         if task.base == "Navigation":
             pending[task.id, protocol.FIRST_REFERENCE_RUN] = Measurement(task, PLANNER, EPISODES)
             continue
-        settings = Settings(AgentSpec.of(agent, [(group, "single")]), protocol.budget(budget))
+        settings = Settings(agent_spec.AgentSpec.of(agent, [(group, "single")]), protocol.budget(budget))
         for run in runs:
             job = TrainingJob(group, "single", run, index)
-            pending[task.id, run] = PendingJob(job, settings, out.parent / PROGRESS / out.stem)
+            pending[task.id, run] = runner.PendingJob(job, settings, out.parent / PROGRESS / out.stem)
     floors = measured_floors(missing, jobs)
     returns = dict(zip(pending, measure(list(pending.values()), jobs), strict=True))
     found = read_file(out, missing)  # another process may have added tasks since
@@ -244,7 +238,7 @@ def custom(
 
 def write_file(content: references.File, out: Path) -> None:
     """Writes a references file, and prints what it holds."""
-    write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
+    files.write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
     open_tasks = sum(each.expert is None for each in content.tasks.values())
     provisional = sum(bool(each.expert and each.expert.provisional) for each in content.tasks.values())
     counts = f"{len(content.tasks)} tasks, {open_tasks} of them open, {provisional} provisional"
@@ -274,20 +268,20 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str] | None = None) -> int:
     """Measures the tasks that a references file lacks, and writes it; returns the exit status."""
     options = parser().parse_args(argv)
-    runs, out = parse_runs(options.runs), options.out
+    runs, out = cli.parse_runs(options.runs), options.out
     for run in runs:
         if run < (first := protocol.FIRST_REFERENCE_RUN):
             hint = f"Use numbers from {first}; smaller ones are reserved for submissions."
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
     whole_number("jobs", options.jobs, "bad-jobs", "--jobs")
-    groups = parse_groups(parse_names(options.groups))
+    groups = parse_groups(cli.parse_names(options.groups))
     require_published_engine()
     if out.is_dir():
         raise BenchError("bad-out", "It is a folder.", str(out), "Name a file, such as references.json.")
     if out.resolve().parent == references.path_of().parent:
         message = "It is one of the published references, which never change."
         raise BenchError("bad-out", message, str(out), "Name a file outside the package.")
-    prepare(out.parent)
+    submission.prepare(out.parent)
     write_file(custom(groups, (options.agent, options.budget, runs), out, options.jobs), out)
     shutil.rmtree(out.parent / PROGRESS / out.stem, ignore_errors=True)
     with suppress(OSError):  # there are unfinished measurements for other files

@@ -18,18 +18,16 @@ from typing import Any
 import tomli_w
 from filelock import FileLock, Timeout
 
-from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.agent_spec import card_tables
+from gym_extensions.baselines import agent, agent_spec
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder, job_versions
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.submissions import layout, run as documents
+from gym_extensions.submissions import layout, manifest, run as documents
 from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
 from gym_extensions.submissions.log import log_text
-from gym_extensions.submissions.manifest import RECORDED
 from gym_extensions.submissions.policies.files import content_sha256, policy_files, size_error
 from gym_extensions.submissions.policies.onnx import RUNTIME
 from gym_extensions.versions import version
@@ -147,7 +145,7 @@ def read_manifest(path: Path) -> dict[str, Any]:
 
 def manifest_tables(settings: Settings) -> dict[str, Any]:
     """The manifest of a new submission, with values as TOML reads them back."""
-    tables = card_tables(settings.agent.card, settings.agent.observes)
+    tables = agent_spec.card_tables(settings.agent.card, settings.agent.observes)
     tables["protocol"] |= {"budget": settings.budget.name, "steps": settings.steps}
     if settings.num_envs is not None:
         tables["hyperparameters"] |= {"num_envs": settings.num_envs}
@@ -234,7 +232,7 @@ def write_run_files(
         packages |= {RUNTIME: None}
     log = log_text([each for record in records for each in record.episodes], group.task_ids).encode()
     usages, measured = [record.usage for record in records], dict[str, Any]()
-    if settings.steps == RECORDED:
+    if settings.steps == manifest.RECORDED:
         processors, cores = joined([used.processor for used in usages]), max(used.cores for used in usages)
         measured = {
             "machine": documents.Machine(processor=processors, cores=cores),
@@ -284,12 +282,12 @@ def write_run_files(
         JobFolder(out, job).remove()
 
 
-def _policies(jobs: Sequence[JobFolder]) -> dict[str, Array]:
+def _policies(jobs: Sequence[JobFolder]) -> dict[str, agent.Array]:
     """The arrays of the policies of all jobs; empty if there are none.
 
     Raises ``BenchError`` if only some of them are there, or if they exceed a limit. Nothing is deleted.
     """
-    arrays: dict[str, Array] = {}
+    arrays: dict[str, agent.Array] = {}
     missing: list[Path] = []
     for job in jobs:
         part, absent = job.policies()

@@ -12,28 +12,18 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
-from gym_extensions.baselines import algorithms, submission, workers
+from gym_extensions.baselines import agent_spec, algorithms, submission, workers
 from gym_extensions.baselines.agent import Factory
-from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.isolated.proxy import IsolatedAgent
-from gym_extensions.baselines.training import jobs
+from gym_extensions.baselines.training import jobs, progress, runner
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
-from gym_extensions.baselines.training.progress import (
-    TRAIN_LOG,
-    JobFailed,
-    Listener,
-    Monitor,
-    TrainingStarted,
-)
-from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, PROGRESS, run_file
-from gym_extensions.submissions.manifest import RECORDED
+from gym_extensions.submissions import layout, manifest
 from gym_extensions.submissions.run import LONGEST, read_run
 
-THIS_PROCESS, PROGRESS_ALONE = jobs.Parallel(), Monitor()
+THIS_PROCESS, PROGRESS_ALONE = jobs.Parallel(), progress.Monitor()
 """What ``train`` does by default: it trains in this process and shows the progress."""
 
 
@@ -46,7 +36,7 @@ def train(
     *,
     out: str | Path,
     parallel: jobs.Parallel = THIS_PROCESS,
-    monitor: Monitor = PROGRESS_ALONE,
+    monitor: progress.Monitor = PROGRESS_ALONE,
     by: str = "",
 ) -> list[Path]:
     """Trains and evaluates an agent and writes its submission.
@@ -92,28 +82,28 @@ def train(
     submission.validate(path, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
     jobs.require_equal_spaces(request.groups)
-    spec = AgentSpec.of(agent, request.logs())
+    spec = agent_spec.AgentSpec.of(agent, request.logs())
     settings = jobs.Settings(spec, request.budget, parallel.num_envs, parallel.num_threads, monitor.interim)
-    submission.require_same(path / MANIFEST, submission.manifest_tables(settings))
+    submission.require_same(path / layout.MANIFEST, submission.manifest_tables(settings))
 
-    def unfinished() -> list[PendingJob]:
+    def unfinished() -> list[runner.PendingJob]:
         missing = [submission.missing_jobs(path, *log, request.runs) for log in request.logs()]
-        return [PendingJob(job, settings, path) for job in chain.from_iterable(missing)]
+        return [runner.PendingJob(job, settings, path) for job in chain.from_iterable(missing)]
 
     titles = dict.fromkeys(each.job.run_title for each in unfinished())
     if titles:
         submission.prepare(path)
     with submission.lock_runs(path, titles), monitor.listening(path) as listen:
         pending = unfinished()  # another process may have finished a run before the locks were held
-        listen(TrainingStarted({each.title: each.steps for each in pending}, max(parallel.jobs, 1)))
+        listen(progress.TrainingStarted({each.title: each.steps for each in pending}, max(parallel.jobs, 1)))
         failures = _run(pending, listen, parallel.jobs, by)
     if failures:
         if len(pending) == 1 and (error := next(iter(failures.values())).error):
             raise error
-        hint = f"Tracebacks are in {path / PROGRESS / TRAIN_LOG}. {CONTINUES}"
+        hint = f"Tracebacks are in {path / layout.PROGRESS / progress.TRAIN_LOG}. {CONTINUES}"
         raise workers.jobs_failed(failures, len(pending), hint)
     runs_of = [(group.name, protocol, run) for group, protocol in request.logs() for run in request.runs]
-    return [path / run_file(*each, LOG) for each in runs_of]
+    return [path / layout.run_file(*each, layout.LOG) for each in runs_of]
 
 
 def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) -> Path:
@@ -126,14 +116,14 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
         BenchError: the training of the submission was not recorded, no reference agent has its name, or the
             agent is another one or has other settings.
     """
-    path, agent = folder / MANIFEST, reference_agent(folder)
+    path, agent = folder / layout.MANIFEST, reference_agent(folder)
     tables = submission.read_manifest(path)
     budget = str(tables["protocol"].get("budget"))
     num_envs = tables.get("hyperparameters", {}).get("num_envs")
-    parallel, monitor = jobs.Parallel(num_envs=num_envs), Monitor(progress=False)
+    parallel, monitor = jobs.Parallel(num_envs=num_envs), progress.Monitor(progress=False)
     out.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
-    document = folder / run_file(group.name, protocol, run, DOCUMENT)
+    shutil.copyfile(path, out / layout.MANIFEST)  # with it in place, another agent or setting is refused
+    document = folder / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
     if document.exists() and (evaluations := read_run(document).evaluations):
         # An agent that cannot be saved acts itself in them, so its run depends on them.
         every, episodes = evaluations[0].steps[0], evaluations[0].episodes
@@ -154,10 +144,10 @@ def reference_agent(folder: Path) -> str:
     Raises ``BenchError`` if the training of the submission was not recorded, or no reference agent has its
     name.
     """
-    path, tables = folder / MANIFEST, submission.read_manifest(folder / MANIFEST)
-    protocol, message = {"steps": RECORDED} | tables.get("protocol", {}), ""
+    path, tables = folder / layout.MANIFEST, submission.read_manifest(folder / layout.MANIFEST)
+    protocol, message = {"steps": manifest.RECORDED} | tables.get("protocol", {}), ""
     name = str(protocol.get("algorithm", ""))
-    if protocol["steps"] != RECORDED or "reported" in tables:
+    if protocol["steps"] != manifest.RECORDED or "reported" in tables:
         message = "The training of this submission was not recorded, so it cannot be repeated."
         hint = "Verify without --retrain."
     elif name not in algorithms.names():
@@ -169,7 +159,7 @@ def reference_agent(folder: Path) -> str:
 
 
 def _run(
-    pending: Sequence[PendingJob], listen: Listener, processes: int, by: str
+    pending: Sequence[runner.PendingJob], listen: progress.Listener, processes: int, by: str
 ) -> dict[str, workers.Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_title for each in pending)
@@ -190,11 +180,11 @@ def _run(
                 except (OSError, BenchError) as error:
                     failures[job.title] = workers.failure_of(error, in_this_process=True)
         if failure := failures.get(job.title):
-            listen(JobFailed(job.title, failure.cause, failure.traceback))
+            listen(progress.JobFailed(job.title, failure.cause, failure.traceback))
     return failures
 
 
-def command_of(pending: PendingJob) -> str:
+def command_of(pending: runner.PendingJob) -> str:
     """The command line that trains a job's run alone."""
     job, settings, agent = pending.job, pending.settings, pending.settings.agent.factory
     options = ["--isolated"] if isinstance(agent, IsolatedAgent) else []

@@ -9,9 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.tasks import Task, label
-from gym_extensions.catalog.variations import Quantity, Variation
+from gym_extensions.catalog import groups, tasks, variations
 
 Place = Literal["trained", "between", "beyond"]
 """Where a value lies: trained on, between trained values, or outside of them."""
@@ -35,13 +33,13 @@ class Axis:
     unit: str
     points: tuple[float, ...]  # the values, ascending
     trained: tuple[Trained, ...]  # what the tasks of the group train on, in training order
-    base: Task  # the tasks without what varies
-    at: Callable[[float], Variation]  # the variation with a value
+    base: tasks.Task  # the tasks without what varies
+    at: Callable[[float], variations.Variation]  # the variation with a value
 
-    def world(self, value: float) -> Task:
+    def world(self, value: float) -> tasks.Task:
         """The task at a value."""
         variation = self.at(value)
-        name = f"{self.base.name}.{label(variation)}"
+        name = f"{self.base.name}.{tasks.label(variation)}"
         return replace(self.base, name=name, variations=(*self.base.variations, variation))
 
     def place(self, value: float) -> Place:
@@ -63,16 +61,16 @@ class Axis:
         return min(self.trained, key=lambda each: max(each.low - value, value - each.high, 0.0)).task
 
 
-def axes(group: TaskGroup) -> tuple[Axis, ...]:
+def axes(group: groups.TaskGroup) -> tuple[Axis, ...]:
     """The axes of a group: gravity, the scale of each part of the body, or the distance of the wall.
 
     A group has axes if each of its tasks differs from their common base in the quantity of one kind of
     variation alone. Others have none: navigation, arms, motor noise, custom groups of several kinds. A task
     without that variation trains on the base body's value; a parked wall trains on none.
     """
-    bases: set[Task] = set()
-    kinds: set[type[Variation]] = set()
-    varied: dict[str, dict[int, Quantity]] = {}
+    bases: set[tasks.Task] = set()
+    kinds: set[type[variations.Variation]] = set()
+    varied: dict[str, dict[int, variations.Quantity]] = {}
     for index, task in enumerate(group.tasks):
         quantities = [(each, each.quantity) for each in task.variations]
         others = tuple(each for each, quantity in quantities if quantity is None)

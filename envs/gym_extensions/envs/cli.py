@@ -5,11 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 
-from gym_extensions.catalog import descriptions, fingerprints
-from gym_extensions.catalog.groups import GROUPS, group
+from gym_extensions import errors, files
+from gym_extensions.catalog import descriptions, fingerprints, groups
 from gym_extensions.catalog.tasks import TASKS, task
-from gym_extensions.errors import reports_mistakes, working
-from gym_extensions.files import write_text
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -37,7 +35,7 @@ def _check(names: list[str]) -> int:
     chosen = [task(name) for name in names]
     if other := fingerprinting.other_engine():
         print(f"{other} is installed, which is not the published engine.", file=sys.stderr)
-    with working("comparing seeded episodes with the published ones"):
+    with errors.working("comparing seeded episodes with the published ones"):
         differences = fingerprinting.check(chosen or None)
     for difference in differences:
         print(difference, file=sys.stderr)
@@ -55,16 +53,16 @@ def _tasks(count: int) -> str:
     return "1 task" if count == 1 else f"{count} tasks"
 
 
-@reports_mistakes
+@errors.reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Runs one command. The exit status is 0 for success, 1 for tasks that differ, 2 for wrong usage."""
     args = _parser().parse_args(argv)
     if args.command == "show":
         print(descriptions.summary(task(args.task)))
     elif args.command == "list":
-        listed = {each.id: each.task_ids for each in map(group, args.group)}
+        listed = {each.id: each.task_ids for each in map(groups.group, args.group)}
         if not listed:
-            listed = {each.id: each.task_ids for each in GROUPS.values()}
+            listed = {each.id: each.task_ids for each in groups.GROUPS.values()}
             grouped = {task_id for ids in listed.values() for task_id in ids}
             listed["in no group"] = tuple(task_id for task_id in TASKS if task_id not in grouped)
         for title, ids in listed.items():
@@ -75,7 +73,7 @@ def main(argv: list[str] | None = None) -> int:
         from gym_extensions.envs import fingerprinting
 
         table, changed = fingerprinting.updated(args.replace)
-        write_text(fingerprints.PATH, fingerprinting.text(table))
+        files.write_text(fingerprints.PATH, fingerprinting.text(table))
         for task_id in changed:
             print(f"{task_id} {table['tasks'][task_id]['fingerprint']}")
         print(f"{len(changed)} fingerprints written, {len(table['tasks']) - len(changed)} unchanged.")

@@ -12,9 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog import variations
-from gym_extensions.catalog.bodies import BODIES, Rectangle
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog import bodies, tasks, variations
 from gym_extensions.envs import range_beams
 from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
 from gym_extensions.errors import BenchError
@@ -73,7 +71,7 @@ class SeededNoise(Effect):
             self.fill_noise(index, int(generator.integers(NOISE_SEEDS)))
 
 
-def variation_of(task: Task, kind: type) -> Any:
+def variation_of(task: tasks.Task, kind: type) -> Any:
     """Returns the task's variation of a class, or None."""
     return next((variation for variation in task.variations if isinstance(variation, kind)), None)
 
@@ -180,7 +178,7 @@ class MotorNoiseEffect(SeededNoise):
         return np.clip(ctrl + self._scale * (high - low) * noise, low, high)
 
 
-def move(position: Array, velocity: Array, area: Rectangle, seconds: float) -> tuple[Array, Array]:
+def move(position: Array, velocity: Array, area: bodies.Rectangle, seconds: float) -> tuple[Array, Array]:
     """Returns position and velocity (…, 2) of a goal that moves straight and is reflected at the edges."""
     low, high = np.array(area.low), np.array(area.high)
     ahead = position + velocity * seconds
@@ -226,13 +224,13 @@ def effects_of(fields: Fields, templates: Sequence[Template]) -> list[Effect]:
     return [each(fields, templates) for each in present if each.of not in replaced]
 
 
-def shard_keys(task: Task) -> tuple[object, ...]:
+def shard_keys(task: tasks.Task) -> tuple[object, ...]:
     """Returns what environments of one shard have in common in their effects."""
     pairs = [(each, variation_of(task, each.of)) for each in EFFECTS]
     return tuple(None if variation is None else each.shard_key(variation) for each, variation in pairs)
 
 
-def check_variations(task: Task) -> None:
+def check_variations(task: tasks.Task) -> None:
     """Checks that the variations fit the base body and each other.
 
     Raises:
@@ -242,7 +240,7 @@ def check_variations(task: Task) -> None:
     for variation in task.variations:
         if not variation.fits(task.body):
             message = f"{type(variation).__name__} does not fit {task.base}."
-            fitting = ", ".join(body.name for body in BODIES.values() if variation.fits(body))
+            fitting = ", ".join(body.name for body in bodies.BODIES.values() if variation.fits(body))
             raise BenchError("misplaced-variation", message, task.id, f"It fits {fitting}.")
     counts = Counter(type(variation) for variation in task.variations)
     for kind in (each.of for each in EFFECTS):

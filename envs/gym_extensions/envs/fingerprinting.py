@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog import fingerprints
-from gym_extensions.catalog.fingerprints import digest
 from gym_extensions.catalog.tasks import TASKS, Task, definition
 from gym_extensions.envs.make import build
 from gym_extensions.envs.mujoco.model import asset
@@ -152,7 +151,7 @@ def row(task: Task) -> dict[str, Any]:
         "model_sha256": hashlib.sha256(base_bytes(task)).hexdigest(),
         "canary": {"tolerance": TOLERANCE, "episodes": record(task)},
     }
-    return {"fingerprint": digest(content)} | content
+    return {"fingerprint": fingerprints.digest(content)} | content
 
 
 @functools.cache
@@ -166,9 +165,9 @@ def fingerprint_of(task: Task) -> str:
     if TASKS.get(task.id) == task:
         return fingerprints.published(task.id)
     if task.is_foreign:
-        return digest({"definition": definition(task), "episodes": record(task, FOREIGN_DIGITS)})
+        return fingerprints.digest({"definition": definition(task), "episodes": record(task, FOREIGN_DIGITS)})
     model = hashlib.sha256(base_bytes(task)).hexdigest()
-    return digest({"definition": definition(task), "model_sha256": model})
+    return fingerprints.digest({"definition": definition(task), "model_sha256": model})
 
 
 def check(
@@ -190,8 +189,8 @@ def _task_differences(task: Task, published: Mapping[str, Any] | None) -> Iterat
     if published is None:
         yield Difference(task.id, "fingerprint", None, "not yet published")
         return
-    if published["fingerprint"] != digest(published):
-        yield Difference(task.id, "fingerprint", published["fingerprint"], digest(published))
+    if published["fingerprint"] != fingerprints.digest(published):
+        yield Difference(task.id, "fingerprint", published["fingerprint"], fingerprints.digest(published))
     for where, old, new in compare("", {**published, "fingerprint": ""}, {**row(task), "fingerprint": ""}):
         yield Difference(task.id, where, old, new)
 

@@ -10,9 +10,7 @@ import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-from gym_extensions.catalog import tasks as task_module
-from gym_extensions.catalog.bodies import IS_SUCCESS
-from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog import bodies, groups, tasks as task_module
 from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
 from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.envs.interfaces import Template
@@ -64,7 +62,7 @@ def make(
 
 
 def make_vec(
-    tasks: str | Task | Sequence[str | Task] | TaskGroup,
+    tasks: str | Task | Sequence[str | Task] | groups.TaskGroup,
     num_envs: int,
     num_threads: int = 1,
     *,
@@ -90,7 +88,7 @@ def make_vec(
         BenchError: a task is unknown, no task is given, a count is not a positive integer, the mode is
             unknown, or the tasks have different observation or action spaces.
     """
-    several = tasks.tasks if isinstance(tasks, TaskGroup) else tasks
+    several = tasks.tasks if isinstance(tasks, groups.TaskGroup) else tasks
     requested = [several] if isinstance(several, str | Task) else list(several)
     if not requested:
         raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
@@ -149,7 +147,7 @@ class _Foreign(gym.Wrapper[Any, Any, Any, Any]):
 
     def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
         *rest, info = self.env.step(action)
-        return *rest, {key: value for key, value in info.items() if key != IS_SUCCESS}
+        return *rest, {key: value for key, value in info.items() if key != bodies.IS_SUCCESS}
 
 
 def _build_foreign(task: Task, **rendering: Any) -> gym.Env[Any, Any]:

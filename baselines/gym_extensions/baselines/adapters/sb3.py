@@ -21,10 +21,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
-from gym_extensions.baselines import generators
-from gym_extensions.baselines.adapters.sb3_policy import exported
-from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv, SpacesEnv
-from gym_extensions.baselines.agent import Array, Card, Context, Factory, Setting, VectorEnv
+from gym_extensions.baselines import agent, generators
+from gym_extensions.baselines.adapters import sb3_policy, sb3_vec_env
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import LONG, Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
@@ -59,7 +57,7 @@ def sb3(
     normalize_rewards: bool = False,
     callback: Callback = None,
     **settings: Any,
-) -> Factory:
+) -> agent.Factory:
     """A factory of agents that train a Stable-Baselines3 or SBX model. It needs the extra ``sb3`` or ``sbx``.
 
     An interrupted run resumes after its last finished stage and writes the same files. Each stage is one
@@ -97,7 +95,7 @@ def sb3(
             hint = f"Remove {name!r}; runs=range(5) trains five seeds."
             raise BenchError("bad-setting", message, "sb3()", hint)
     name = f"sb3-{algorithm.__name__.lower()}"  # not the name of a reference agent
-    card = Card(name, algorithm.__name__, f"{library(algorithm)[0]}'s {algorithm.__name__}.")
+    card = agent.Card(name, algorithm.__name__, f"{library(algorithm)[0]}'s {algorithm.__name__}.")
     return Sb3Factory(
         algorithm, settings, card, deterministic, normalize_observations, normalize_rewards, callback
     )
@@ -122,7 +120,7 @@ class Sb3Factory:
 
     algorithm: type[BaseAlgorithm]
     settings: Mapping[str, Any]
-    card: Card
+    card: agent.Card
     deterministic: bool = True
     normalize_observations: bool = False
     normalize_rewards: bool = False
@@ -155,7 +153,7 @@ class Sb3Factory:
             warnings.filterwarnings("ignore", "You have specified a mini-batch size")
             return self.algorithm(env=env, **arguments)
 
-    def manifest_settings(self) -> dict[str, Setting]:
+    def manifest_settings(self) -> dict[str, agent.Setting]:
         """The hyperparameters as the manifest stores them; the normalizations only if they are used."""
         shown = {name: value for name, value in self.settings.items() if name not in NOT_HYPERPARAMETERS}
         rows = {name: to_manifest_value(value) for name, value in shown.items()}
@@ -163,7 +161,7 @@ class Sb3Factory:
         return rows | {name: True for name in NORMALIZATIONS if getattr(self, name)}
 
 
-def to_manifest_value(value: Any) -> Setting:
+def to_manifest_value(value: Any) -> agent.Setting:
     """A plain value unchanged (a tuple as a list), any other value as text, cut at the manifest's limit.
 
     The text of a class or function is its qualified name, so two lambdas of one scope have the same text. The
@@ -218,7 +216,7 @@ class Sb3Agent:
         torch.set_num_threads(1)
         self._acting = Generators(self._seed + 1)
         self._normalizer: VecNormalize | None = None
-        self._state: tuple[Array, ...] | None = None
+        self._state: tuple[agent.Array, ...] | None = None
         self.observes = Observes(boundaries=options.fresh_buffer or not options.continue_counting)
         self._create_model(*PLACEHOLDER)
         self._keys: dict[str, Any] = {}
@@ -228,7 +226,7 @@ class Sb3Agent:
             self._keys = {name: PRNGKey(self._seed + 1) for name in KEYS}
 
     def _create_model(self, num_envs: int, batch_steps: int) -> None:
-        env = DummyVecEnv([partial(SpacesEnv, *self._spaces)] * num_envs)
+        env = DummyVecEnv([partial(sb3_vec_env.SpacesEnv, *self._spaces)] * num_envs)
         self._size, self._learning = (num_envs, batch_steps), Generators(self._seed)
         with self._learning.active():
             self._model = self._options.model(env, self._seed, batch_steps)
@@ -260,7 +258,7 @@ class Sb3Agent:
             self._keys = {name: policy[name] for name in self._keys}
             policy.update(outside)
 
-    def act(self, observations: Array, context: Context | None = None) -> Array:
+    def act(self, observations: agent.Array, context: agent.Context | None = None) -> agent.Array:
         """Actions of the model's policy, sampled or deterministic.
 
         A recurrent policy keeps its state from call to call; it starts again where ``context.episode_starts``
@@ -293,13 +291,13 @@ class Sb3Agent:
             statistics = moments.mean, deviation, float(self._normalizer.clip_obs)
         shape, is_deterministic = self._spaces[0].shape, self._options.deterministic
         try:
-            return exported(self._model, is_deterministic, statistics, shape)
+            return sb3_policy.exported(self._model, is_deterministic, statistics, shape)
         except BenchError as error:
             message = f"The policy is not stored, so the submission stays claimed. {error}"
             warnings.warn(message, stacklevel=2)
             return None
 
-    def learn(self, env: VectorEnv, steps: int) -> None:
+    def learn(self, env: agent.VectorEnv, steps: int) -> None:
         """Calls the model's ``learn``, which continues from the current state."""
         size = (env.num_envs, int(getattr(env, "batch_steps", PLACEHOLDER[1])))
         if self._size != size and not self._trained:
@@ -307,14 +305,14 @@ class Sb3Agent:
         if self._options.fresh_buffer:
             buffer: Any = self._model.replay_buffer  # type: ignore[attr-defined]
             buffer.reset()
-        wrapped, options = self._normalized(BatchVecEnv(env)), self._options
+        wrapped, options = self._normalized(sb3_vec_env.BatchVecEnv(env)), self._options
         restarts = not options.continue_counting
         self._trained = True
         with self._learning.active():
             self._model.set_env(wrapped)
             self._model.learn(steps, callback=options.callback, reset_num_timesteps=restarts)
 
-    def card(self) -> Card:
+    def card(self) -> agent.Card:
         """The agent's description in the manifest, with the name of its class and its settings."""
         options = self._options
         return replace(

@@ -16,10 +16,7 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.policies.conversion import from_torch
-from gym_extensions.submissions.policies.files import AnyPolicy
-from gym_extensions.submissions.policies.mlp import Policy
-from gym_extensions.submissions.policies.onnx import OnnxPolicy
+from gym_extensions.submissions.policies import conversion, files, mlp, onnx
 
 ACTIVATIONS: dict[type[torch.nn.Module], str] = {
     torch.nn.Tanh: "tanh",
@@ -106,7 +103,7 @@ def exported(
     deterministic: bool = True,
     statistics: Statistics | None = None,
     observation_shape: tuple[int, ...] | None = None,
-) -> AnyPolicy:
+) -> files.AnyPolicy:
     """The policy of a model, trained by this package or loaded with ``PPO.load``.
 
     Args:
@@ -142,7 +139,7 @@ def exported(
     if statistics is not None:
         names = ("observation_mean", "observation_scale", "observation_clip")
         parts |= dict(zip(names, statistics, strict=True))
-    return Policy(**parts)
+    return mlp.Policy(**parts)
 
 
 def _plain_parts(model: BaseAlgorithm) -> Parts:
@@ -223,13 +220,13 @@ class _Acting(torch.nn.Module):
 
 def _network(
     model: BaseAlgorithm, deterministic: bool, statistics: Statistics | None, shape: tuple[int, ...] | None
-) -> OnnxPolicy:
+) -> onnx.OnnxPolicy:
     space: Any = model.observation_space
     shape, actor = shape or space.shape, getattr(model.policy, "actor", None)
     can_sample = hasattr(model.policy, "get_distribution") or hasattr(actor, "get_action_dist_params")
     samples = can_sample and not deterministic
     acting = _Acting(model, statistics, swap=shape != space.shape, samples=samples).eval()
-    return from_torch(
+    return conversion.from_torch(
         acting,
         shape,
         state_shape=acting.state_shape,

@@ -14,8 +14,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Setting, VectorEnv
 from gym_extensions.baselines.algorithms.trpo import TUNING_STEPS, TUNING_TASKS, Trpo
-from gym_extensions.baselines.trust_region import policy as policies
-from gym_extensions.baselines.trust_region.update import Curvature, dot
+from gym_extensions.baselines.trust_region import policy as policies, update
 from gym_extensions.baselines.trust_region.values import Transitions
 from gym_extensions.submissions.manifest import Observes
 
@@ -64,16 +63,16 @@ class Quadratic:
 
     def value(self, theta: Array) -> float:
         gap = theta - self.anchor
-        return 0.5 * self.coefficient * dot(self.importance, gap * gap)
+        return 0.5 * self.coefficient * update.dot(self.importance, gap * gap)
 
     def gradient(self, theta: Array) -> Array:
         """c ω (θ − θ*), of shape (p,)."""
         return self._diagonal() * (theta - self.anchor)
 
-    def curvature(self, theta: Array) -> Curvature:
+    def curvature(self, theta: Array) -> update.Curvature:
         """c diag(ω), exact."""
         diagonal = self._diagonal()
-        return Curvature(lambda vector: diagonal * vector, diagonal)
+        return update.Curvature(lambda vector: diagonal * vector, diagonal)
 
     def _diagonal(self) -> Array:
         return self.anchor.dtype.type(self.coefficient) * self.importance
@@ -267,11 +266,11 @@ class Divergence:
         whole = np.concatenate([policies.gradient(views, values, hidden_slopes, upstream), sigma_part])
         return theta.dtype.type(self.coefficient) * whole
 
-    def curvature(self, theta: Array) -> Curvature:
+    def curvature(self, theta: Array) -> update.Curvature:
         """c times the Fisher matrix over the stored states, the second derivative where new = old."""
         product = policies.fisher_product(self.architecture, theta, self.inputs, damping=0.0)
         coefficient = theta.dtype.type(self.coefficient)
-        return Curvature(lambda vector: coefficient * product(vector))
+        return update.Curvature(lambda vector: coefficient * product(vector))
 
 
 class Cloning(RegularizedTrpo):

@@ -11,15 +11,14 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.baselines.algorithms.multi_head import Head, MultiHead
-from gym_extensions.baselines.trust_region.policy import Sizes
-from gym_extensions.baselines.trust_region.values import Collector
+from gym_extensions.baselines.trust_region import policy, values
 
 RETRAIN_SHARE = 0.2  # this project; Wolczyk et al. 2021 retrain on stored transitions instead
 FREE, BIAS = 0, -1
 """Owners that are not tasks: a weight that the next task may train, and a bias. Tasks count from 1."""
 
 
-def no_owners(sizes: Sizes) -> Array:
+def no_owners(sizes: policy.Sizes) -> Array:
     """The owner of every parameter of the hidden layers before the first task, int16 (h,)."""
     parts = []
     for fan_in, fan_out in pairwise(sizes[:-1]):
@@ -27,7 +26,7 @@ def no_owners(sizes: Sizes) -> Array:
     return np.concatenate(parts).astype(np.int16)
 
 
-def claimed(sizes: Sizes, owners: Array, hidden: Array, number: int, share: float) -> Array:
+def claimed(sizes: policy.Sizes, owners: Array, hidden: Array, number: int, share: float) -> Array:
     """The owners after a task: in each layer it keeps the given share of the free weights, the largest ones.
 
     ``owners`` and ``hidden`` are of the hidden layers' parameters (h,); the task's number counts from 1.
@@ -89,7 +88,7 @@ class PackNet(MultiHead):
         self._num_tasks = int(env.num_tasks)  # type: ignore[attr-defined]  # of the training environments
         super().learn(env, steps)
 
-    def _train(self, collector: Collector, steps: int) -> int:
+    def _train(self, collector: values.Collector, steps: int) -> int:
         self._pruned = False
         left = max(self._num_tasks - self._number, 0)
         retrain = self._retrain_share * steps if left else 0

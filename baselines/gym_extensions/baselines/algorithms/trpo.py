@@ -12,9 +12,8 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Setting, VectorEnv
 from gym_extensions.baselines.generators import acting_and_learning, restore_generator, saved_generator
-from gym_extensions.baselines.trust_region import policy as policies
+from gym_extensions.baselines.trust_region import policy as policies, update
 from gym_extensions.baselines.trust_region.policy import Architecture, Batch, Moments
-from gym_extensions.baselines.trust_region.update import Penalty, TrustRegion, updated
 from gym_extensions.baselines.trust_region.values import (
     Collector,
     Transitions,
@@ -39,7 +38,7 @@ class TrpoSettings:
     deterministic_evaluation: bool  # whether ``act`` returns the mean action or a sample
     discount: float  # γ
     gae_lambda: float  # λ of generalized advantage estimation
-    trust_region: TrustRegion
+    trust_region: update.TrustRegion
     value: ValueFit = field(default_factory=ValueFit)
 
 
@@ -53,7 +52,7 @@ REFERENCE = TrpoSettings(
     deterministic_evaluation=True,  # the default of Stable-Baselines3's evaluate_policy
     discount=0.995,  # docs/learners.md; RL Zoo and OpenAI Baselines use .99
     gae_lambda=0.95,  # RL Zoo's TRPO on MuJoCo
-    trust_region=TrustRegion(
+    trust_region=update.TrustRegion(
         max_kl=0.04,  # RL Zoo's HalfCheetah; it averages over the action's components, this is their sum
         damping=0.1,  # RL Zoo's and OpenAI Baselines' TRPO on MuJoCo
         iterations=10,  # OpenAI Baselines' TRPO on MuJoCo
@@ -79,7 +78,7 @@ HENDERSON_2017 = TrpoSettings(
     deterministic_evaluation=False,  # the same
     discount=0.99,  # the same
     gae_lambda=1.0,  # the same
-    trust_region=TrustRegion(max_kl=0.01, damping=1e-5, iterations=10),  # the same; rllab's default
+    trust_region=update.TrustRegion(max_kl=0.01, damping=1e-5, iterations=10),  # the same; rllab's default
 )
 """``trpo-2017``: the settings of the paper; an MLP value function in place of rllab's linear baseline."""
 
@@ -184,7 +183,7 @@ class Trpo:
         scaled = ((chosen - chosen.mean()) / (chosen.std() + 1e-8)).astype(np.float32)
         observations = self._observations_of(transitions)
         batch = Batch(self._policy_inputs(observations), transitions.actions[valid], scaled)
-        self._theta = updated(
+        self._theta = update.updated(
             self._architecture,
             self._theta,
             batch,
@@ -197,7 +196,7 @@ class Trpo:
             self._moments = policies.merge(self._moments, observations)
         self._value.fit(observations, targets, self._learning)
 
-    def _penalty(self) -> Penalty | None:
+    def _penalty(self) -> update.Penalty | None:
         """A penalty on the parameters in the next update; a continual-learning method has one."""
         return None
 

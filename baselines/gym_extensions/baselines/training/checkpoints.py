@@ -20,10 +20,8 @@ from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
-from gym_extensions.submissions.layout import PROGRESS
-from gym_extensions.submissions.log import Episode
+from gym_extensions.submissions import layout, log, run
 from gym_extensions.submissions.policies.files import AnyPolicy, npz_arrays, npz_bytes, run_arrays
-from gym_extensions.submissions.run import Curve, InterimEvaluation, Memory
 from gym_extensions.versions import blas_kernels, version
 
 SETTINGS = "settings.json"
@@ -86,11 +84,11 @@ class FinishedStage:
     """The record of a stage."""
 
     stage: int
-    episodes: list[Episode]
-    curves: list[Curve]
-    memory: Memory  # the agent's so far
+    episodes: list[log.Episode]
+    curves: list[run.Curve]
+    memory: run.Memory  # the agent's so far
     usage: Usage  # what the stage took, its evaluation included
-    evaluations: list[InterimEvaluation] = field(default_factory=list)
+    evaluations: list[run.InterimEvaluation] = field(default_factory=list)
 
 
 class JobFolder:
@@ -98,7 +96,7 @@ class JobFolder:
 
     def __init__(self, out: Path, job: TrainingJob) -> None:
         """``out`` is the submission's folder."""
-        self.job, self.path = job, out / PROGRESS / job.group.name / job.name
+        self.job, self.path = job, out / layout.PROGRESS / job.group.name / job.name
 
     def begin(self, settings: Settings) -> None:
         """Stores what the job's results depend on: settings, agent, tasks, and the versions of the packages.

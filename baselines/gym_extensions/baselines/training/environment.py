@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.baselines.agent import Array, VectorEnv, not_requested
 from gym_extensions.baselines.generators import seeded_copy, spawn_seeds
-from gym_extensions.envs.rollout import clip_actions
-from gym_extensions.envs.vector_env import reset_mask
+from gym_extensions.envs import rollout, vector_env
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import Observes
 
@@ -145,7 +144,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Resets all environments, or those in ``options["reset_mask"]``, with the run's own seeds."""
-        selected = reset_mask(options, self.num_envs)
+        selected = vector_env.reset_mask(options, self.num_envs)
         self._resetting[selected] = False
         self._sums[selected] = 0.0
         if options and options.get("reset_mask") is not None:
@@ -159,7 +158,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
 
         Raises ``BenchError`` if the agent exceeded its budget, or the actions have the wrong shape.
         """
-        applied = clip_actions(actions, self.env, "env.step() in learn()")
+        applied = rollout.clip_actions(actions, self.env, "env.step() in learn()")
         observations, rewards, terminated, truncated, infos = self.env.step(applied)
         is_transition = ~self._resetting
         self.taken += int(is_transition.sum())

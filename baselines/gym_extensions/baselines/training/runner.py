@@ -14,17 +14,8 @@ import numpy as np
 
 from gym_extensions.baselines import agent as agents, agent_spec, algorithms, generators
 from gym_extensions.baselines.agent import Agent, Array, Context, Resumable, TaskLabel, VectorEnv
-from gym_extensions.baselines.training import progress
-from gym_extensions.baselines.training.checkpoints import (
-    FinishedStage,
-    JobFolder,
-    processor_time,
-    usage_since,
-)
-from gym_extensions.baselines.training.environment import Report, TrainingEnv
-from gym_extensions.baselines.training.jobs import Interim, Settings, Stage, TrainingJob
-from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.baselines.training import checkpoints, environment, jobs, progress
+from gym_extensions.catalog import groups, protocol
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import Outcome, Watch, run_episodes
@@ -53,11 +44,11 @@ def evaluate(
 class Evaluator:
     """Evaluates on the tasks of a group; creates the environments of a task on first use and keeps them."""
 
-    group: TaskGroup
+    group: groups.TaskGroup
     observes_task: bool = False  # whether the agent asked for ``task_in_evaluation``
     _envs: dict[tuple[str, int], VectorEnv] = field(default_factory=dict)
 
-    def envs(self, task: Task, episodes: int = EVALUATION_EPISODES) -> VectorEnv:
+    def envs(self, task: Task, episodes: int = protocol.EVALUATION_EPISODES) -> VectorEnv:
         """One environment of the task per episode."""
         if (task.id, episodes) not in self._envs:
             self._envs[task.id, episodes] = make_vec(task, episodes)
@@ -69,7 +60,7 @@ class Evaluator:
         If its policy is deterministic, the episodes are the policy's own, so that they can be repeated.
         """
         index, env = self.group.tasks.index(task), self.envs(task)
-        seeds, label = self._seeds_and_label(task, EVALUATION_EPISODES)
+        seeds, label = self._seeds_and_label(task, protocol.EVALUATION_EPISODES)
         if policy is not None and policy.head == "deterministic":
             actions = agent_spec.first_actions(agent, env, seeds, label)
             agent_spec.require_agreement(policy, env, seeds, actions, index)
@@ -97,7 +88,7 @@ class Evaluator:
         return fmean(outcome.return_ for outcome in outcomes)
 
     def _seeds_and_label(self, task: Task, episodes: int) -> tuple[list[int], TaskLabel | None]:
-        seeds = [evaluation_seed(self.group.id, task.id, episode) for episode in range(episodes)]
+        seeds = [protocol.evaluation_seed(self.group.id, task.id, episode) for episode in range(episodes)]
         label = TaskLabel(task.id, self.group.task_ids.index(task.id)) if self.observes_task else None
         return seeds, label
 
@@ -128,8 +119,8 @@ def acting_copy(agent: Agent, create: Callable[[], Agent], path: Path) -> Iterat
 class PendingJob:
     """A job with everything that a worker process needs to run it."""
 
-    job: TrainingJob
-    settings: Settings
+    job: jobs.TrainingJob
+    settings: jobs.Settings
     out: Path  # the submission's folder
 
     @property
@@ -141,11 +132,11 @@ class PendingJob:
         """The training steps of all stages."""
         return sum(stage.steps for stage in self.job.stages(self.settings.budget))
 
-    def run(self, listen: progress.Listener) -> list[FinishedStage]:
+    def run(self, listen: progress.Listener) -> list[checkpoints.FinishedStage]:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
         job, settings, spec = self.job, self.settings, self.settings.agent
         stages = job.stages(settings.budget)
-        folder = JobFolder(self.out, job)
+        folder = checkpoints.JobFolder(self.out, job)
         folder.begin(settings)
         done = folder.finished()
         if len(done) < len(stages):
@@ -185,16 +176,16 @@ class StageRun:
     """Runs one stage of a job: trains, evaluates, stores the policy, and sends what happens as events."""
 
     pending: PendingJob
-    folder: JobFolder
-    stage: Stage
+    folder: checkpoints.JobFolder
+    stage: jobs.Stage
     steps_before: int  # training steps of the stages before
     listen: progress.Listener
     evaluator: Evaluator
     acting: Callable[[], AbstractContextManager[Agent]]  # the agent that acts in evaluations during training
 
-    def run(self, agent: Agent, first_parameters: int) -> FinishedStage:
+    def run(self, agent: Agent, first_parameters: int) -> checkpoints.FinishedStage:
         """Returns the record of the stage; ``first_parameters`` is the agent's number before training."""
-        started, stage, interim = processor_time(agent), self.stage, self.pending.settings.interim
+        started, stage, interim = checkpoints.processor_time(agent), self.stage, self.pending.settings.interim
         number, during = stage.number, interim.episodes if interim else 0
         self._next = interim.every if interim else 0
         trained, evaluated = ([task.id for task in tasks] for tasks in (stage.trained, stage.evaluated))
@@ -221,13 +212,13 @@ class StageRun:
         )
         curves = [curve for curve in self._curves.values() if curve.steps]
         evaluations = [each for each in self._evaluations.values() if each.steps]
-        used = usage_since(started, taken, agent)
-        return FinishedStage(number, episodes, curves, memory, used, evaluations)
+        used = checkpoints.usage_since(started, taken, agent)
+        return checkpoints.FinishedStage(number, episodes, curves, memory, used, evaluations)
 
     def _train(self, agent: Agent, ids: list[str]) -> int:
         """Returns the steps that the agent took on the tasks with these ids."""
         settings, stage, seed = self.pending.settings, self.stage, self.pending.seed
-        env = TrainingEnv(
+        env = environment.TrainingEnv(
             make_vec(stage.trained, settings.num_envs_for(len(ids)), settings.num_threads),
             ids,
             steps=stage.steps,
@@ -244,7 +235,7 @@ class StageRun:
         env.close()
         return env.taken
 
-    def _report(self, batch: Report, interim: Interim | None) -> None:
+    def _report(self, batch: environment.Report, interim: jobs.Interim | None) -> None:
         """Appends the returns to the curves, sends the event and evaluates if it is time to."""
         for task_id, value in batch.returns.items():
             self._curves[task_id].steps.append(batch.step)

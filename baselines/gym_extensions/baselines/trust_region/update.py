@@ -21,8 +21,7 @@ from typing import Protocol
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trust_region import policy as policies
-from gym_extensions.baselines.trust_region.policy import Architecture, Batch
+from gym_extensions.baselines.trust_region import policy, policy as policies
 
 SHRINK, STEPS_TRIED = 0.8, 15
 """The line search multiplies a step by the first until it is accepted, at most so often."""
@@ -127,9 +126,9 @@ def step_within(
 
 
 def updated(
-    architecture: Architecture,
+    architecture: policy.Architecture,
     theta: Array,
-    batch: Batch,
+    batch: policy.Batch,
     region: TrustRegion,
     *,
     penalty: Penalty | None = None,

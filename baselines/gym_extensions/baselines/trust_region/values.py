@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.baselines.trust_region import policy as policies
-from gym_extensions.baselines.trust_region.policy import ACTIVATIONS, Architecture, Moments
+from gym_extensions.baselines.trust_region import policy, policy as policies
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ class ValueFunction:
 
     def __init__(self, observations: int, rng: np.random.Generator, fit: ValueFit) -> None:
         self._fit = fit
-        self._architecture = Architecture((observations, *fit.hidden, 1), fit.activation)
+        self._architecture = policy.Architecture((observations, *fit.hidden, 1), fit.activation)
         theta = policies.initial(self._architecture.sizes, rng)
         self.state: dict[str, Array] = {
             "theta": theta,
@@ -123,7 +122,7 @@ class ValueFunction:
         inputs = policies.standardize(self._moments(), observations, least=0.0)
         mean, deviation = self.state["level"]
         views = policies.layers(self._architecture.sizes, self.state["theta"])
-        output = policies.forward(views, inputs, ACTIVATIONS[self._fit.activation])[-1][:, 0]
+        output = policies.forward(views, inputs, policy.ACTIVATIONS[self._fit.activation])[-1][:, 0]
         return output.astype(np.float64) * deviation + mean
 
     def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
@@ -154,10 +153,10 @@ class ValueFunction:
         rate = self._fit.learning_rate * np.sqrt(1 - SECOND_DECAY**count) / (1 - FIRST_DECAY**count)
         state["theta"] -= np.float32(rate) * state["first"] / (np.sqrt(state["second"]) + np.float32(EPSILON))
 
-    def _moments(self) -> Moments:
-        return Moments(float(self.state["count"][0]), self.state["mean"], self.state["squares"])
+    def _moments(self) -> policy.Moments:
+        return policy.Moments(float(self.state["count"][0]), self.state["mean"], self.state["squares"])
 
-    def _store(self, moments: Moments) -> None:
+    def _store(self, moments: policy.Moments) -> None:
         count = np.array([moments.count])
         self.state |= {"count": count, "mean": moments.mean, "squares": moments.squares}
 

@@ -10,17 +10,16 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import PUSHER_GOAL, STRIKER_GOAL, Rectangle
-from gym_extensions.catalog.variations import MovingGoal, MovingStart, Variation
+from gym_extensions.catalog import bodies, variations
 from gym_extensions.envs.effects import variation_of
 from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules
 
 APART = 0.17
 """Least distance between object and goal at reset, m (the arm tasks of 2017 and of Gymnasium)."""
-PUSHER_OBJECT = Rectangle((-0.3, -0.2), (0.0, 0.2))
+PUSHER_OBJECT = bodies.Rectangle((-0.3, -0.2), (0.0, 0.2))
 """Slide offsets (y, x) of Pusher's object."""
-STRIKER_BALL = Rectangle((0.43, -0.3), (0.55, -0.05))
+STRIKER_BALL = bodies.Rectangle((0.43, -0.3), (0.55, -0.05))
 """World (x, y) of StrikerMovingStart's ball."""
 STRIKER_BALL_FIXED = (0.5, -0.175)
 """World (x, y) of Striker's ball."""
@@ -35,7 +34,7 @@ ARM = 7
 """Joints of the arm, before those of the object."""
 
 
-def draw_point(area: Rectangle, generator: np.random.Generator) -> Array:
+def draw_point(area: bodies.Rectangle, generator: np.random.Generator) -> Array:
     """Draws a point, (2,), uniformly from a rectangle, one coordinate after the other."""
     return np.array([generator.uniform(area.low[axis], area.high[axis]) for axis in (0, 1)])
 
@@ -58,7 +57,7 @@ class ArmRules(Rules):
     """The observation, with positions as the last evaluation left them."""
 
     fields: ClassVar[tuple[str, ...]] = ("xpos",)
-    moving: ClassVar[type[Variation]]
+    moving: ClassVar[type[variations.Variation]]
     """The variation with which the start of the goal or of the ball is drawn."""
 
     def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
@@ -97,12 +96,12 @@ class PusherRules(ArmRules):
     Episodes never terminate.
     """
 
-    moving = MovingGoal
+    moving = variations.MovingGoal
 
     def _draw(self, index: int, generator: np.random.Generator) -> dict[str, Array]:
         """The goal if it moves, the object away from it, arm velocities."""
         template = self._templates[index]
-        goal = draw_point(PUSHER_GOAL, generator) if self._moving[index] else np.zeros(2)
+        goal = draw_point(bodies.PUSHER_GOAL, generator) if self._moving[index] else np.zeros(2)
         position = draw_point(PUSHER_OBJECT, generator)
         while not np.linalg.norm(position - goal) > APART:
             position = draw_point(PUSHER_OBJECT, generator)
@@ -125,7 +124,7 @@ class StrikerRules(ArmRules):
     Episodes never terminate.
     """
 
-    moving = MovingStart
+    moving = variations.MovingStart
     kept: ClassVar[tuple[str, ...]] = ("_best", "_struck", "_strike_place")
 
     def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
@@ -139,9 +138,9 @@ class StrikerRules(ArmRules):
         """The ball if it moves, the goal away from it and facing it, arm velocities."""
         template = self._templates[index]
         ball = draw_point(STRIKER_BALL, generator) if self._moving[index] else np.array(STRIKER_BALL_FIXED)
-        goal = draw_point(STRIKER_GOAL, generator)
+        goal = draw_point(bodies.STRIKER_GOAL, generator)
         while not np.linalg.norm(ball - goal) >= APART:
-            goal = draw_point(STRIKER_GOAL, generator)
+            goal = draw_point(bodies.STRIKER_GOAL, generator)
         qvel = template.init_qvel.copy()
         qvel[:ARM] = generator.uniform(-STRIKER_ARM_SPEED, STRIKER_ARM_SPEED, ARM)
         qpos = np.concatenate((template.init_qpos[:ARM], ball[::-1]))

@@ -20,20 +20,16 @@ from gymnasium.envs.mujoco import (
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import IS_SUCCESS
-from gym_extensions.catalog.tasks import Task
-from gym_extensions.envs.effects import check_variations
-from gym_extensions.envs.interfaces import Array, Indices, Starts, Template, check_actions, require_reset
-from gym_extensions.envs.mujoco import arms, humanoid, planar
-from gym_extensions.envs.mujoco.base import Rules, Shard
+from gym_extensions.catalog import bodies, tasks
+from gym_extensions.envs import effects, interfaces
+from gym_extensions.envs.mujoco import arms, base, humanoid, planar, simulation
 from gym_extensions.envs.mujoco.model import asset, compile_model
-from gym_extensions.envs.mujoco.simulation import Physics
 
 
 class Implementation(NamedTuple):
     """What makes the environments of a body: its rules and its camera."""
 
-    rules: type[Rules]
+    rules: type[base.Rules]
     camera: Mapping[str, Any]
 
 
@@ -57,21 +53,21 @@ SKIPPED = ("model", "data", "mujoco_renderer", "_shard")
 """Attributes that a copy makes again."""
 
 
-class _Simulation(Physics):
+class _Simulation(simulation.Physics):
     """The simulation of a single environment."""
 
     def __init__(self, env: MujocoEnv) -> None:
         self._env = env
 
-    def field(self, name: str) -> Array:
+    def field(self, name: str) -> interfaces.Array:
         return getattr(self._env.data, name)[None]
 
-    def reset(self, indices: Indices, starts: Starts) -> None:
+    def reset(self, indices: interfaces.Indices, starts: interfaces.Starts) -> None:
         for name, rows in starts.items():
             getattr(self._env.data, name)[...] = rows[0]
         mujoco.mj_forward(self._env.model, self._env.data)
 
-    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+    def step(self, ctrl: NDArray[Any], indices: interfaces.Indices | None) -> None:
         self._env.do_simulation(ctrl[0], self._env.frame_skip)
 
 
@@ -87,15 +83,15 @@ class TaskEnv(MujocoEnv):
     observation_space: Box
     action_space: Box
 
-    def __init__(self, task: Task, **rendering: Any) -> None:
+    def __init__(self, task: tasks.Task, **rendering: Any) -> None:
         self.task, self._rendering, self._is_set = task, rendering, False
-        check_variations(task)
+        effects.check_variations(task)
         body = IMPLEMENTATIONS[task.base]
         camera = {"default_camera_config": body.camera}
         super().__init__(str(asset(task.body)), task.body.frame_skip, None, **(camera | rendering))
         self.metadata = self.metadata | {"render_fps": round(1 / self.dt)}
         self.observation_space = Box(-np.inf, np.inf, (0,))  # until the size is known
-        self._shard = Shard(body.rules, _Simulation(self), [self.template()], ONLY)
+        self._shard = base.Shard(body.rules, _Simulation(self), [self.template()], ONLY)
         size, total = self._shard.rules.observe().shape[1], self._shard.observe().shape[1]
         low, high = np.full(total, -np.inf), np.full(total, np.inf)
         low[size:], high[size:] = 0.0, 1.0
@@ -123,7 +119,7 @@ class TaskEnv(MujocoEnv):
         for part, kept in zip((self._shard.rules, *self._shard.effects), state["kept"], strict=True):
             part.__dict__.update(kept)
 
-    def template(self) -> Template:
+    def template(self) -> interfaces.Template:
         start = self.init_qpos.copy(), self.init_qvel.copy()
         spaces = self.observation_space, self.action_space
         lift = 0.0
@@ -132,9 +128,9 @@ class TaskEnv(MujocoEnv):
             joint = self.model.body_jntadr[torso]
             if self.model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
                 lift = float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
-        return Template(self.task, self.model, self.frame_skip, *start, *spaces, lift)
+        return interfaces.Template(self.task, self.model, self.frame_skip, *start, *spaces, lift)
 
-    def reset_model(self) -> Array:
+    def reset_model(self) -> interfaces.Array:
         """Returns the first observation, after the draws of the body and of the effects."""
         self._shard.reset(ONLY, [self.np_random])
         self._is_set = True
@@ -143,11 +139,11 @@ class TaskEnv(MujocoEnv):
     def _get_reset_info(self) -> dict[str, Any]:
         return {name: rows[0] for name, rows in self._shard.rules.reset_infos().items()}
 
-    def set_state(self, qpos: Array, qvel: Array) -> None:
+    def set_state(self, qpos: interfaces.Array, qvel: interfaces.Array) -> None:
         super().set_state(qpos, qvel)  # type: ignore[no-untyped-call]
         self._is_set = True
 
-    def step(self, action: Any) -> tuple[Array, Any, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[interfaces.Array, Any, bool, bool, dict[str, Any]]:
         """Returns observation, reward, whether the body ended the episode, False, and infos.
 
         The info has ``is_success``, a bool, if the task defines success.
@@ -156,15 +152,15 @@ class TaskEnv(MujocoEnv):
             BenchError: the action's shape differs, or a value is not a finite number.
             ResetNeededError: the environment was never reset.
         """
-        require_reset(self._is_set, self.task.id)
-        actions: NDArray[Any] = check_actions(action, (self.model.nu,), self.task.id)[None]
+        interfaces.require_reset(self._is_set, self.task.id)
+        actions: NDArray[Any] = interfaces.check_actions(action, (self.model.nu,), self.task.id)[None]
         rewards, ended = self._shard.step(actions, None)
         infos = {name: rows[0] for name, rows in self._shard.step_infos().items()}
-        if IS_SUCCESS in infos:
-            infos[IS_SUCCESS] = bool(infos[IS_SUCCESS])
+        if bodies.IS_SUCCESS in infos:
+            infos[bodies.IS_SUCCESS] = bool(infos[bodies.IS_SUCCESS])
         if self.render_mode == "human":
             self.render()  # type: ignore[no-untyped-call]
         return self._get_obs(), rewards[0], bool(ended[0]), False, infos
 
-    def _get_obs(self) -> Array:
+    def _get_obs(self) -> interfaces.Array:
         return self._shard.observe()[0]

@@ -11,19 +11,18 @@ from pathlib import Path
 import gymnasium
 import mujoco
 
-from gym_extensions.catalog.bodies import Body
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog import bodies, tasks
 from gym_extensions.errors import BenchError
 
 ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
 
 
-def asset(body: Body) -> Path:
+def asset(body: bodies.Body) -> Path:
     """The file of a base body's model among Gymnasium's installed assets."""
     return ASSETS / body.asset
 
 
-def base_spec(body: Body) -> mujoco.MjSpec:
+def base_spec(body: bodies.Body) -> mujoco.MjSpec:
     """The specification of a base body without variations."""
     with _quiet():
         spec = mujoco.MjSpec.from_file(str(asset(body)))
@@ -32,7 +31,7 @@ def base_spec(body: Body) -> mujoco.MjSpec:
     return spec
 
 
-def compile_model(task: Task) -> mujoco.MjModel:
+def compile_model(task: tasks.Task) -> mujoco.MjModel:
     """Compiles the task's model directly from the edited specification.
 
     Writing XML would round numbers. Without it, the model of a task without variations equals Gymnasium's in

@@ -9,12 +9,9 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from gym_extensions.envs.effects import shard_keys
+from gym_extensions.envs import effects, vector_env
 from gym_extensions.envs.interfaces import Array, Flags, Indices, Template
-from gym_extensions.envs.mujoco.base import Shard
-from gym_extensions.envs.mujoco.env import IMPLEMENTATIONS
-from gym_extensions.envs.mujoco.simulation import BatchPhysics, PooledPhysics
-from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
+from gym_extensions.envs.mujoco import base, env, simulation
 from gym_extensions.errors import BenchError
 
 LAYOUT = (
@@ -28,10 +25,10 @@ def layout(template: Template) -> tuple[object, ...]:
     """Returns the rules, effects and model sizes that the environments of a shard share."""
     task, model = template.task, template.model
     sizes = tuple(int(getattr(model, name)) for name in LAYOUT)
-    return task.base, task.max_steps, template.frame_skip, model.opt.timestep, sizes, shard_keys(task)
+    return task.base, task.max_steps, template.frame_skip, model.opt.timestep, sizes, effects.shard_keys(task)
 
 
-class MujocoVectorEnv(TaskVectorEnv):
+class MujocoVectorEnv(vector_env.TaskVectorEnv):
     """MuJoCo environments stepped together, in shards in the order of each one's first environment.
 
     Results of the shards are put together in the order of the environments; a single shard's are passed on.
@@ -49,18 +46,18 @@ class MujocoVectorEnv(TaskVectorEnv):
         self._shards = []
         for indices in members.values():
             own = [templates[index] for index in indices]
-            rules = IMPLEMENTATIONS[own[0].task.base].rules
-            engine = PooledPhysics if rules.needs_contact_forces else BatchPhysics
+            rules = env.IMPLEMENTATIONS[own[0].task.base].rules
+            engine = simulation.PooledPhysics if rules.needs_contact_forces else simulation.BatchPhysics
             models = [template.model for template in own]
             physics = engine(models, own[0].frame_skip, num_threads, rules.fields)
-            self._shards.append(Shard(rules, physics, own, np.array(indices)))
+            self._shards.append(base.Shard(rules, physics, own, np.array(indices)))
 
     def __getstate__(self) -> dict[str, Any]:
         message, hint = (
             "The environments cannot be copied.",
             "Make others, and reset them with the same seeds.",
         )
-        raise BenchError("no-copy", message, WHERE, hint)
+        raise BenchError("no-copy", message, vector_env.WHERE, hint)
 
     def _start(self, indices: Indices) -> None:
         starting = np.zeros(self.num_envs, np.bool_)
@@ -87,10 +84,10 @@ class MujocoVectorEnv(TaskVectorEnv):
             observations[shard.members] = shard.observe()
         return observations
 
-    def _step_infos(self) -> list[Part]:
+    def _step_infos(self) -> list[vector_env.Part]:
         return [(shard.members, shard.step_infos()) for shard in self._shards]
 
-    def _reset_infos(self) -> list[Part]:
+    def _reset_infos(self) -> list[vector_env.Part]:
         return [(shard.members, shard.rules.reset_infos()) for shard in self._shards]
 
     def states(self) -> dict[str, Array]:

@@ -10,9 +10,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.catalog import bodies, variations
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.catalog.variations import Course
 from gym_extensions.envs import interfaces
 from gym_extensions.envs.interfaces import Array, Flags, Indices
 from gym_extensions.envs.navigation import sensors
@@ -27,12 +26,12 @@ WINDOW_HINT = (
 )
 
 
-def course(task: Task) -> Course:
+def course(task: Task) -> variations.Course:
     """Returns the course of a navigation task.
 
     Raises ``BenchError`` if the task's variations are not exactly one course.
     """
-    if len(task.variations) == 1 and isinstance(task.variations[0], Course):
+    if len(task.variations) == 1 and isinstance(task.variations[0], variations.Course):
         return task.variations[0]
     message = f"A navigation task has one course and no other variation; it has {list(task.variations)}."
     raise BenchError("bad-course", message, task.id, "Variations of MuJoCo bodies do not apply to it.")
@@ -172,7 +171,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]]):
         checked = interfaces.check_actions(action, (2,), self.task.id)
         rewards, reached = self._world.advance(checked[None])
         arrived = bool(reached[0])
-        return self._world.observe()[0], float(rewards[0]), arrived, False, {IS_SUCCESS: arrived}
+        return self._world.observe()[0], float(rewards[0]), arrived, False, {bodies.IS_SUCCESS: arrived}
 
     @property
     def position(self) -> Array:
@@ -225,7 +224,7 @@ class NavigationVectorEnv(TaskVectorEnv):
         return self._world.observe()
 
     def _step_infos(self) -> list[Part]:
-        return [(np.arange(self.num_envs), {IS_SUCCESS: self._arrivals.copy()})]
+        return [(np.arange(self.num_envs), {bodies.IS_SUCCESS: self._arrivals.copy()})]
 
     def states(self) -> dict[str, Array]:
         self._require_state()
