@@ -18,9 +18,8 @@ from gym_extensions.files import write_text
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.references import experts
 from gym_extensions.results.frames import episodes
+from gym_extensions.scoring import pipeline, scorecard
 from gym_extensions.scoring.output.board_frames import scores
-from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
-from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, scan
 from gym_extensions.submissions.run import file_sha256
 from gym_extensions.versions import version
@@ -57,7 +56,7 @@ def write_repositories(
     Raises:
         BenchError: a path or group does not exist, a submission has problems, or there is nothing to write.
     """
-    cards = valid_scorecards(submissions, make_scorer(only=groups)) if submissions else {}
+    cards = pipeline.valid_scorecards(submissions, pipeline.make_scorer(only=groups)) if submissions else {}
     written = []
     if with_experts:
         write_experts(folder / "models" / "experts")
@@ -76,13 +75,13 @@ def write_repositories(
     return written
 
 
-def _protocols(card: Scorecard) -> Iterator[tuple[str, str]]:
+def _protocols(card: scorecard.Scorecard) -> Iterator[tuple[str, str]]:
     """The group ids and protocols of a scorecard that have runs."""
     for id_, protocols in card.groups.items():
         yield from ((id_, protocol) for protocol, score in protocols.items() if score.runs)
 
 
-def write_submission(target: Path, source: Path, card: Scorecard) -> bool:
+def write_submission(target: Path, source: Path, card: scorecard.Scorecard) -> bool:
     """Writes the policies, documents and card of a submission's runs; False if it has no policies."""
     files = scan(source).runs
     written, kinds = [], set[str]()
@@ -101,7 +100,7 @@ def write_submission(target: Path, source: Path, card: Scorecard) -> bool:
     return bool(written)
 
 
-def model_card(card: Scorecard, runs: Sequence[tuple[str, str, int]], kinds: set[str]) -> str:
+def model_card(card: scorecard.Scorecard, runs: Sequence[tuple[str, str, int]], kinds: set[str]) -> str:
     """The card of a submission's policies, with its metrics; ``kinds``: suffixes of the runs' files."""
     assert card.manifest is not None
     results = [

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics import formulas
-from gym_extensions.metrics.formulas import Metric, NormalizedRun
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 
 Array = NDArray[np.float64]
@@ -85,7 +84,7 @@ def compute(
         return {j: found[name][run, ..., j - 1].tolist() for j in scored} if name in found else {}
 
     all_runs = [
-        NormalizedRun(
+        formulas.NormalizedRun(
             T=tasks,
             scored=scored,
             normalized_returns={(s, j): float(p[run, s - first, j - 1]) for s in stages for j in scored},
@@ -98,7 +97,7 @@ def compute(
         for run in range(runs)
     ]
 
-    def value(metric: Metric) -> MetricValue:
+    def value(metric: formulas.Metric) -> MetricValue:
         needs = metric.needs if "sequential" in metric.protocols else metric.protocols
         if "curves" in needs:  # the areas alone are enough for forward transfer
             needs = ("auc", "single_auc")
@@ -120,10 +119,10 @@ AXES = {"cumulative": 0, "episodes": 2}
 UNTRAINED = "a first row of the untrained agent"
 
 
-def _last_stage(array: Array, scored: tuple[int, ...]) -> list[NormalizedRun]:
+def _last_stage(array: Array, scored: tuple[int, ...]) -> list[formulas.NormalizedRun]:
     """Runs of which nothing but the last stage is known, (runs, T)."""
     T = array.shape[1]
-    return [NormalizedRun(T, scored, {(T, j): float(row[j - 1]) for j in scored}) for row in array]
+    return [formulas.NormalizedRun(T, scored, {(T, j): float(row[j - 1]) for j in scored}) for row in array]
 
 
 def _scale(

@@ -23,9 +23,7 @@ from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.tasks import Task, task as published_task
 from gym_extensions.errors import BenchError, did_you_mean
 from gym_extensions.submissions.layout import MEBIBYTE, read_regular
-from gym_extensions.submissions.policies.files import content_sha256, npz_arrays
-from gym_extensions.submissions.policies.mlp import HINT, Policy
-from gym_extensions.submissions.policies.mlp_arrays import array_errors
+from gym_extensions.submissions.policies import files, mlp, mlp_arrays
 
 __all__ = ["ExpertCard", "card", "load", "names"]
 
@@ -161,7 +159,7 @@ def names(folder: Path = DATA) -> list[str]:
     return sorted(path.stem for path in folder.glob("*.json"))
 
 
-def load(task: str | Task, folder: Path = DATA) -> Policy:
+def load(task: str | Task, folder: Path = DATA) -> mlp.Policy:
     """The expert of a task (or its id or bare name); ``act(observations)`` gives its actions.
 
     Raises:
@@ -194,20 +192,20 @@ def card(task: str | Task, folder: Path = DATA) -> ExpertCard:
     return found
 
 
-def digest(policy: Policy) -> str:
+def digest(policy: mlp.Policy) -> str:
     """SHA-256 of a policy's arrays: name, type, shape and values of each, in the order of their names."""
-    return content_sha256(policy.arrays())
+    return files.content_sha256(policy.arrays())
 
 
-def read_policy(path: Path) -> Policy:
+def read_policy(path: Path) -> mlp.Policy:
     """The policy of an npz file. Raises ``BenchError`` if it cannot be read or is not a policy."""
     try:
-        arrays = npz_arrays(read_regular(path, MAX_POLICY), str(path))
+        arrays = files.npz_arrays(read_regular(path, MAX_POLICY), str(path))
     except OSError as error:
         raise BenchError("bad-policy", f"The file cannot be read: {error}.", str(path)) from error
-    if wrong := next(array_errors(arrays), ""):
-        raise BenchError("bad-policy", wrong, str(path), HINT)
-    return Policy.from_arrays(arrays)
+    if wrong := next(mlp_arrays.array_errors(arrays), ""):
+        raise BenchError("bad-policy", wrong, str(path), mlp.HINT)
+    return mlp.Policy.from_arrays(arrays)
 
 
 def _row(task: str | Task) -> Task:

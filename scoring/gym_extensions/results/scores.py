@@ -15,7 +15,6 @@ from gym_extensions.errors import BenchError, did_you_mean, require_known
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.output import board_frames
-from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard
 from gym_extensions.scoring.ranking.core_board import core_board
@@ -220,7 +219,7 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
         if group.id in of_submission
         for share, value in summary(of_submission[group.id], group, top).items()
     ]
-    return typed(rows, LANDSCAPE_DTYPES)
+    return board_frames.typed(rows, LANDSCAPE_DTYPES)
 
 
 def _core_board(submissions: Paths) -> CoreBoard | None:
@@ -278,7 +277,7 @@ def scores(
         for number, means in zip(stages(protocol, len(score.tasks)), matrix, strict=True)
         for task, mean in zip(score.tasks, means, strict=True)
     )
-    frame = typed(rows, SCORE_DTYPES)
+    frame = board_frames.typed(rows, SCORE_DTYPES)
     if stage is not None:
         frame = frame[frame["stage"] == (frame["stage"].max() if stage == -1 else stage)]
     return frame.reset_index(drop=True)

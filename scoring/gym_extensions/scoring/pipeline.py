@@ -15,10 +15,9 @@ from gym_extensions.files import write_text
 from gym_extensions.references import RULERS, References, add_references, load_references, read_references
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.scoring.submission.scorer import score
+from gym_extensions.submissions import reader, submission
 from gym_extensions.submissions.layout import MANIFEST, NAME, submission_folders
 from gym_extensions.submissions.problem import Problem, escape
-from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.submission import Submission
 
 Paths = str | Path | Iterable[str | Path]
 """A submission, a folder of submissions, or several of these."""
@@ -46,7 +45,7 @@ class Scorer:
         If scoring fails, it has a problem instead of scores.
         """
         try:
-            return score(read(path, self.groups, only=self.only or None), self.references, self.only)
+            return score(reader.read(path, self.groups, only=self.only or None), self.references, self.only)
         except BenchError:
             raise
         except Exception as error:  # noqa: BLE001 - an unforeseen folder must not stop the others
@@ -55,7 +54,7 @@ class Scorer:
             message = f"The scorer stopped with {type(error).__name__} in {place}."
             hint = "This is a mistake of gym-extensions, whatever the folder contains: please report it."
             problem = Problem("fault-of-the-scorer", escape(path.name), message, hint)
-            return score(Submission(escape(path.name), None, {}, (problem,)), self.references)
+            return score(submission.Submission(escape(path.name), None, {}, (problem,)), self.references)
 
 
 def make_scorer(

@@ -20,11 +20,10 @@ from urllib.parse import urlsplit
 
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.submissions.layout import MAX_FILE_BYTES, POLICIES
-from gym_extensions.submissions.run import PolicyFile
+from gym_extensions.submissions import layout, run
 
 CHUNK = 2**16
-LIMIT = MAX_FILE_BYTES[POLICIES]
+LIMIT = layout.MAX_FILE_BYTES[layout.POLICIES]
 IDLE_SECONDS, TOTAL_SECONDS = 30.0, 600.0
 """Longest silence of a server, and longest time for a file."""
 PUBLIC_SCHEMES = ("https",)
@@ -37,7 +36,7 @@ class Fetcher:
     cache: Path
     public_only: bool = False
 
-    def fetch(self, policies: PolicyFile, where: str) -> Path:
+    def fetch(self, policies: run.PolicyFile, where: str) -> Path:
         """The path of a copy of policies that lie elsewhere. Their digest is checked where they are read.
 
         A stated size of 0 is not known; the limit is that of a file. ``where`` names the run in errors.

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import layout, rules
+from gym_extensions.submissions import layout, problem, rules
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
 from gym_extensions.submissions.log import TableError, log_frame, log_of
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import AnyPolicy, missing_networks, read_arrays
-from gym_extensions.submissions.problem import Problem, Scope, summarize
 from gym_extensions.submissions.review import Review, review_of
 from gym_extensions.submissions.run import RunDocument, run_of
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, is_trainable
@@ -53,14 +52,14 @@ class _Reader:
 
     def __init__(self, folder: Folder) -> None:
         self.folder = folder
-        self.problems: list[Problem] = []
+        self.problems: list[problem.Problem] = []
         self.tables: dict[str, Any] = {}
 
     def submission(self, wanted: Mapping[str, TaskGroup], policies: bool) -> Submission:
         name = self.folder.name
         self._check("folder", self.folder)
         if not self.folder.is_within_limits:
-            return Submission(name, None, {}, summarize(self.problems, name), path=self.folder.root)
+            return Submission(name, None, {}, problem.summarize(self.problems, name), path=self.folder.root)
         tables = self._parsed("toml", layout.MANIFEST, self._bytes(layout.MANIFEST), parse)
         self.tables = tables or {}
         is_valid = tables is not None and self._check("manifest", self.folder, tables)
@@ -72,10 +71,10 @@ class _Reader:
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
         groups = {group.id: self._group(group, review, policies) for group in present}
-        problems = summarize(self.problems, name)
+        problems = problem.summarize(self.problems, name)
         return Submission(name, manifest, groups, problems, readme, review, self.folder.root)
 
-    def _check(self, scope: Scope, *subject: object) -> bool:
+    def _check(self, scope: problem.Scope, *subject: object) -> bool:
         """Collects the problems of a scope's rules, and returns whether there are none."""
         found = rules.problems(scope, *subject)
         self.problems += found

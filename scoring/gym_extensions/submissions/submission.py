@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.layout import run_key
+from gym_extensions.submissions import layout, problem
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import Manifest
-from gym_extensions.submissions.problem import Problem
 from gym_extensions.submissions.review import Review
 from gym_extensions.submissions.run import Memory, RunDocument, consecutive
 
@@ -46,7 +45,7 @@ class SubmittedGroup:
         """What verifications of a log are about: the digest of each run, by its name in review.toml."""
         runs = self.logs[protocol].runs
         documents = self.runs[protocol]
-        return {run_key(self.group.name, protocol, run): documents[run].digest for run in runs}
+        return {layout.run_key(self.group.name, protocol, run): documents[run].digest for run in runs}
 
 
 @dataclass(frozen=True, repr=False)
@@ -60,7 +59,7 @@ class Submission:
     name: str
     manifest: Manifest | None
     groups: dict[str, SubmittedGroup]
-    problems: tuple[Problem, ...] = ()
+    problems: tuple[problem.Problem, ...] = ()
     readme: str = ""
     review: Review = field(default_factory=Review)
     path: Path = Path()

@@ -9,12 +9,10 @@ from functools import cached_property
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
-from gym_extensions.metrics.formulas import COLUMNS
-from gym_extensions.metrics.values import MetricValue
+from gym_extensions.metrics import formulas, values
 from gym_extensions.references import load_references
-from gym_extensions.scoring.ranking import boards as model
+from gym_extensions.scoring.ranking import boards as model, group_board
 from gym_extensions.scoring.ranking.boards import BoardRow, BoardsDocument
-from gym_extensions.scoring.ranking.group_board import boards as scored_boards
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.submission_results import SubmissionResult, group_order
 from gym_extensions.submissions.review import REPORTED
@@ -45,9 +43,9 @@ class Row:
     ranked_on: Mapping[str, int]  # the number of ranked submissions per metric
 
     @property
-    def score(self) -> MetricValue:
+    def score(self) -> values.MetricValue:
         """The metric that sorts the board."""
-        return self.result.metric(COLUMNS[self.result.protocol][0])
+        return self.result.metric(formulas.COLUMNS[self.result.protocol][0])
 
     def rank(self, metric: str) -> tuple[int, int] | None:
         """Best and worst possible rank on a metric; None if it has none, or if it alone is ranked."""
@@ -74,7 +72,7 @@ class BoardView:
     @property
     def columns(self) -> tuple[str, ...]:
         """The names of its metrics, the sorting one first."""
-        return COLUMNS[self.protocol]
+        return formulas.COLUMNS[self.protocol]
 
     @cached_property
     def results(self) -> tuple[SubmissionResult, ...]:
@@ -148,7 +146,7 @@ class Leaderboard:
     @cached_property
     def scored(self) -> BoardsDocument:
         """The scorer's boards of all submissions without problems; computed rows only of known references."""
-        document = scored_boards([card for card in self.submissions if not card.problems])
+        document = group_board.boards([card for card in self.submissions if not card.problems])
         if load_references().digest == self.references.sha256:
             return document
         return replace(document, boards=tuple(replace(board, computed=()) for board in document.boards))

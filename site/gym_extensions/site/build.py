@@ -16,9 +16,7 @@ from pathlib import Path
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site import FOLDER, paths
-from gym_extensions.site.board_views import Leaderboard, shortened
-from gym_extensions.site.pages import PAGES
+from gym_extensions.site import FOLDER, board_views, pages, paths
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.mujoco_wasm import Simulator
 
@@ -34,10 +32,10 @@ class Site:
     cards: dict[str, Scorecard] = field(default_factory=dict)
 
     @cached_property
-    def leaderboard(self) -> Leaderboard:
+    def leaderboard(self) -> board_views.Leaderboard:
         """All submissions and their boards. No submission may follow."""
         cards = tuple(self.cards[name] for name in sorted(self.cards))
-        return Leaderboard(self.render.references, cards)
+        return board_views.Leaderboard(self.render.references, cards)
 
     def files(self, cards: Iterable[Scorecard]) -> Iterator[File]:
         """Every file: those of each submission as it comes, then those that are made from all submissions.
@@ -50,7 +48,7 @@ class Site:
                 raise BenchError("same-name", f"Two submissions have the name {card.name!r}.", hint=hint)
             for page in self.render.pages:
                 yield from page.publish_submission(card, self.render) if page.publish_submission else ()
-            self.cards[card.name] = shortened(card)
+            self.cards[card.name] = board_views.shortened(card)
         for page in self.render.pages:
             yield from page.publish(self.leaderboard, self.render) if page.publish else ()
         for file in sorted((FOLDER / "static").rglob("*.*")):
@@ -65,7 +63,7 @@ def build_site(
     folders: Mapping[str, Path] | None = None,
     simulator: Simulator | None = None,
     docs: bool = False,
-) -> Leaderboard:
+) -> board_views.Leaderboard:
     """Writes the site and returns what it shows.
 
     All files are written into a folder beside ``out``, which then takes its place: a build that fails or is
@@ -84,7 +82,7 @@ def build_site(
         BenchError: ``out`` exists and is neither empty nor a site, no folder can be written there, or two
             submissions have the same name.
     """
-    site = Site(Render(references, PAGES, folders or {}, simulator, docs))
+    site = Site(Render(references, pages.PAGES, folders or {}, simulator, docs))
     out, hint = out.resolve(), "Name a new or empty folder with --out."
     scratch = f".{out.name}-new-"
     try:

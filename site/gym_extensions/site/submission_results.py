@@ -12,7 +12,6 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.references import experts
-from gym_extensions.references.experts import Origin
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 from gym_extensions.site.text import count, digits_for
@@ -159,7 +158,7 @@ def separate_groups(card: Scorecard) -> tuple[str, ...]:
     return groups if len(groups) > 1 else ()
 
 
-def origins(submission: str, result: SubmissionResult) -> tuple[Origin, ...]:
+def origins(submission: str, result: SubmissionResult) -> tuple[experts.Origin, ...]:
     """The policies of a log that are experts or their ancestors, by run and stage."""
     group = result.group.rpartition("-v")[0]
     return tuple(

@@ -11,8 +11,7 @@ import msgspec
 
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.catalog.tasks import NAMESPACE
-from gym_extensions.metrics.formulas import METRICS
-from gym_extensions.metrics.statistics import standard_deviation
+from gym_extensions.metrics import formulas, statistics
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, PaperCell, PaperColumns, PaperRow
@@ -34,12 +33,12 @@ def paper_table(results: GroupReturns) -> tuple[tuple[PaperRow, ...], PaperColum
             pooled[column] += values
             if values:
                 mean = math.fsum(values) / len(values)
-                rows[-1][column] = PaperCell(mean, standard_deviation(values, center=mean))
+                rows[-1][column] = PaperCell(mean, statistics.standard_deviation(values, center=mean))
     total: dict[str, PaperCell | None] = {}
     for column, values in pooled.items():
         means = [cell.mean for row in rows if (cell := row[column])]
         mean = math.fsum(means) / len(means) if means else 0.0
-        total[column] = PaperCell(mean, standard_deviation(values)) if means else None
+        total[column] = PaperCell(mean, statistics.standard_deviation(values)) if means else None
     table = zip(results.group.task_ids, rows, strict=True)
     return tuple(PaperRow(task, "", **row) for task, row in table), PaperColumns(**total)
 
@@ -100,7 +99,7 @@ def reported_groups(name: str, budget: str) -> dict[str, dict[str, scorecard.Gro
             budget=budget,
             runs=(),
             tasks=tuple(row.task for row in rows),
-            metrics={metric.name: MetricValue(why=WHY) for metric in METRICS["sequential"]},
+            metrics={metric.name: MetricValue(why=WHY) for metric in formulas.METRICS["sequential"]},
             reference={row.task: scorecard.ReferenceValue() for row in rows},
             return_matrix=(),
             paper_table=rows,

@@ -12,12 +12,9 @@ from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, No
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 from gym_extensions.references import References
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard, Sketch
+from gym_extensions.scoring.submission import normalization, reported_tables, suites
 from gym_extensions.scoring.submission.core_score import core_score, run_cost
-from gym_extensions.scoring.submission.normalization import GroupReturns, group_returns, normalized_runs
-from gym_extensions.scoring.submission.reported_tables import paper_table, reported_groups
 from gym_extensions.scoring.submission.stages import with_stages
-from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.submissions import review as reviews
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, Level
@@ -25,7 +22,7 @@ from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_runs
 
 
-def score(submission: Submission, references: References, only: Collection[str] = ()) -> Scorecard:
+def score(submission: Submission, references: References, only: Collection[str] = ()) -> scorecard.Scorecard:
     """The scorecard of one submission. With problems, it has neither a level nor groups.
 
     It depends on the submission and the references alone. ``only`` names the groups of a reported submission
@@ -33,17 +30,17 @@ def score(submission: Submission, references: References, only: Collection[str] 
     """
     submission = scored_runs(submission)
     manifest, review = submission.manifest, submission.review
-    groups: dict[str, dict[str, GroupScore]] = {}
+    groups: dict[str, dict[str, scorecard.GroupScore]] = {}
     digests: dict[str, str] = {}
     level: Level | None = None
     if manifest and not submission.problems:
         budget = manifest.protocol.budget
         level = REPORTED if manifest.reported else CLAIMED
         if manifest.reported:
-            reported = reported_groups(manifest.reported, budget)
+            reported = reported_tables.reported_groups(manifest.reported, budget)
             groups = {id_: each for id_, each in reported.items() if not only or group(id_).name in only}
         for name, submitted in submission.groups.items():
-            returns = group_returns(submitted, budget)
+            returns = normalization.group_returns(submitted, budget)
             groups[name] = {}
             for protocol, runs in returns.runs.items():
                 documents = [submitted.runs[protocol][run] for run in runs]
@@ -61,7 +58,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
                 )
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=level)
-    card = Scorecard(
+    card = scorecard.Scorecard(
         name=submission.name,
         title=manifest.title if manifest else submission.name,
         level=level,
@@ -84,12 +81,12 @@ def score(submission: Submission, references: References, only: Collection[str] 
         ),
         decisions=tuple(review.decisions),
         groups=groups,
-        suites={} if level == REPORTED else suite_scores(groups),
+        suites={} if level == REPORTED else suites.suite_scores(groups),
     )
     return completed(card)
 
 
-def completed(card: Scorecard) -> Scorecard:
+def completed(card: scorecard.Scorecard) -> scorecard.Scorecard:
     """The scorecard with all that follows from the rest of it: stages of tasks, the core score, the cost."""
     groups = {
         name: {protocol: with_stages(each, protocol, of.get("single")) for protocol, each in of.items()}
@@ -101,7 +98,7 @@ def completed(card: Scorecard) -> Scorecard:
 
 
 def score_group(
-    results: GroupReturns,
+    results: normalization.GroupReturns,
     references: References,
     protocol: str,
     budget: str,
@@ -110,14 +107,14 @@ def score_group(
     why: str = "",
     unverified: tuple[int, ...] = (),
     documents: Sequence[RunDocument] = (),
-    sketches: tuple[Sketch, ...] = (),
-) -> GroupScore:
+    sketches: tuple[scorecard.Sketch, ...] = (),
+) -> scorecard.GroupScore:
     """Scores one group and protocol, with metrics, the paper's table, references and raw returns."""
     tasks = results.group.task_ids
-    runs = [] if references.missing(tasks) else normalized_runs(results, references, protocol)
+    runs = [] if references.missing(tasks) else normalization.normalized_runs(results, references, protocol)
     final = [[run.p(run.T, j) for j in run.scored] for run in runs]
-    rows, total = paper_table(results) if protocol == "sequential" else ((), None)
-    return GroupScore(
+    rows, total = reported_tables.paper_table(results) if protocol == "sequential" else ((), None)
+    return scorecard.GroupScore(
         published=results.group.published,
         level=level,
         why_claimed=why if level == CLAIMED else "",
@@ -144,7 +141,7 @@ def score_group(
 
 
 def metric_values(
-    results: GroupReturns, references: References, protocol: str, runs: Sequence[NormalizedRun]
+    results: normalization.GroupReturns, references: References, protocol: str, runs: Sequence[NormalizedRun]
 ) -> dict[str, MetricValue]:
     """The value of every metric of a protocol by its name, in the order of the metrics' table.
 
@@ -163,7 +160,7 @@ def metric_values(
         if lacking := [NEEDS[name] for name in metric.needs if name in NEEDS and name not in present]:
             value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this submission lacks.")
         elif metric is JOINT_GAP:
-            joint = over_runs(FINAL, normalized_runs(results, references, "joint"), experts)
+            joint = over_runs(FINAL, normalization.normalized_runs(results, references, "joint"), experts)
             value = joint_gap(values[FINAL.name], joint, experts)
         else:
             partners = [set(results.runs[name]) for name in metric.needs if name in results.runs]
@@ -178,7 +175,7 @@ SIGNIFICANT_DIGITS = 5
 """Digits of a return that count in a sketch, so that little noise changes few digests."""
 
 
-def run_sketches(submitted: SubmittedGroup, protocol: str) -> tuple[Sketch, ...]:
+def run_sketches(submitted: SubmittedGroup, protocol: str) -> tuple[scorecard.Sketch, ...]:
     """What two equal runs have in common: the sketch of the last episodes of each run of a log.
 
     In navigation, returns are whole numbers, and different agents that stand still have equal episodes.
@@ -192,7 +189,7 @@ def run_sketches(submitted: SubmittedGroup, protocol: str) -> tuple[Sketch, ...]
     return tuple((each.sha256,) if each else () for each in policies)
 
 
-def episode_sketches(log: Log) -> tuple[Sketch, ...]:
+def episode_sketches(log: Log) -> tuple[scorecard.Sketch, ...]:
     """The sketch of each run: the 16 smallest digests of its episodes after the last stage, sorted.
 
     Where there are several tasks, the last one does not count: methods that only differ in what they keep of

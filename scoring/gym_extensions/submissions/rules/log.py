@@ -13,10 +13,9 @@ import numpy as np
 from gym_extensions.catalog.bodies import UNBOUNDED, Arrival
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.errors import did_you_mean
-from gym_extensions.submissions.layout import LOG, run_file
+from gym_extensions.submissions import layout, submission
 from gym_extensions.submissions.log import FLAGS, Log
 from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, rule
-from gym_extensions.submissions.submission import first_identical_runs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -75,7 +74,7 @@ def where(log: Log, index: int) -> str:
     """The file of a row, and its line there; the header is line 1."""
     runs = log.rows["run"]
     run = int(runs[index])
-    path = run_file(log.group.name, log.protocol, run, LOG)
+    path = layout.run_file(log.group.name, log.protocol, run, layout.LOG)
     return f"{path}, line {index - int(np.argmax(runs == run)) + 2}"
 
 
@@ -213,7 +212,7 @@ def missing_cell(rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
     cells = prescribed.groupby(["run", "stage", "position"])["episode"].nunique().to_dict()
     hint = "Finish the evaluation of this run, or leave out the whole run."
     for run in log.runs:
-        where = run_file(log.group.name, log.protocol, run, LOG)
+        where = layout.run_file(log.group.name, log.protocol, run, layout.LOG)
         counted = {
             (stage, name): cells.get((run, stage, position), 0)
             for stage in all_stages
@@ -232,7 +231,7 @@ def missing_cell(rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
 def identical_runs(logs: dict[str, Log], is_trainable: bool) -> Iterator[Finding]:
     """No two runs of a trainable agent are identical in every episode. (Runs of an agent without parameters
     may be, in both the sequential and the single protocol: they count as one, and the scorecard says so.)"""
-    first = {protocol: first_identical_runs(log) for protocol, log in logs.items()}
+    first = {protocol: submission.first_identical_runs(log) for protocol, log in logs.items()}
     for protocol, log in logs.items():
         partner = first.get(PARTNER.get(protocol, ""), {})
         for run, original in first[protocol].items():
@@ -244,4 +243,4 @@ def identical_runs(logs: dict[str, Log], is_trainable: bool) -> Iterator[Finding
             if not (is_identical_pair or is_trainable):
                 message += f" In the protocol {PARTNER[protocol]} they differ."
                 hint = "Train each run with its own seed, and write both logs from the same agent."
-            yield Finding(run_file(log.group.name, protocol, run, LOG), message, hint)
+            yield Finding(layout.run_file(log.group.name, protocol, run, layout.LOG), message, hint)

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.submissions.layout import CLONE, DOCUMENT, run_file
-from gym_extensions.submissions.policies import files
-from gym_extensions.submissions.policies.files import AnyPolicy
-from gym_extensions.submissions.policies.mlp_arrays import Arrays
+from gym_extensions.submissions.policies import files, mlp_arrays
 from gym_extensions.submissions.problem import Finding, rule
 from gym_extensions.submissions.run import RunDocument
 
@@ -28,9 +26,9 @@ class RunPolicies:
 
     group: TaskGroup
     document: RunDocument
-    arrays: Arrays
+    arrays: mlp_arrays.Arrays
     with_content: bool = True
-    first: AnyPolicy | None = None
+    first: files.AnyPolicy | None = None
     observes_task: bool | None = None
     evaluation: str | None = None
 
@@ -45,7 +43,7 @@ class RunPolicies:
         return list(found) if self.with_content else []
 
     @functools.cached_property
-    def policies(self) -> dict[str, AnyPolicy]:
+    def policies(self) -> dict[str, files.AnyPolicy]:
         """The policies by their place; none unless all arrays are valid."""
         if self.errors or not self.with_content:
             return {}

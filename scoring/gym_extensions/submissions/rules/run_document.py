@@ -8,13 +8,10 @@ from itertools import pairwise
 
 import msgspec
 
-from gym_extensions.catalog import fingerprints
-from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog import fingerprints, groups, tasks
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, stages
-from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.errors import did_you_mean
-from gym_extensions.submissions.layout import CLONE, DOCUMENT, LOG, POLICIES, run_file
-from gym_extensions.submissions.log import WHOLE_BUDGET, stage_steps
+from gym_extensions.submissions import layout, log
 from gym_extensions.submissions.policies.files import missing_networks
 from gym_extensions.submissions.problem import MAX_QUOTE, Finding, quote, rule
 from gym_extensions.submissions.rules.manifest import first_invisible
@@ -35,7 +32,7 @@ class SubmittedRun:
     group.
     """
 
-    group: TaskGroup
+    group: groups.TaskGroup
     protocol: str
     run: int
     document: RunDocument
@@ -44,9 +41,9 @@ class SubmittedRun:
     budget: Budget | None
     fingerprints: dict[str, str]
 
-    def file(self, suffix: str = DOCUMENT) -> str:
+    def file(self, suffix: str = layout.DOCUMENT) -> str:
         """The path of a file of the run."""
-        return run_file(self.group.name, self.protocol, self.run, suffix)
+        return layout.run_file(self.group.name, self.protocol, self.run, suffix)
 
     def key(self, name: str) -> str:
         """The location of a key of the document."""
@@ -78,8 +75,8 @@ def different_log(run: SubmittedRun) -> Iterator[Finding]:
     """The document states the SHA-256 of the run's log."""
     if run.log_sha256 and run.document.log != run.log_sha256:
         message = f"The log has the SHA-256 {run.log_sha256}; the document states {run.document.log}."
-        hint = f"Restore the log; it is written together with its document. {CLONE}"
-        yield Finding(run.file(LOG), message, hint)
+        hint = f"Restore the log; it is written together with its document. {layout.CLONE}"
+        yield Finding(run.file(layout.LOG), message, hint)
 
 
 @rule("document")
@@ -95,14 +92,14 @@ def different_policies(run: SubmittedRun) -> Iterator[Finding]:
         return
     hint = "Restore it, or write null in the key policies: then the log can only be claimed."
     if not files:
-        message = f"There is neither {run.file(POLICIES)} nor one .onnx file per stage."
+        message = f"There is neither {run.file(layout.POLICIES)} nor one .onnx file per stage."
         yield Finding(run.key("policies"), message, hint)
         return
     for suffix in missing_networks(files, run.group, run.protocol):
         yield Finding(run.file(suffix), "The file is missing, but the document names policies.", hint)
-    if files.get(POLICIES, MAX_POINTER + 1) <= MAX_POINTER:
-        message = f"The file has {files[POLICIES]} bytes; the document states {policies.size}."
-        yield Finding(run.file(POLICIES), message, f"Restore the file. {CLONE}")
+    if files.get(layout.POLICIES, MAX_POINTER + 1) <= MAX_POINTER:
+        message = f"The file has {files[layout.POLICIES]} bytes; the document states {policies.size}."
+        yield Finding(run.file(layout.POLICIES), message, f"Restore the file. {layout.CLONE}")
 
 
 @rule("document")
@@ -152,7 +149,7 @@ def foreign_fingerprint(run: SubmittedRun) -> Iterator[Finding]:
         closest = did_you_mean(name[:MAX_QUOTE], run.group.task_ids)
         yield Finding(run.key("fingerprints"), f"{quote(name)} is not a task of {run.group.id}.", closest)
     for task in run.group.tasks:
-        is_published = TASKS.get(task.id) == task
+        is_published = tasks.TASKS.get(task.id) == task
         expected = fingerprints.published(task.id) if is_published else run.fingerprints.get(task.id)
         actual = stated.get(task.id)
         if actual is None:
@@ -168,8 +165,8 @@ def over_budget(run: SubmittedRun) -> Iterator[Finding]:
     batch)."""
     if run.budget is None:
         return
-    steps = stage_steps(run.budget, run.group, run.protocol)
-    total = steps * (1 if run.protocol in WHOLE_BUDGET else len(run.group.tasks))
+    steps = log.stage_steps(run.budget, run.group, run.protocol)
+    total = steps * (1 if run.protocol in log.WHOLE_BUDGET else len(run.group.tasks))
     hint = "Train within the budget, or name the larger budget in submission.toml."
     if run.document.steps > BUDGET_TOLERANCE * total:
         message = f"The run has {run.document.steps} steps; the budget {run.budget.name!r} has {total}."
@@ -234,7 +231,7 @@ def impossible_curve_return(run: SubmittedRun) -> Iterator[Finding]:
 def impossible_evaluation(run: SubmittedRun) -> Iterator[Finding]:
     """An evaluation during training has 1 to 20 episodes, those with a prescribed seed, and its step is less
     than the steps of its stage."""
-    limit = stage_steps(run.budget, run.group, run.protocol) if run.budget else None
+    limit = log.stage_steps(run.budget, run.group, run.protocol) if run.budget else None
     for part in run.document.evaluations:
         where = run.part("evaluations", part)
         if not 1 <= part.episodes <= EVALUATION_EPISODES:

@@ -13,9 +13,8 @@ from statistics import fmean
 
 from markupsafe import Markup, escape
 
-from gym_extensions.site.board_views import Row
+from gym_extensions.site import board_views, submission_results
 from gym_extensions.site.charts import svg
-from gym_extensions.site.submission_results import Points, SubmissionResult
 from gym_extensions.site.text import fixed, grouped, short, variation
 
 X, Y = (34.0, 200.0), (100.0, 10.0)
@@ -102,7 +101,7 @@ def _steps(values: tuple[float, ...], scale: svg.Scale) -> tuple[str, ...]:
     return tuple(map(str, (corners[0], *map(sub, corners[1:], corners))))
 
 
-def histories(result: SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
+def histories(result: submission_results.SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
     """Per task its title, unit and score after every stage: a line per run, the mean bold.
 
     Tasks with an expert share one scale of normalized returns. An open task has a scale of raw returns, which
@@ -128,7 +127,7 @@ def histories(result: SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
         yield variation(name, result.tasks), unit, drawing
 
 
-def curves(result: SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
+def curves(result: submission_results.SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
     """Per task with training curves its title, steps and raw returns over steps; one scale per group."""
     points = [point for curve in result.detail.curves for point in curve.points]
     if not points:
@@ -145,7 +144,7 @@ def curves(result: SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
             yield variation(task, result.tasks), f"{grouped(int(max(steps)))} steps", drawing
 
 
-def _means(line: Points) -> Points:
+def _means(line: submission_results.Points) -> submission_results.Points:
     """The line; of one with more than ``MOST_POINTS``, the means of as many neighbours as needed."""
     size = -(-len(line) // MOST_POINTS)
     if size < 2:
@@ -158,7 +157,7 @@ LINE_STYLES = 6
 """Number of line styles in the style sheet, and of lines in a chart."""
 
 
-def panels(rows: Sequence[Row]) -> list[tuple[Markup, Markup]]:
+def panels(rows: Sequence[board_views.Row]) -> list[tuple[Markup, Markup]]:
     """Title and chart of every task that has scores, with a line per submission, on one scale."""
     results = [row.result for row in rows]
     scores = [value for result in results for stage in result.stages for value in stage]
@@ -198,24 +197,24 @@ DESCRIBED = (0.0, 0.5, 1.0, 2.0)
 """The scores whose shares the description names, where the profile has them."""
 
 
-def described(profile: Points) -> str:
+def described(profile: submission_results.Points) -> str:
     """The profile in words, for example ``above 0: 100 %, above 0.5: 60 %``."""
     shares = [(at, share) for at, share in profile if at in DESCRIBED]
     return ", ".join(f"above {svg.tick_label(at)}: {100 * share:.0f}\u202f%" for at, share in shares)
 
 
-def profile(result: SubmissionResult) -> Markup:
+def profile(result: submission_results.SubmissionResult) -> Markup:
     """The profile of one submission on one group, which has one."""
     return _profiles([("", result.profile)], described(result.profile))
 
 
-def board_profile(rows: Sequence[Row]) -> Markup:
+def board_profile(rows: Sequence[board_views.Row]) -> Markup:
     """The profiles of submissions on one scale; the first one is drawn last, above the others."""
     titled = [(row.submission.title, row.result.profile) for row in rows]
     return _profiles(titled, "; ".join(f"{title}: {described(each)}" for title, each in titled))
 
 
-def _profiles(lines: Sequence[tuple[str, Points]], label: str) -> Markup:
+def _profiles(lines: Sequence[tuple[str, submission_results.Points]], label: str) -> Markup:
     first, last = lines[0][1][0][0], max(each[-1][0] for _, each in lines)
     x, y = svg.Scale(first, last, *PROFILE_X), svg.Scale(0.0, 1.0, *PROFILE_Y)
     body = [svg.stroke(x.start, y.at(share), x.end, y.at(share), "level") for share in (0.0, 0.5, 1.0)]

@@ -9,9 +9,8 @@ from markupsafe import Markup
 from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import BoardMetric
+from gym_extensions.site import submission_results, text
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, tick_label
-from gym_extensions.site.submission_results import SubmissionResult
-from gym_extensions.site.text import fixed, interval
 
 WIDTH, MARGIN = 280, 12
 ROW_HEIGHT = 22
@@ -40,7 +39,7 @@ def metric_scale(values: Iterable[Shown]) -> Scale:
     return scale_around(numbers, MARGIN, WIDTH - MARGIN)
 
 
-def board_scale(results: Sequence[SubmissionResult]) -> Scale:
+def board_scale(results: Sequence[submission_results.SubmissionResult]) -> Scale:
     """One scale for the drawn metrics of one protocol: the sorting one and learning performance."""
     drawn = [COLUMNS[result.protocol][0] for result in results[:1]] + [LEARNING.name]
     return metric_scale(result.metric(name) for result in results for name in drawn)
@@ -51,8 +50,8 @@ def describe(value: Shown) -> str:
     if value.mean is None:
         return f"no value: {value.why}"
     alone = ", one run, no interval" if runs_of(value) else ", no interval"
-    ends = f", 95 % interval {interval(*value.ends)}" if value.ends else alone
-    return f"{fixed(value.mean)}{ends}"
+    ends = f", 95 % interval {text.interval(*value.ends)}" if value.ends else alone
+    return f"{text.fixed(value.mean)}{ends}"
 
 
 def strip(value: Shown, scale: Scale) -> Markup:
@@ -108,7 +107,7 @@ def _drawn(value: Shown, scale: Scale, label: str, before: str = "") -> Markup:
                 parts.append(f'<polygon class="beyond" points="{corners}"/>')
     runs = runs_of(value)
     parts += [
-        f'<circle class="run" cx="{px(x)}" cy="{px(y)}" r="2.4"><title>{fixed(run)}</title></circle>'
+        f'<circle class="run" cx="{px(x)}" cy="{px(y)}" r="2.4"><title>{text.fixed(run)}</title></circle>'
         for run, x in zip(runs, scale.each_at(runs) if runs else (), strict=True)
     ]
     if value.mean is not None:

@@ -7,10 +7,8 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from gym_extensions.catalog.descriptions import Description, picture_file
-from gym_extensions.catalog.groups import GROUPS, SUITES
+from gym_extensions.catalog import descriptions, groups, variations
 from gym_extensions.catalog.tasks import TASKS, Task
-from gym_extensions.catalog.variations import Course
 from gym_extensions.references import Reference
 from gym_extensions.site import FOLDER
 from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
@@ -28,7 +26,7 @@ def pictures() -> dict[str, Path]:
 
 def map_picture(task: Task) -> str:
     """The file name of the drawn map with its goal; empty for a task without a map."""
-    courses = [variation for variation in task.variations if isinstance(variation, Course)]
+    courses = [variation for variation in task.variations if isinstance(variation, variations.Course)]
     return f"map{courses[0].map}-goal{courses[0].goal}.svg" if courses else ""
 
 
@@ -37,15 +35,15 @@ def task_picture(task_id: str) -> str:
     task = TASKS.get(task_id)
     if task is None:
         return ""
-    name = picture_file(task)
+    name = descriptions.picture_file(task)
     name = name if name in pictures() else map_picture(task)
     return f"pictures/{name}" if name else ""
 
 
 def group_picture(group_id: str) -> str:
     """The path of the picture that stands for a group or suite; empty without one."""
-    shown = SUITES.get(group_id, (group_id,))[0]
-    tasks = (task for group in GROUPS.values() if group.id == shown for task in group.task_ids)
+    shown = groups.SUITES.get(group_id, (group_id,))[0]
+    tasks = (task for group in groups.GROUPS.values() if group.id == shown for task in group.task_ids)
     return next(filter(None, map(task_picture, tasks)), "")
 
 
@@ -54,7 +52,7 @@ SIZE = (640, 480)
 """Width and height of a map in units; y points down in pictures and up in coordinates."""
 
 
-def map_file(description: Description) -> str:
+def map_file(description: descriptions.Description) -> str:
     """The map with its goal as an SVG file."""
     obstacles = "".join(
         f"M{x} {y}h{width}v{height}h-{width}" for x, y, width, height in description.obstacles

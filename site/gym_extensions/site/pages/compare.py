@@ -8,16 +8,14 @@ from collections.abc import Iterator, Sequence
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.scoring.ranking.group_board import MAX_PAIRED, pairs_across
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site import paths
-from gym_extensions.site.board_views import BoardView, Leaderboard
+from gym_extensions.site import board_views, paths, text
 from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.text import PROTOCOLS, group_name
 
 MOST_BOARDS = 40
 """Boards that the page links to."""
 
 
-def publish(site: Leaderboard, render: Render) -> Iterator[File]:
+def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """Two menus of submissions and what separates them; without script, links to the boards."""
     boards = [board for board in site.boards if board.leader and len(board.rows) > 1]
     yield "compare.html", render("compare.html", "compare.html", boards=boards[:MOST_BOARDS])
@@ -26,21 +24,21 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         yield paths.board_data(merged[0].id, "pairs.js"), differences(merged, site.submissions)
 
 
-def contests(boards: Sequence[BoardView]) -> list[list[BoardView]]:
+def contests(boards: Sequence[board_views.BoardView]) -> list[list[board_views.BoardView]]:
     """The boards of each group, protocol and budget: without and with the task label, or one of them."""
-    found: dict[tuple[object, ...], list[BoardView]] = {}
+    found: dict[tuple[object, ...], list[board_views.BoardView]] = {}
     for board in boards:  # the score of a suite has no value per run, with which to compare two boards
         is_apart = board.suite and board.task_conditioned
         found.setdefault((board.group, board.protocol, board.budget, is_apart), []).append(board)
     return list(found.values())
 
 
-def index(site: Leaderboard) -> str:
+def index(site: board_views.Leaderboard) -> str:
     """The script with the submissions, the groups that they have in common, and the pairs of the core."""
     merged = [
         {
-            "group": group_name(board.group),
-            "label": f"{PROTOCOLS[board.protocol][0]}, {board.budget}",
+            "group": text.group_name(board.group),
+            "label": f"{text.PROTOCOLS[board.protocol][0]}, {board.budget}",
             "page": paths.board_tab(board.group, board.id),
             "pairs": paths.board_data(board.id, "pairs.js"),
             "id": board.id,
@@ -69,7 +67,7 @@ def index(site: Leaderboard) -> str:
     return f"compareIndex({json.dumps(document, separators=(',', ':'))});\n"
 
 
-def differences(boards: Sequence[BoardView], cards: Sequence[Scorecard]) -> str:
+def differences(boards: Sequence[board_views.BoardView], cards: Sequence[Scorecard]) -> str:
     """The script with the differences of the submissions of ``contests``, loaded when two are compared.
 
     By the positions i < j of two submissions in ``names``: mean, ends of the interval and p value per column.

@@ -14,15 +14,12 @@ from gym_extensions.documents import DIALECT, JsonDocument, about, json_schema
 from gym_extensions.scoring.output.board_frames import board_frame, to_csv
 from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
-from gym_extensions.site import paths
-from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages.groups import groups
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.pages.tasks import measured
-from gym_extensions.submissions.layout import MANIFEST
+from gym_extensions.submissions import layout, poses, review
 from gym_extensions.submissions.manifest import Manifest
-from gym_extensions.submissions.poses import Poses
-from gym_extensions.submissions.review import Level
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +28,7 @@ class IndexRow:
 
     name: Annotated[str, about("name of its folder")]
     title: Annotated[str, about("its title")]
-    level: Annotated[Level | None, about("its level; null if it was refused")]
+    level: Annotated[review.Level | None, about("its level; null if it was refused")]
     path: Annotated[str, about("path of its scorecard, a document of schemas/scorecard.json")]
     page: Annotated[str, about("path of its page")]
 
@@ -82,7 +79,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     yield paths.submission_data(submission.name), document.to_json()
 
 
-def publish(site: Leaderboard, render: Render) -> Iterator[File]:
+def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The page that lists the data, the index, boards, groups and schemas."""
     members, submissions, boards = groups(site), list[IndexRow](), dict[str, IndexBoard]()
     for card in site.submissions:
@@ -130,7 +127,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
 DOCUMENTS: dict[str, type[JsonDocument]] = {
     "scorecard": ScorecardDocument,
     "boards": BoardsDocument,
-    "poses": Poses,
+    "poses": poses.Poses,
     "index": Index,
     "group": GroupDocument,
 }
@@ -148,7 +145,7 @@ def schema_texts() -> dict[str, str]:
     manifest["properties"]["reported"]["enum"] = list(REPORTS)
     manifest["required"] = sorted({*manifest["required"], "format"})
     manifest |= {"if": {"not": {"required": ["reported"]}}, "then": {"required": ["tuning"]}}
-    schemas["submission"] |= {"$schema": DIALECT, "title": MANIFEST}
+    schemas["submission"] |= {"$schema": DIALECT, "title": layout.MANIFEST}
     schemas |= {name: json_schema(document) for name, document in DOCUMENTS.items()}
     return {
         f"{name}.json": json.dumps(schema, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

@@ -9,8 +9,7 @@ from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.scorecard import PaperRow, Scorecard
-from gym_extensions.site import paths
-from gym_extensions.site.board_views import BoardView, Leaderboard, Row
+from gym_extensions.site import board_views, paths
 from gym_extensions.site.charts.task_pictures import group_picture
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.pages.tasks import measured
@@ -23,7 +22,7 @@ FIRST_SUBMISSIONS = 2
 """How many of the best submissions are compared with the paper's numbers."""
 
 
-def publish(site: Leaderboard, render: Render) -> Iterator[File]:
+def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """A page for each group and suite with its boards, and the table of all rows of every board."""
     known = measured(site.references)
     for group in groups(site):
@@ -52,7 +51,7 @@ class Group:
     tasks: tuple[str, ...]  # task ids in training order; empty for a suite
     members: tuple[str, ...]  # the group ids of a suite; empty for a group
     # By protocol, most submissions first, task-conditioned ones after the others.
-    boards: tuple[BoardView, ...]
+    boards: tuple[board_views.BoardView, ...]
     paper: PaperTable | None  # the paper's columns; None without a publication
 
     @property
@@ -71,15 +70,15 @@ class Group:
         return len({row.submission.name for board in self.boards for row in board.rows})
 
     @property
-    def best(self) -> Row | None:
+    def best(self) -> board_views.Row | None:
         """The first ranked submission of its first board of sequential training that has one."""
         leaders = (board.leader for board in self.boards if board.protocol == SEQUENTIAL)
         return next((row for row in leaders if row and row.submission.ranked), None)
 
 
-def groups(site: Leaderboard) -> tuple[Group, ...]:
+def groups(site: board_views.Leaderboard) -> tuple[Group, ...]:
     """The groups of the core, other published groups and those that have a board, then the suites."""
-    by_group: dict[str, list[BoardView]] = {}
+    by_group: dict[str, list[board_views.BoardView]] = {}
     for board in site.boards:
         by_group.setdefault(board.group, []).append(board)
     published = {group.id: group.task_ids for group in GROUPS.values()}
@@ -95,7 +94,7 @@ def groups(site: Leaderboard) -> tuple[Group, ...]:
 
 
 def _paper(
-    name: str, tasks: Sequence[str], boards: Sequence[BoardView], submissions: Sequence[Scorecard]
+    name: str, tasks: Sequence[str], boards: Sequence[board_views.BoardView], submissions: Sequence[Scorecard]
 ) -> PaperTable | None:
     """Publications of the group, and the best submissions of its first board of sequential training."""
     reported = [

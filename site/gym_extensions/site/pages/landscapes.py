@@ -10,17 +10,14 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from gym_extensions.catalog.groups import GROUPS, TaskGroup
-from gym_extensions.catalog.worlds import Axis, axes
+from gym_extensions.catalog import groups, worlds
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.board_views import BoardView, Row
-from gym_extensions.site.charts import landscapes as charts
-from gym_extensions.site.charts.svg import tick_label
-from gym_extensions.submissions import landscapes as model
+from gym_extensions.site.charts import landscapes as charts, svg
+from gym_extensions.submissions import landscapes as model, review
 from gym_extensions.submissions.landscapes import PROTOCOL, Landscape
-from gym_extensions.submissions.review import is_withdrawn, read_review
 
 Summary = Mapping[str, MetricValue]
 """Interpolation and extrapolation, without one of which a group has no worlds."""
@@ -31,7 +28,7 @@ TITLES = {model.INTERPOLATION: "between trained values", model.EXTRAPOLATION: "b
 class AxisView:
     """One axis of a landscape: the drawing of the mean, one per run, and the mean returns."""
 
-    axis: Axis
+    axis: worlds.Axis
     stages: tuple[str, ...]
     large: Markup
     runs: tuple[tuple[int, Markup], ...]
@@ -42,7 +39,7 @@ class AxisView:
 class View:
     """The landscape of a submission on a group, or why there is none."""
 
-    group: TaskGroup
+    group: groups.TaskGroup
     landscape: Landscape | None
     best: model.Best
     submissions: int = 0  # that have a landscape of the group
@@ -59,7 +56,7 @@ class View:
         if self.landscape is None:
             return []
         views, tasks = [], range(len(self.group.tasks))
-        for axis in axes(self.group):
+        for axis in worlds.axes(self.group):
             measured, top = self.landscape.axis(axis.name), self.best[self.group.id, axis.name]
             stages = ("untrained", *(_stage(axis, self.group, task) for task in tasks))
             runs = tuple(
@@ -75,7 +72,7 @@ class View:
     def maps(self) -> dict[str, Markup]:
         """A small map of the mean over runs, by what is varied."""
         found = self.landscape
-        means = {axis: found.axis(axis.name).means for axis in axes(self.group)} if found else {}
+        means = {axis: found.axis(axis.name).means for axis in worlds.axes(self.group)} if found else {}
         return {
             axis.title: charts.small(axis, _shares(each, self.best[self.group.id, axis.name]), axis.title)
             for axis, each in means.items()
@@ -86,11 +83,11 @@ def _shares(returns: tuple[tuple[float, ...], ...], top: tuple[float, ...]) -> l
     return [[model.share(value, highest) for value, highest in zip(row, top, strict=True)] for row in returns]
 
 
-def _stage(axis: Axis, group: TaskGroup, task: int) -> str:
+def _stage(axis: worlds.Axis, group: groups.TaskGroup, task: int) -> str:
     """The name of the stage after a task: its value, or what the task is called."""
     trained = next((each for each in axis.trained if each.task == task and each.low == each.high), None)
     if trained is not None and axis.name == "gravity":
-        return f"at {tick_label(trained.low)} {axis.unit}"
+        return f"at {svg.tick_label(trained.low)} {axis.unit}"
     return group.tasks[task].name.removeprefix(group.tasks[task].base)
 
 
@@ -106,10 +103,10 @@ class Landscapes:
         standing = {}
         for name, landscapes in found.items():
             with suppress(BenchError):  # a submission with such a review has problems and is on no board
-                if not is_withdrawn(read_review(self.folders[name]).decisions):
+                if not review.is_withdrawn(review.read_review(self.folders[name]).decisions):
                     standing[name] = landscapes
         top = model.best(standing)
-        known = {group.id: group for group in GROUPS.values()}
+        known = {group.id: group for group in groups.GROUPS.values()}
         views: dict[str, dict[str, View]] = {id_: {} for id_ in known}
         for name, landscapes in found.items():
             # A withdrawn submission is compared on its own page alone.
@@ -126,9 +123,9 @@ class Landscapes:
         if folder is None:
             return {}
         views = {}
-        for group in GROUPS.values():
+        for group in groups.GROUPS.values():
             scores = submission.groups.get(group.id, {}).get(PROTOCOL)
-            if scores is None or not axes(group):
+            if scores is None or not worlds.axes(group):
                 continue
             view = self._all[group.id].get(submission.name)
             if view is None:

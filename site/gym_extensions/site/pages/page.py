@@ -18,9 +18,7 @@ from gym_extensions.site import FOLDER, paths, submission_facts, submission_resu
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import landscapes, line_charts, strips, task_pictures
 from gym_extensions.site.pages.landscapes import TITLES, Landscapes
-from gym_extensions.site.play import stroboscopes
-from gym_extensions.site.play.assets import play_group_link
-from gym_extensions.site.play.mujoco_wasm import Simulator
+from gym_extensions.site.play import assets, mujoco_wasm, stroboscopes
 from gym_extensions.submissions.review import REPORTED
 
 TASK_LIST = "tasks.html"
@@ -78,7 +76,7 @@ def environment() -> Environment:
         paper_columns=PAPER_COLUMNS,
         reported=REPORTED,
         TASKS=TASKS,
-        play_group_link=play_group_link,
+        play_group_link=assets.play_group_link,
     )
     return templates
 
@@ -90,7 +88,7 @@ class Render:
     references: ReferencesInfo  # that normalize all scores
     pages: tuple[Page, ...]  # all kinds
     folders: Mapping[str, Path] = field(default_factory=dict)  # of submissions by name, where they are known
-    simulator: Simulator | None = None  # MuJoCo for the browser, if the site has it
+    simulator: mujoco_wasm.Simulator | None = None  # MuJoCo for the browser, if the site has it
     docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
 
     @cached_property

@@ -9,12 +9,10 @@ from collections.abc import Iterator
 
 from gym_extensions.scoring.output.board_frames import metrics_frame, to_csv
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site import paths
-from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site import board_views, paths, submission_facts
 from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import watches
-from gym_extensions.site.submission_facts import LEVELS, has_policies
 from gym_extensions.site.submission_results import SEQUENTIAL, results_of, separate_groups
 from gym_extensions.site.text import split_version
 from gym_extensions.submissions.poses import load_submission
@@ -43,12 +41,12 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
         yield paths.submission_file(submission.name, "citation.bib"), bibtex(submission)
 
 
-def publish_list(site: Leaderboard, render: Render) -> Iterator[File]:
+def publish_list(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """All submissions by level and name, published tables and refused ones last."""
     on_boards = {row.submission.name for board in site.boards for row in board.rows}
     rows = site.scored.core.rows if site.scored.core else ()
     scores = {row.name: row.metrics[core.FINAL] for row in rows}
-    levels = ["", *LEVELS]
+    levels = ["", *submission_facts.LEVELS]
     submissions = sorted(site.submissions, key=lambda submission: -levels.index(submission.level or ""))
     values = {"submissions": submissions, "on_boards": on_boards, "scores": scores}
     yield "submissions.html", render("submissions.html", "submissions.html", **values)
@@ -100,7 +98,7 @@ def _escaped(text: str) -> str:
 def commands(card: Scorecard) -> str:
     """The commands that check a submission, repeat a run of it and load one of its policies, in a clone."""
     folder, lines = f"submissions/{card.name}", []
-    if has_policies(card):
+    if submission_facts.has_policies(card):
         lines = [
             "# repeat the logged episodes with the published policies, and run these on new seeds",
             f"gym-extensions verify {shlex.quote(folder)}",

@@ -5,27 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cache
 
-from gym_extensions.catalog import descriptions, fingerprints, tasks, variations
-from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog import descriptions, fingerprints, groups, tasks, variations
 from gym_extensions.references import Reference, experts, load_references, trained_alone
 from gym_extensions.scoring.scorecard import ReferencesInfo
-from gym_extensions.site import paths
-from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site import board_views, paths, text
 from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures
 from gym_extensions.site.pages.page import TASK_LIST, File, Render
-from gym_extensions.site.play.assets import play_link
-from gym_extensions.site.play.watch import Watch, watched
-from gym_extensions.site.text import grouped
+from gym_extensions.site.play import assets, watch
 from gym_extensions.submissions.layout import POSES
 from gym_extensions.submissions.poses import PolicyPoses
 
 
-def publish(site: Leaderboard, render: Render) -> Iterator[File]:
+def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The list of tasks, then a page per published task."""
     yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks.tasks_by_base())
     references, best = measured(site.references), site.scored.best
-    for task in TASKS.values():
+    for task in tasks.TASKS.values():
         path, panel, success = paths.task_path(task.id), expert_panel(task), task.body.success
         is_varied = task.variations and task.body.family != "navigation"
         values = {
@@ -36,16 +31,16 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
                 "Reward per step": task.body.prose.reward,
                 "Start": task.body.prose.start,
                 "End": task.body.prose.end,
-                "Time limit": f"{grouped(task.max_steps)} steps.",
+                "Time limit": f"{text.grouped(task.max_steps)} steps.",
                 "Success": success.text if success else "Not defined.",
                 "Source": task.body.prose.source,
             },
             "reference": references.get(task.id),
             "runs": alone(task.id),
             "best": best.get(task.id, ()),
-            "groups": [group for group in GROUPS.values() if task.id in group.task_ids],
+            "groups": [group for group in groups.GROUPS.values() if task.id in group.task_ids],
             "panel": panel,
-            "play": play_link(task),
+            "play": assets.play_link(task),
             "description": descriptions.descriptions().get(task.id),
             "fingerprint": fingerprints.published(task.id),
             "versions": tasks.versions(task),
@@ -55,7 +50,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
             yield panel.path, panel.script
 
 
-def publish_references(site: Leaderboard, render: Render) -> Iterator[File]:
+def publish_references(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """What 0 and 1 mean: a table per base body; bodies without a reference are in one sentence."""
     known = measured(site.references)
     tables = {
@@ -67,11 +62,11 @@ def publish_references(site: Leaderboard, render: Render) -> Iterator[File]:
     yield "references.html", render("references.html", "references.html", bases=bases, missing=missing)
 
 
-def publish_pictures(_site: Leaderboard, _render: Render) -> Iterator[File]:
+def publish_pictures(_site: board_views.Leaderboard, _render: Render) -> Iterator[File]:
     """Every picture file of the package, and a drawn map per course."""
     for file in pictures().values():
         yield f"pictures/{file.name}", file.read_bytes()
-    maps = {map_picture(task): task.id for task in reversed(TASKS.values())}
+    maps = {map_picture(task): task.id for task in reversed(tasks.TASKS.values())}
     for name, task_id in sorted(maps.items()):
         facts = descriptions.descriptions().get(task_id)
         if name and facts is not None:
@@ -91,7 +86,7 @@ def alone(task_id: str) -> tuple[float, ...]:
     return tuple(run.mean for run in found.runs) if found else ()
 
 
-def expert_panel(task: Task) -> Watch | None:
+def expert_panel(task: tasks.Task) -> watch.Watch | None:
     """The panel with an episode of the expert; None if there are no poses of its policy."""
     file = experts.DATA / POSES / f"{task.bare_name}.json"
     poses = PolicyPoses.load(file, "bad-poses", "python -m tools.experts poses")
@@ -99,6 +94,6 @@ def expert_panel(task: Task) -> Watch | None:
         return None
     path, episodes = (
         paths.task_path(task.id).replace(".html", "-poses.js"),
-        watched(poses.poses, "The expert"),
+        watch.watched(poses.poses, "The expert"),
     )
-    return Watch("watch-policies", path, 0, (episodes,)) if episodes else None
+    return watch.Watch("watch-policies", path, 0, (episodes,)) if episodes else None

@@ -19,10 +19,9 @@ from urllib.parse import urlencode
 
 import numpy as np
 
-from gym_extensions.catalog.bodies import BODIES, Body
+from gym_extensions.catalog import bodies, variations
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.catalog.variations import Wall
 from gym_extensions.errors import BenchError
 from gym_extensions.references import experts
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
@@ -38,7 +37,7 @@ FORMAT = 1
 MAX_BYTES, MAX_FILE_BYTES = 40_000_000, 1_000_000
 """Bytes of all policies that a site publishes for Play, and of those of one run."""
 NAMES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid", "HumanoidStandup", "HumanoidStandupAndRun")
-PLAYED = tuple(BODIES[name] for name in NAMES)
+PLAYED = tuple(bodies.BODIES[name] for name in NAMES)
 """Bodies whose rules the script ``static/play/rules.js`` has."""
 TYPES = {"float32": "f4", "float64": "f8", "bool": "u1"}
 UNUSED = ("log_sigma", "log_sigma_weight", "log_sigma_clip")
@@ -208,8 +207,8 @@ def _models() -> dict[str, bytes]:
     return files | {f"{MODELS}LICENSE-gymnasium.txt": license_of("gymnasium")}
 
 
-def _body(body: Body) -> dict[str, object]:
-    wall, health = Wall(width=body.wall_width or 0.8), body.health
+def _body(body: bodies.Body) -> dict[str, object]:
+    wall, health = variations.Wall(width=body.wall_width or 0.8), body.health
     # JSON has no infinity, so an open end is None.
     ends = (health.height, health.angle) if health else ((), ())
     height, angle = ([end if math.isfinite(end) else None for end in each] for each in ends)

@@ -14,9 +14,8 @@ from typing import Any
 from gym_extensions.catalog.descriptions import Description, descriptions
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site.paths import submission_file
+from gym_extensions.site import paths, submission_results
 from gym_extensions.site.play.kinematics import Array
-from gym_extensions.site.submission_results import results_of
 from gym_extensions.site.text import count, digits_for, fixed
 from gym_extensions.submissions.poses import MAX_SECONDS, Clip, Poses, TaskPoses
 
@@ -111,12 +110,12 @@ def _index(values: list[Any], value: Any) -> int:
 def watches(submission: Scorecard, poses: Mapping[str, Poses]) -> dict[str, Watch]:
     """The panels of a submission by group id, for groups with poses of its present results."""
     panels = {}
-    for result in results_of(submission.groups):
+    for result in submission_results.results_of(submission.groups):
         shown = poses.get(result.group)
         if shown is None or not result.stage_matrices or not shown.shows(result.runs, result.stage_matrices):
             continue
         if tuple(row.task for row in shown.tasks) == result.tasks:
-            path = submission_file(submission.name, f"poses-{result.group}.js")
+            path = paths.submission_file(submission.name, f"poses-{result.group}.js")
             tasks = tuple(filter(None, map(watched, shown.tasks)))
             panels[result.group] = Watch(f"watch-{result.id}", path, shown.run, tasks)
     return panels
