@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Card, Context, Observes, agent_spec, train
+from gym_extensions.baselines import Card, Context, Observes, train
 from gym_extensions.baselines.agent import TaskLabel, action_function, check_context
 from gym_extensions.baselines.agent_spec import AgentSpec, checked_card
 from gym_extensions.baselines.algorithms.floors import Zero
@@ -18,6 +18,7 @@ from gym_extensions.baselines.submission import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions import rules
 from gym_extensions.submissions.rules.manifest import findings
 
 from .conftest import QUICK_GROUP
@@ -213,7 +214,7 @@ def test_one_agent_is_made_to_be_checked_and_one_per_job(
         checked.append(subjects)
         return []
 
-    monkeypatch.setattr(agent_spec, "problems", problems)
+    monkeypatch.setattr(rules, "problems", problems)
     train(Counted, QUICK_GROUP, ["joint", "sequential"], "smoke", 0, out=tmp_path / "mine")
     assert (Counted.made, len(checked)) == (1 + 2, 1)
 

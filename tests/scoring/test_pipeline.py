@@ -12,8 +12,8 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
 from gym_extensions.references import References, path_of
-from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, score_folders, scorecard_document, scorecards
+from gym_extensions.submissions import reader
 from gym_extensions.submissions.layout import submission_folders
 from gym_extensions.submissions.reader import read
 
@@ -40,7 +40,7 @@ def test_an_unforeseen_error_is_a_problem_of_that_submission_alone(
             raise ZeroDivisionError
         return read(path, *arguments, **options)
 
-    monkeypatch.setattr(pipeline, "read", failing)
+    monkeypatch.setattr(reader, "read", failing)
     broken, good = scorecards(folders, Scorer(references), workers=1)
     (problem,) = broken.problems
     assert (problem.rule, problem.where) == ("fault-of-the-scorer", "a")
