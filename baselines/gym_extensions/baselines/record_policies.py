@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
@@ -249,7 +249,10 @@ def record(
         used = usage_since(started, recorded.steps)
         folder.finish(FinishedStage(number, episodes, trained, memory, used), agent, last=True)
     _write_if_complete(path, job, settings)
-    return mean_returns(episodes)
+    returns: dict[str, list[float]] = {}
+    for episode in episodes:
+        returns.setdefault(episode.task, []).append(episode.return_)
+    return {id_: fmean(values) for id_, values in returns.items()}
 
 
 def _evaluate(agent: PolicyAgent, job: TrainingJob, stage: Stage, folder: JobFolder) -> list[log.Episode]:
@@ -275,11 +278,3 @@ def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
             words = f"…, {job.group.name!r}, {job.protocol!r}, run={job.run}"
             command = f"gym_extensions.baselines.record({words})"
             submission.write_run_files(out, records, settings, command=command)
-
-
-def mean_returns(episodes: Iterable[log.Episode]) -> dict[str, float]:
-    """The mean return of each task by its id."""
-    by_task: dict[str, list[float]] = {}
-    for episode in episodes:
-        by_task.setdefault(episode.task, []).append(episode.return_)
-    return {task: fmean(returns) for task, returns in by_task.items()}

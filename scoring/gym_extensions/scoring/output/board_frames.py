@@ -76,20 +76,15 @@ def metrics_frame(cards: Iterable[Scorecard]) -> pd.DataFrame:
     return typed((row for card in cards for row in _metric_rows(card)), METRIC_DTYPES)
 
 
-def board_dtypes(protocol: str) -> dict[str, str]:
-    """The columns of a board of that protocol: the submission's, and three per metric."""
-    ends = {f"{metric.name}{end}": "float64" for metric in BOARD_METRICS[protocol] for end in ENDS}
-    return SUBMISSION_DTYPES | ends
-
-
 def _ends(metrics: Iterable[BoardMetric]) -> list[float | None]:
     return [end for value in metrics for end in (value.mean, value.low, value.high)]
 
 
 def board_frame(board: Board) -> pd.DataFrame:
-    """One row per submission in the order of the board, then computed ones; columns: :func:`board_dtypes`.
+    """One row per submission in the order of the board, then computed ones.
 
-    The computed rows (``alone``, ``random``, ``zero``) have no level, no rank and no runs.
+    The columns are those of ``SUBMISSION_DTYPES``, and three per metric. The computed rows (``alone``,
+    ``random``, ``zero``) have no level, no rank and no runs.
     """
     names = [metric.name for metric in BOARD_METRICS[board.protocol]]
     _, _, *facts_of = SUBMISSION_DTYPES
@@ -102,7 +97,7 @@ def board_frame(board: Board) -> pd.DataFrame:
         why = "Computed from the references: no submission."
         unranked = (None, None, each.name, each.title, None, None, 0, False, why)
         rows.append((*unranked, *_ends(each.metrics[name] for name in names)))
-    return typed(rows, board_dtypes(board.protocol))
+    return typed(rows, SUBMISSION_DTYPES | {f"{name}{end}": "float64" for name in names for end in ENDS})
 
 
 def core_frame(board: CoreBoard | None) -> pd.DataFrame:

@@ -174,12 +174,6 @@ def _strings(value: object, where: str, multiline: bool = False) -> Iterator[tup
             yield from _strings(inner, where, multiline)
 
 
-def _is_visible(char: str) -> bool:
-    """Whether a character has a glyph. Characters that this Python's Unicode does not know are visible."""
-    category = unicodedata.category(char)
-    return char not in BLANK and (category[0] not in "CMZ" or category == "Cn")
-
-
 def first_invisible(text: str) -> str:
     """The first invisible character of a text, or nothing. A joiner counts only between ASCII characters."""
     if text.isascii() and text.isprintable():
@@ -205,7 +199,10 @@ def _has_stacked_marks(text: str) -> bool:
 def empty_title(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """The title contains at least one visible character."""
     title = tables.get("title")
-    if isinstance(title, str) and not any(map(_is_visible, title)):
+    if not isinstance(title, str):
+        return
+    kinds = [unicodedata.category(char) for char in title if char not in BLANK]
+    if all(kind[0] in "CMZ" and kind != "Cn" for kind in kinds):  # "Cn": newer than this Python's Unicode
         message = f"The title {quote(title)} has no visible character."
         yield Finding(where_of("", "title"), message, "Name the submission.")
 
