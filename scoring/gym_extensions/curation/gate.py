@@ -19,17 +19,14 @@ from gym_extensions.files import write_bytes
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.references import load_references
 from gym_extensions.scoring.submission.scorer import score
-from gym_extensions.submissions.layout import NAME
+from gym_extensions.submissions import layout, reader, review
 from gym_extensions.submissions.problem import Problem, cut, escape, problems as problems_of
-from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import CLAIMED, REPORTED
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
+from gym_extensions.verification import new_seeds, verify
 from gym_extensions.verification.episodes import Cell, played
 from gym_extensions.verification.git import MACHINE_ERRORS, Repository
 from gym_extensions.verification.limits import Limits, answers
-from gym_extensions.verification.new_seeds import files_digest
-from gym_extensions.verification.verify import SAMPLED, LoggedRun, logged_runs, repetition
 
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
 """Of the process that reads the files of a submission."""
@@ -60,7 +57,7 @@ def check_pull_request(
         if not any(map(is_data, pull_request.paths)):
             return replace(report, kind="code", verdict="not-judged")
         name = next(iter(pull_request.submissions), "")
-        known = name if NAME.fullmatch(name) else ""
+        known = name if layout.NAME.fullmatch(name) else ""
         report = replace(report, kind=pull_request.kind, submission=known)
         problems = problems_of("pull request", pull_request, rules=RULES)
         return _closed(report, problems) if problems else _judged(report, pull_request, limits)
@@ -121,11 +118,11 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: reads and scores a submission, and repeats a sample of its
     episodes.
     """
-    submission, donated = read(Path(call["folder"]), policies=True), frozenset(call["donated"])
+    submission, donated = reader.read(Path(call["folder"]), policies=True), frozenset(call["donated"])
     card = score(submission, load_references())
     found: Judgement = {"problems": card.problems or tuple(donation_problems(submission, donated))}
-    if not found["problems"] and card.level == REPORTED:
-        found = {"level": REPORTED, "notes": card.notes}
+    if not found["problems"] and card.level == review.REPORTED:
+        found = {"level": review.REPORTED, "notes": card.notes}
     elif not found["problems"]:
         found = repeated_sample(submission, donated)
         scores = []
@@ -134,7 +131,7 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
                 name = METRICS[protocol][0].name
                 value, facts = each.metrics[name], (each.budget, len(each.runs), name)
                 scores.append(reports.GateScore(group, protocol, *facts, value.mean, value.low, value.high))
-        found |= {"level": CLAIMED, "scores": scores, "notes": [*found["notes"], *card.notes]}
+        found |= {"level": review.CLAIMED, "scores": scores, "notes": [*found["notes"], *card.notes]}
     yield msgspec.to_builtins(found)
 
 
@@ -144,7 +141,7 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
     A run publishes its policies, and was trained with versions of the packages, and about as many steps, as a
     run of the submission.
     """
-    documents = {name: run.document for name, run in logged_runs(submission).items()}
+    documents = {name: run.document for name, run in verify.logged_runs(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]
     versions = [_agent_versions(document) for document in own]
     for name in sorted(donated):
@@ -183,9 +180,9 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     problem if the run states the processor kernels and versions of this machine, and a note otherwise.
     """
     assert submission.manifest is not None, "it has no problems"
-    known = logged_runs(submission)
+    known = verify.logged_runs(submission)
     without = sum(run.document.policies is None for run in known.values())
-    if submission.manifest.protocol.evaluation == SAMPLED:
+    if submission.manifest.protocol.evaluation == verify.SAMPLED:
         notes = ["The policies sample their actions, so no episode can be repeated."]
         return {"without_policies": without, "notes": notes if without < len(known) else []}
     runs, notes = [], list[str]()
@@ -195,9 +192,9 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
             notes = ["Policies that lie elsewhere are fetched after the merge."]
         elif policies is not None and (not donated or name in donated):
             runs.append(run)
-    digest = files_digest({run.name: run.document.digest for run in runs})
+    digest = new_seeds.files_digest({run.name: run.document.digest for run in runs})
 
-    def draw(item: tuple[LoggedRun, Cell]) -> str:
+    def draw(item: tuple[verify.LoggedRun, Cell]) -> str:
         run, cell = item
         return sha256(f"{digest}/{run.name}/{cell.stage}/{cell.task}".encode()).hexdigest()
 
@@ -208,7 +205,7 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     for run, cell in cells:
         if draw((run, cell)) not in drawn or time.monotonic() > end:
             continue
-        result = repetition(run, (cell,), played(run.request(submission, (cell,)), run.log.group))
+        result = verify.repetition(run, (cell,), played(run.request(submission, (cell,)), run.log.group))
         repeated, episodes = repeated + result.repeated, episodes + result.episodes
         if result.difference and run.other_machine:
             notes.append(f"{run.name} was made elsewhere ({run.other_machine}): {result.difference}.")

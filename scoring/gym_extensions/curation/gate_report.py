@@ -13,8 +13,7 @@ from gym_extensions.catalog.protocol import BUDGETS, FULL_SUBMISSION_RUNS
 from gym_extensions.documents import JsonDocument
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.output.screen import count, number
-from gym_extensions.submissions.layout import NAME
-from gym_extensions.submissions.problem import MAX_TEXT, Problem
+from gym_extensions.submissions import layout, problem
 from gym_extensions.submissions.review import CLAIMED, REPORTED
 
 Kind = Literal["submission", "edit", "donation", "code", "none"]
@@ -29,7 +28,7 @@ KIND_LABELS: dict[Kind, str] = {
     "donation": "donation",
 }
 CommitId: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{40,64}$")]
-Note = Annotated[str, Meta(max_length=MAX_TEXT)]
+Note = Annotated[str, Meta(max_length=problem.MAX_TEXT)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,12 +70,12 @@ class GateReport(JsonDocument):
     head: CommitId
     kind: Kind
     verdict: Verdict
-    submission: Annotated[str, Meta(pattern=f"^({NAME.pattern})?$")] = ""
+    submission: Annotated[str, Meta(pattern=f"^({layout.NAME.pattern})?$")] = ""
     level: Level | None = None
     repeated: int = 0
     episodes: int = 0
     without_policies: int = 0
-    problems: Annotated[tuple[Problem, ...], Meta(max_length=MAX_PROBLEMS)] = ()
+    problems: Annotated[tuple[problem.Problem, ...], Meta(max_length=MAX_PROBLEMS)] = ()
     more_problems: int = 0
     scores: Annotated[tuple[GateScore, ...], Meta(max_length=400)] = ()
     notes: Annotated[tuple[Note, ...], Meta(max_length=MAX_PROBLEMS)] = ()

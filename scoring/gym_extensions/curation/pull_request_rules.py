@@ -15,11 +15,9 @@ from typing import NamedTuple
 
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
-from gym_extensions.submissions import layout
-from gym_extensions.submissions.manifest import manifest_of, parse
+from gym_extensions.submissions import layout, manifest
 from gym_extensions.submissions.problem import Finding, Rule, rule as registered
-from gym_extensions.verification.after_merge import is_of_this_project
-from gym_extensions.verification.git import SUBMODULE, Repository, TreeEntry
+from gym_extensions.verification import after_merge, git
 
 SUBMISSIONS = "submissions"
 OLD_RECORDS = "records"
@@ -52,7 +50,7 @@ class ChangedFile(NamedTuple):
 class PullRequest:
     """The commits of a pull request: where it started, the branch that it is for, and its own last commit."""
 
-    repository: Repository
+    repository: git.Repository
     start: str
     base: str
     head: str
@@ -70,12 +68,12 @@ class PullRequest:
         return tuple(sorted(changes, key=lambda change: change.path))
 
     @cached_property
-    def base_files(self) -> tuple[TreeEntry, ...]:
+    def base_files(self) -> tuple[git.TreeEntry, ...]:
         """The files of submissions on the branch that it is for."""
         return self.repository.tree(self.base, SUBMISSIONS)
 
     @cached_property
-    def head_files(self) -> tuple[TreeEntry, ...]:
+    def head_files(self) -> tuple[git.TreeEntry, ...]:
         """The files of submissions in its last commit."""
         return self.repository.tree(self.head, SUBMISSIONS)
 
@@ -96,10 +94,10 @@ class PullRequest:
             return ()
         data = self.repository.file(self.start, f"{SUBMISSIONS}/{self.submissions[0]}/{layout.MANIFEST}")
         try:
-            protocol = manifest_of(parse(data or b"")).protocol
+            protocol = manifest.manifest_of(manifest.parse(data or b"")).protocol
         except ValueError:  # also that of msgspec
             return ()
-        if not is_of_this_project(protocol):
+        if not after_merge.is_of_this_project(protocol):
             return ()
         return tuple(sorted({match[1] for match in matches if match}))
 
@@ -118,7 +116,7 @@ class PullRequest:
         """Every path that it changes, old paths of renamed files included, sorted."""
         return tuple(sorted({path for item in self.changes for path in (item.path, item.source) if path}))
 
-    def files_of(self, submission: str) -> tuple[TreeEntry, ...]:
+    def files_of(self, submission: str) -> tuple[git.TreeEntry, ...]:
         """The files of a submission with their sizes: in its last commit; of a donation, after its merge."""
         folder = f"{SUBMISSIONS}/{submission}"
         files = self.repository.tree(self.head, folder, sizes=True)
@@ -252,7 +250,7 @@ def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
     """Files are regular and not executable (mode 100644). Symbolic links and submodules are refused."""
     for change in pull_request.changes:
         if change.status != "D" and change.mode != REGULAR:
-            kind = {LINK: "a symbolic link", SUBMODULE: "a submodule"}.get(change.mode, "executable")
+            kind = {LINK: "a symbolic link", git.SUBMODULE: "a submodule"}.get(change.mode, "executable")
             hint = "Add the files themselves, without permission to execute (`git update-index --chmod=-x`)."
             yield Finding(change.path, f"It is {kind}.", hint)
 

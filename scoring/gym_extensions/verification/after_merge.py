@@ -7,9 +7,8 @@ from pathlib import Path
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import review
+from gym_extensions.submissions import manifest, review
 from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES
-from gym_extensions.submissions.manifest import RECORDED, Protocol
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.git import Repository
 from gym_extensions.verification.verify import logged_runs, verified_before
@@ -21,9 +20,9 @@ SEEDS_HINT = "Commit it, or run gym-extensions verify --seeds HEX --write."
 AGAIN = "Write it again with: gym-extensions verify SUBMISSION --record DIR"
 
 
-def is_of_this_project(protocol: Protocol) -> bool:
+def is_of_this_project(protocol: manifest.Protocol) -> bool:
     """Whether the recorder trained an agent of this project, so that anybody can train its runs."""
-    return protocol.steps == RECORDED and protocol.algorithm in algorithms.names()
+    return protocol.steps == manifest.RECORDED and protocol.algorithm in algorithms.names()
 
 
 def is_trained_again(submission: Submission) -> bool:

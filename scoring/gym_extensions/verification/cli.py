@@ -16,16 +16,12 @@ from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_text
 from gym_extensions.scoring.output.screen import count
-from gym_extensions.submissions import poses
+from gym_extensions.submissions import layout, poses, reader
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
-from gym_extensions.submissions.layout import submission_folders
-from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, Review, add_to_review, review_text
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import after_merge
-from gym_extensions.verification.episodes import Store
+from gym_extensions.verification import after_merge, episodes, pose_recorder
 from gym_extensions.verification.new_seeds import require_value
-from gym_extensions.verification.pose_recorder import poses_of
 from gym_extensions.verification.verify import Report, logged_runs, verify
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
@@ -99,7 +95,7 @@ def verified(
             progress.update(task, total=(progress.tasks[task].total or 0) + cells)
 
         return verify(
-            *(submission, value, Store(options.cache / "verify")),
+            *(submission, value, episodes.Store(options.cache / "verify")),
             Fetcher(options.cache / "policies", options.public_only),
             only=runs,
             files=files,
@@ -152,7 +148,7 @@ def write_poses(submission: Submission, report: Report) -> None:
         is_first = run.log.protocol == "sequential" and run.document.run == run.log.runs[0]
         is_elsewhere = run.document.policies is not None and run.document.policies.url
         if run.log.group.published and is_first and name in report.verification.runs and not is_elsewhere:
-            poses.write(submission.path, run.log.group.name, poses_of(run, submission))
+            poses.write(submission.path, run.log.group.name, pose_recorder.poses_of(run, submission))
 
 
 def lines_of(report: Report) -> Iterator[str]:
@@ -205,7 +201,7 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
         BenchError: it is not possible at the moment, or the file to take is not of this submission.
     """
     files = [str(Path(file).resolve()) for file in options.groups]
-    submission = read(path, with_custom(files))
+    submission = reader.read(path, with_custom(files))
     if options.take or options.fetch:
         submission.require_no_problems()
     if options.take:
@@ -238,7 +234,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Verifies, prints what it found, and returns the exit status."""
     command = parser()
     options = command.parse_args(argv)
-    folders = submission_folders(options.submissions)
+    folders = layout.submission_folders(options.submissions)
     if options.take and len(folders) != 1:
         command.error("--take is about one submission")
     is_trial = not (options.seeds or options.write or options.record or options.take or options.fetch)

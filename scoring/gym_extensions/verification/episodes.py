@@ -15,15 +15,14 @@ import msgspec
 import mujoco
 import numpy as np
 
+from gym_extensions import files, versions
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import fingerprinting, make_vec, rollout
 from gym_extensions.errors import BenchError
-from gym_extensions.files import write_bytes
 from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.policies import files as stored, onnx
 from gym_extensions.verification.limits import Limits, answers, end_all
-from gym_extensions.versions import blas_kernels, version, version_or_none
 
 JOB = "gym_extensions.verification.episodes:play"
 BAD_POLICIES = "bad-policies"
@@ -171,7 +170,7 @@ def played(request: RunRequest, group: TaskGroup) -> Played:
             raise
         return Played(problem=error.message)
     has_networks = any(isinstance(policy, onnx.OnnxPolicy) for policy in policies.values())
-    runtime = f"{onnx.RUNTIME} {version(onnx.RUNTIME)}" if has_networks else ""
+    runtime = f"{onnx.RUNTIME} {versions.version(onnx.RUNTIME)}" if has_networks else ""
     return Played(tuple(results[cell] for cell in request.cells), runtime=runtime)
 
 
@@ -191,9 +190,9 @@ class Store:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        packages = (version("numpy"), version("gym-extensions"), blas_kernels())
+        packages = (versions.version("numpy"), versions.version("gym-extensions"), versions.blas_kernels())
         self._machine = [*fingerprinting.engine().values(), *packages]
-        self._machine += [found] if (found := version_or_none(onnx.RUNTIME)) else []
+        self._machine += [found] if (found := versions.version_or_none(onnx.RUNTIME)) else []
 
     def _path(self, request: RunRequest) -> Path:
         content = [replace(request, folder="", file=""), self._machine]
@@ -208,7 +207,7 @@ class Store:
 
     def save(self, request: RunRequest, result: Played) -> None:
         """Stores the outcomes of a request."""
-        write_bytes(self._path(request), msgspec.json.encode(result))
+        files.write_bytes(self._path(request), msgspec.json.encode(result))
 
 
 def run_all(

@@ -16,19 +16,15 @@ from gym_extensions.catalog.protocol import evaluation_seed, stages
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import landscapes
+from gym_extensions.submissions import landscapes, layout, reader
 from gym_extensions.submissions.fetch import Fetcher
-from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.policies.files import AnyPolicy
-from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import RunDocument
-from gym_extensions.verification.episodes import Cell, RunRequest, run_cell, stored_policies
-from gym_extensions.verification.limits import Limits, answers
-from gym_extensions.verification.verify import logged_runs
+from gym_extensions.verification import episodes, limits, verify
 from gym_extensions.versions import blas_kernels, version
 
 JOB = "gym_extensions.verification.landscape_recorder:measure"
-LIMITS = Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
+LIMITS = limits.Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
 """Of the process that measures one run."""
 DIGITS = 1
 """Digits after the point of stored returns."""
@@ -40,8 +36,8 @@ def returns_of(group: TaskGroup, policy: AnyPolicy, axis: Axis, stage: int, run:
     seeds = tuple(evaluation_seed(group.id, "landscape", episode) for episode in range(landscapes.EPISODES))
     for point, value in enumerate(axis.points):
         where = f"landscape/{axis.name}/{point}/run{run}/stage{stage}"
-        cell = Cell(stage, axis.nearest(value), seeds, evaluation_seed(group.id, where, 0))
-        outcomes = run_cell(group, policy, cell, world=axis.world(value))
+        cell = episodes.Cell(stage, axis.nearest(value), seeds, evaluation_seed(group.id, where, 0))
+        outcomes = episodes.run_cell(group, policy, cell, world=axis.world(value))
         returns.append([outcome.return_ for outcome in outcomes])
     return returns
 
@@ -49,9 +45,9 @@ def returns_of(group: TaskGroup, policy: AnyPolicy, axis: Axis, stage: int, run:
 def measure(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: returns [axis][stage][point][episode] of one run."""
     require_published_engine()
-    request = msgspec.convert(call["run"], RunRequest)
+    request = msgspec.convert(call["run"], episodes.RunRequest)
     group = GROUPS[request.group]
-    policies = stored_policies(request, group)
+    policies = episodes.stored_policies(request, group)
     for axis in axes(group):
         for stage in stages(landscapes.PROTOCOL, len(group.tasks)):
             yield returns_of(group, policies[stage, None], axis, stage, request.run)
@@ -67,14 +63,14 @@ def landscape_of(
     """
     if any(document.policies is None for document in documents.values()):
         return landscapes.NO_POLICIES
-    found = read(submission, only=[group.name])
+    found = reader.read(submission, only=[group.name])
     found.require_no_problems()
-    known = logged_runs(found)
+    known = verify.logged_runs(found)
 
     def work(run: int) -> list[Any]:
-        name = run_key(group.name, landscapes.PROTOCOL, run)
+        name = layout.run_key(group.name, landscapes.PROTOCOL, run)
         request = known[name].request(found, fetcher=fetcher)
-        return list(answers(JOB, {"run": msgspec.to_builtins(request)}, LIMITS))
+        return list(limits.answers(JOB, {"run": msgspec.to_builtins(request)}, LIMITS))
 
     with ThreadPoolExecutor(jobs) as pool:
         runs = np.array(list(pool.map(work, documents)))  # (runs, axes · stages, points, episodes)

@@ -14,16 +14,12 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.documents import filled
-from gym_extensions.envs.fingerprinting import require_published_engine
-from gym_extensions.envs.make import construct_mujoco
-from gym_extensions.envs.rollout import Outcome
+from gym_extensions.envs import fingerprinting, make, rollout
 from gym_extensions.submissions import poses as store
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.submission import Submission
+from gym_extensions.verification import limits, new_seeds, verify
 from gym_extensions.verification.episodes import Cell, RunRequest, limits_of, run_cell, stored_policies
-from gym_extensions.verification.limits import answers
-from gym_extensions.verification.new_seeds import tested_cells
-from gym_extensions.verification.verify import SAMPLED, LoggedRun
 
 JOB = "gym_extensions.verification.pose_recorder:record"
 Array = NDArray[np.float64]
@@ -44,7 +40,7 @@ def timing_of(task: Task) -> Timing:
     if task.body.family == "navigation":
         every = math.ceil(task.max_steps / store.MAX_PATH_POINTS)
         return Timing(store.MAP_UNIT, 0.0, float(every), task.max_steps)
-    env: Any = construct_mujoco(task)
+    env: Any = make.construct_mujoco(task)
     rate = 1 / float(env.dt)
     env.close()
     return Timing(store.BODY_UNIT, rate, rate / store.RATE, math.ceil(store.MAX_SECONDS * rate))
@@ -89,9 +85,9 @@ def record(call: Mapping[str, Any]) -> Iterator[Any]:
 
 def recorded(
     group: TaskGroup, policy: AnyPolicy, cell: Cell, timing: Timing
-) -> tuple[list[Outcome], list[list[Array]]]:
+) -> tuple[list[rollout.Outcome], list[list[Array]]]:
     """The outcomes of a cell, and the coordinates of each episode after the reset and every shown step."""
-    require_published_engine()
+    fingerprinting.require_published_engine()
     tracks: list[list[Array]] = [[] for _ in cell.seeds]
 
     def watch(env: Any, _: Any) -> None:
@@ -103,14 +99,14 @@ def recorded(
     return run_cell(group, policy, cell, watch), tracks
 
 
-def motion(track: Sequence[Array], outcome: Outcome, timing: Timing) -> dict[str, Any]:
+def motion(track: Sequence[Array], outcome: rollout.Outcome, timing: Timing) -> dict[str, Any]:
     """The fields of an episode's clip that follow from its coordinates after the reset and every step."""
     frames = frames_of(np.stack(track[: outcome.length + 1]), timing)
     facts = {"steps": outcome.length, "success": outcome.success, "frames": len(frames)}
     return {**facts, "motion": store.motion_of(frames, timing.unit)}
 
 
-def poses_of(run: LoggedRun, submission: Submission) -> store.Poses:
+def poses_of(run: verify.LoggedRun, submission: Submission) -> store.Poses:
     """The poses of a sequential run: an episode of every task right after its training and at the end.
 
     Policies that sample their actions are shown in an episode of their own, from the same start. Raises
@@ -118,16 +114,16 @@ def poses_of(run: LoggedRun, submission: Submission) -> store.Poses:
     """
     assert submission.manifest is not None, "it has no problems"
     group = run.log.group
-    keys = sorted(tested_cells(run.log.protocol, group.tasks))
+    keys = sorted(new_seeds.tested_cells(run.log.protocol, group.tasks))
     cells = [run.prescribed_cell(*key) for key in keys]
-    if submission.manifest.protocol.evaluation == SAMPLED:
+    if submission.manifest.protocol.evaluation == verify.SAMPLED:
         cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]
     request = run.request(submission, tuple(cells))
     returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}
     episodes = [shown_episode(returns[key]) for key in keys]
     call = {"run": msgspec.to_builtins(request), "groups": [], "episodes": episodes}
     clips: dict[tuple[int, int], store.Clip] = {}
-    found = answers(JOB, call, limits_of([request]))
+    found = limits.answers(JOB, call, limits_of([request]))
     for key, episode, values in zip(keys, episodes, found, strict=True):
         rounded = tuple(round(value, 2) for value in returns[key])
         clips[key] = store.Clip(stage=key[0], episode=episode, returns=rounded, **values)

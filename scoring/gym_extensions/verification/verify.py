@@ -15,11 +15,9 @@ import numpy as np
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.rollout import Outcome
-from gym_extensions.submissions.fetch import Fetcher
-from gym_extensions.submissions.layout import run_key
+from gym_extensions.submissions import fetch, layout, problem
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.policies.onnx import RUNTIME
-from gym_extensions.submissions.problem import Problem
 from gym_extensions.submissions.review import Review, Verification
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
@@ -54,7 +52,7 @@ class LoggedRun:
     @property
     def name(self) -> str:
         """Its name in review.toml, ``group/protocol/runN``."""
-        return run_key(self.log.group.name, self.log.protocol, self.document.run)
+        return layout.run_key(self.log.group.name, self.log.protocol, self.document.run)
 
     @cached_property
     def logged(self) -> dict[tuple[int, int], list[Outcome]]:
@@ -81,7 +79,7 @@ class LoggedRun:
         return tuple(cells)
 
     def request(
-        self, submission: Submission, cells: tuple[Cell, ...] = (), fetcher: Fetcher | None = None
+        self, submission: Submission, cells: tuple[Cell, ...] = (), fetcher: fetch.Fetcher | None = None
     ) -> RunRequest:
         """The request for cells of the run, whose policies are in the folder of the submission or fetched."""
         document, policies, manifest = self.document, self.document.policies, submission.manifest
@@ -177,7 +175,7 @@ class Report:
     """
 
     name: str
-    problems: tuple[Problem, ...] = ()
+    problems: tuple[problem.Problem, ...] = ()
     verification: Verification | None = None
     runs: Mapping[str, Repetition] = field(default_factory=dict)
     machines: Mapping[str, str] = field(default_factory=dict)
@@ -208,7 +206,7 @@ def verify(
     submission: Submission,
     value: str,
     store: Store,
-    fetcher: Fetcher,
+    fetcher: fetch.Fetcher,
     *,
     only: Collection[str] | None = None,
     files: Sequence[str] = (),
