@@ -255,9 +255,8 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Path], Path
     return copy
 
 
-JOBS = ("curation.gate", *(f"verification.{name}_recorder" for name in ("landscape", "pose")))
-JOBS += ("verification.episodes",)
-"""The modules that give jobs to processes with limits."""
+JOBS = ("curation.gate", "verification.episodes", "verification.limits")
+"""The modules that have the function which gives jobs to processes with limits."""
 
 
 @pytest.fixture

@@ -10,7 +10,8 @@ import pandas as pd
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError, require_known
-from gym_extensions.results import frames, scores
+from gym_extensions.results.frames import curves, evaluations
+from gym_extensions.results.scores import board
 from gym_extensions.scoring.pipeline import Paths
 from gym_extensions.scoring.submission.stages import task_name
 
@@ -60,7 +61,7 @@ def plot_board(
     """
     if not isinstance(data, pd.DataFrame) and group is None:
         raise BenchError("bad-plot", "A board is of one group.", "group", "Name it: group='hopper-gravity'.")
-    frame = data if isinstance(data, pd.DataFrame) else scores.board(str(group), data, protocol, budget)
+    frame = data if isinstance(data, pd.DataFrame) else board(str(group), data, protocol, budget)
     metrics = [name.removesuffix("_low") for name in frame.columns if str(name).endswith("_low")]
     if metric is not None:
         require_known("metric", metric, metrics, "metric")
@@ -95,7 +96,7 @@ def plot_curves(
     Raises:
         BenchError: matplotlib is missing, or the data are empty, ambiguous or not of this kind.
     """
-    frame = _select(data, frames.curves, ("task", "run", "step", "return"), group, protocol)
+    frame = _select(data, curves, ("task", "run", "step", "return"), group, protocol)
     axes, colors = new_axes(ax), task_colors(frame["task"])
     seen = set[str]()
     for keys, line in frame.groupby(["submission", "task", "run"], sort=False):
@@ -114,7 +115,7 @@ def plot_matrix(data: Data, group: str | None = None, *, ax: Axes | None = None)
     The data are a frame of ``episodes`` or ``evaluations``, or a submission. The other arguments and the
     errors are those of :func:`plot_curves`.
     """
-    frame = _select(data, frames.evaluations, ("run", "stage", "task", "return"), group, "sequential")
+    frame = _select(data, evaluations, ("run", "stage", "task", "return"), group, "sequential")
     if "trained" in frame:
         frame = frame[frame["trained"] == frame["stage"]]
     axes, tasks = new_axes(ax), frame["task"].unique()
@@ -142,7 +143,7 @@ def plot_retention(data: Data, group: str | None = None, *, ax: Axes | None = No
     :func:`plot_curves`.
     """
     columns = ("run", "stage", "task", "step", "trained", "return")
-    frame = _select(data, frames.evaluations, columns, group, "sequential")
+    frame = _select(data, evaluations, columns, group, "sequential")
     axes, colors = new_axes(ax), task_colors(frame["task"])
     # Runs have their points at nearly the same steps: the k-th points within a stage belong together.
     is_end = (frame["trained"] == frame["stage"]).rename("is_end")

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.documents import filled
-from gym_extensions.envs import fingerprinting, make, rollout
+from gym_extensions.envs import fingerprinting, rollout
+from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.submissions import poses as store
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.submission import Submission
@@ -40,7 +41,7 @@ def timing_of(task: Task) -> Timing:
     if task.body.family == "navigation":
         every = math.ceil(task.max_steps / store.MAX_PATH_POINTS)
         return Timing(store.MAP_UNIT, 0.0, float(every), task.max_steps)
-    env: Any = make.construct_mujoco(task)
+    env: Any = construct_mujoco(task)
     rate = 1 / float(env.dt)
     env.close()
     return Timing(store.BODY_UNIT, rate, rate / store.RATE, math.ceil(store.MAX_SECONDS * rate))
