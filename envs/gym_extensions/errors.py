@@ -1,7 +1,5 @@
 """The error that every user mistake raises, how commands report it, and how they show that they work."""
 
-from __future__ import annotations
-
 import difflib
 import functools
 import io

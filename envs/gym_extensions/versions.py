@@ -1,7 +1,5 @@
 """The versions of installed packages, and the BLAS kernels of this process."""
 
-from __future__ import annotations
-
 import functools
 from importlib import metadata
 

@@ -1,7 +1,5 @@
 """Writes the published documents as JSON from their types, and reads them back strictly."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import fields
 from pathlib import Path

@@ -9,8 +9,6 @@ Plain arrays need only numpy, networks the extra ``onnx``. Experts are such poli
 (:func:`gym_extensions.references.experts.load`).
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from gym_extensions.catalog.groups import TaskGroup, resolve_group

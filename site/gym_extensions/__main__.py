@@ -1,7 +1,5 @@
 """The ``gym-extensions`` command. Each sub-command is imported when it is called."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from collections.abc import Callable

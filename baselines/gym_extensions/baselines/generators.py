@@ -1,7 +1,5 @@
 """Random numbers: the seeds of a run, the generators of an agent, and the global ones."""
 
-from __future__ import annotations
-
 import copy
 import hashlib
 import itertools

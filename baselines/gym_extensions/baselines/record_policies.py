@@ -1,7 +1,5 @@
 """Records policies that were trained elsewhere: evaluates them and writes the run that the loop writes."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence

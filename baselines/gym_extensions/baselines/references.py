@@ -5,8 +5,6 @@ on it alone, or the planner in navigation. Every episode follows from its seed, 
 them again.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import shutil

@@ -1,7 +1,5 @@
 """The base bodies: all differences between them, as data."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib

@@ -5,8 +5,6 @@ loads no simulator. A description has the differences from the base body in word
 observations, and what draws the task: a skeleton, or a map.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass

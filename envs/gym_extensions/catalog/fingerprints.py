@@ -1,7 +1,5 @@
 """The published fingerprints of all tasks, read from ``fingerprints.json`` without a simulator."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import json

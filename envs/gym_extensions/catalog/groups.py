@@ -1,7 +1,5 @@
 """Groups of tasks that are trained in order and scored together, and suites of groups."""
 
-from __future__ import annotations
-
 import functools
 import re
 import tomllib

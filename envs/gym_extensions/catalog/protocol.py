@@ -1,7 +1,5 @@
 """The protocol: stages, evaluation episodes and their seeds, and training budgets."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 

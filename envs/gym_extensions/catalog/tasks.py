@@ -1,7 +1,5 @@
 """Tasks: one environment each, as data. Published ones are tables; customize makes others."""
 
-from __future__ import annotations
-
 import importlib
 import operator
 import re

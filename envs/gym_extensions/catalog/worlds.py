@@ -3,8 +3,6 @@
 Worlds are not published tasks: they have no Gymnasium id, no references, and nothing is trained on them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -3,8 +3,6 @@
 Environments call the effects of their variations at the moments that :class:`Effect` names.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any, ClassVar

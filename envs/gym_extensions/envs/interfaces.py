@@ -1,7 +1,5 @@
 """What the modules of environments share: array types, interfaces, success, and what is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol

@@ -1,7 +1,5 @@
 """Makes environments and vector environments of tasks, and registers the published ids with Gymnasium."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, SupportsFloat

@@ -1,7 +1,5 @@
 """The beams of the range sensor on arrays: where they lie, what they read of the wall, and their noise."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Vector environments: seeds, time limits, autoreset and infos of environments that are stepped together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

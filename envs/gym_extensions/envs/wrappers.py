@@ -1,7 +1,5 @@
 """Wrappers that append the task to the observation, as a one-hot vector."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

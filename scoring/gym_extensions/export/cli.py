@@ -1,7 +1,5 @@
 """``gym-extensions export``: results as folders in the formats of other projects."""
 
-from __future__ import annotations
-
 import argparse
 import tempfile
 from collections.abc import Iterator

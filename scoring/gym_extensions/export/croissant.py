@@ -1,7 +1,5 @@
 """Metadata of a data set of episodes in Croissant 1.0 (https://mlcommons.org/croissant)."""
 
-from __future__ import annotations
-
 from datetime import date
 from pathlib import Path
 

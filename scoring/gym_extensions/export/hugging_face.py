@@ -4,8 +4,6 @@ dataset.
 Each folder below ``models`` and ``datasets`` is one repository. The dataset has Croissant metadata.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Every metric of a matrix of returns: the reference implementation of the formulas."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

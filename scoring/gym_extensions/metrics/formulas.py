@@ -4,8 +4,6 @@ See docs/metrics.md. A metric is a row of ``TABLE``. The input of every formula 
 normalized returns; curves, performance profile and interquartile mean have functions of their own.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence

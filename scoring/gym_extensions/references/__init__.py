@@ -3,8 +3,6 @@
 ``<version>.json`` beside this module has those of a benchmark version. ``maintain references`` measures them.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

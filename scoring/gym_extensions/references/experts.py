@@ -7,8 +7,6 @@ Example:
     11
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import math

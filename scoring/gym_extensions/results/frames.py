@@ -1,7 +1,5 @@
 """Rows of submissions as data frames: episodes, training curves and evaluations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Folders of submissions -> scorecards, in parallel and in their order, and the files of ``--out``."""
 
-from __future__ import annotations
-
 import os
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ By hand any address works that urllib knows. A workflow reads only ``https`` at 
 credentials, follows a redirect only to such an address, and connects to the address that was checked.
 """
 
-from __future__ import annotations
-
 import http.client
 import ipaddress
 import os

@@ -5,8 +5,6 @@ shifted left by one, with its sign in the lowest bit, and cut into groups of fiv
 of 32 or more says that another follows. Small numbers take one character.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

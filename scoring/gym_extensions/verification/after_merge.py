@@ -1,7 +1,5 @@
 """What was merged: runs without a verdict, the commits that give their seeds, results of another job."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Reads commits with git's plumbing commands. Nothing is checked out, and no hook or filter is run."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -10,8 +10,6 @@ same numbers are exchanged in all tasks. The new episodes do not share noise bet
 both kinds are equal, so the test is then exact in the limit of many episodes.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Poses of a submission: episodes of the stored policies, run again while their coordinates are recorded."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 A stranger's agent is code of a stranger: a maintainer trains it by hand in a container.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import tempfile

@@ -1,7 +1,5 @@
 """The boards as pages show them: submissions, rows, the first submission and how certain its lead is."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

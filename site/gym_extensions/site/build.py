@@ -4,8 +4,6 @@ Scorecards are read one after another: the files of a submission are written fro
 pages that show many submissions are written at the end, from what ``shortened`` keeps of each.
 """
 
-from __future__ import annotations
-
 import gc
 import shutil
 import tempfile

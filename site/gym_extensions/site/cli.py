@@ -1,7 +1,5 @@
 """``gym-extensions site``: scores submissions and builds the pages of the leaderboard."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from io import TextIOWrapper

@@ -4,8 +4,6 @@ A path depends on a name alone, so that a new submission moves no page. Paths ar
 site.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 

@@ -1,7 +1,5 @@
 """The results of a submission: scores on one group under one protocol, and what is retained of each task."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

@@ -1,7 +1,5 @@
 """The tables of returns: their cells and tints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

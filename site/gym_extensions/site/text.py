@@ -1,7 +1,5 @@
 """Labels, names and numbers as readers see them."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Iterable

@@ -5,8 +5,6 @@ squashed Gaussian actors of SAC and TQC, the deterministic actors of TD3 and DDP
 and SAC. Other policies of PyTorch become networks: images, own classes, own features extractors, LSTMs.
 """
 
-from __future__ import annotations
-
 from typing import Any, TypedDict
 
 import numpy as np

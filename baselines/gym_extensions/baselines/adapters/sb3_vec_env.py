@@ -1,7 +1,5 @@
 """Stable-Baselines3's ``VecEnv`` over a Gymnasium vector environment."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -3,8 +3,6 @@
 A module has one agent, with a factory ``make``, unless ``SHARED_MODULES`` says otherwise.
 """
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 import sys

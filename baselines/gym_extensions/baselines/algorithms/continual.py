@@ -4,8 +4,6 @@ No penalty depends on the scale of rewards or observations. Its coefficient is t
 docs/learners.md has the measurements.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any

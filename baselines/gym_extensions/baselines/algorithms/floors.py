@@ -1,7 +1,5 @@
 """Random actions and the zero action, the agents that measure the floor."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import gymnasium as gym

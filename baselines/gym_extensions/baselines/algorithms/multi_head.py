@@ -1,7 +1,5 @@
 """TRPO with shared hidden layers and a head per task (Wolczyk et al. 2021), or with a network per task."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """PackNet on TRPO: prune, freeze, retrain (Mallya and Lazebnik 2018; Wolczyk et al. 2021)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise

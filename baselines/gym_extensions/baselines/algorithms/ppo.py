@@ -1,7 +1,5 @@
 """PPO of Stable-Baselines3, with observations standardized by statistics that persist across tasks."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

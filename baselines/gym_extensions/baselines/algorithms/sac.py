@@ -1,7 +1,5 @@
 """SAC of SBX with small networks, and a replay buffer that is kept across tasks or emptied for each."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from typing import Any

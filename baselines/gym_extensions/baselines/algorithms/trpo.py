@@ -1,7 +1,5 @@
 """The TRPO agents: the reference agent, the settings of 2017, and fresh networks for every task."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

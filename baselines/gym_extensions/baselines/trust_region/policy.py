@@ -1,7 +1,5 @@
 """The policy of TRPO: a Gaussian whose mean is a multilayer perceptron, with its derivatives."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise

@@ -11,8 +11,6 @@ search: the direction is d = (F + H/β)⁻¹ g, and the step is the best multipl
 parameter with a large curvature then makes a small step, instead of one that the line search has to reject.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Batches of transitions, their advantages, and the value function."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Pusher, as in Gymnasium's pusher_v5, and Striker: Gym's Striker-v0 on a model rebuilt from Pusher's."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, ClassVar

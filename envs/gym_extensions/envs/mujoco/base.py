@@ -1,7 +1,5 @@
 """What a family of bodies adds to physics, on arrays: start, observation, reward and end; and their order."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """The single environment of a MuJoCo task, and the table of bodies that have one."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """The humanoids that run, stand up, or both, as in Gymnasium's humanoid_v5 and humanoidstandup_v5."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, ClassVar
 

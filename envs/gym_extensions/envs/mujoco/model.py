@@ -1,7 +1,5 @@
 """Compiles a task's MuJoCo model from Gymnasium's asset, edited as an MjSpec by the task's variations."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import warnings

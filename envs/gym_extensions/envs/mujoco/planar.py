@@ -1,7 +1,5 @@
 """Hopper, Walker2d and HalfCheetah, as in Gymnasium's hopper_v5, walker2d_v5 and half_cheetah_v5."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """MuJoCo environments of a vector environment, in groups that share a model layout, rules and effects."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Navigation: many agents in one world, and the single and the vector environment."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

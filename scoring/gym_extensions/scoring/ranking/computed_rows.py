@@ -1,7 +1,5 @@
 """The rows of a board that follow from the references: the agents of the floor, and each task alone."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """Which submissions of a board are copies, and which have common authors and the same family."""
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Checked logs -> raw returns -> runs with returns normalized between floor and expert."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The table of Henderson et al. 2017: of raw returns, and as printed, with findings about it."""
 
-from __future__ import annotations
-
 import csv
 import math
 from dataclasses import dataclass

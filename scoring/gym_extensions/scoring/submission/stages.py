@@ -1,7 +1,5 @@
 """What happens to each task over the stages: its scores, its change, and sentences on the largest changes."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from statistics import fmean

@@ -1,7 +1,5 @@
 """Means over the groups of a suite, with the errors of the experts."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 

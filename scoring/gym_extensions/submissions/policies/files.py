@@ -1,7 +1,5 @@
 """The policies of a run: their files, their digest, and what is wrong with them."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import zipfile

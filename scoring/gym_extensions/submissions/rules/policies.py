@@ -1,7 +1,5 @@
 """Rules about the policies of the runs of a group. They are checked where policies are read, not to score."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Iterator
 from dataclasses import dataclass

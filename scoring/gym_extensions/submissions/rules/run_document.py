@@ -1,7 +1,5 @@
 """Rules about the documents of runs: versions, fingerprints, curves, and the files that belong to them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise

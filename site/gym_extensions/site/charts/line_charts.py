@@ -4,8 +4,6 @@ A performance profile is the share of runs and tasks that score above each value
 RL at the Edge of the Statistical Precipice, NeurIPS 2021.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from operator import sub

@@ -1,7 +1,5 @@
 """Strip plots: a metric's mean, interval and runs on one line, alone or beside another metric."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from markupsafe import Markup

@@ -3,8 +3,6 @@
 Charts are pure functions from numbers to markup. Colours come from the style sheet.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

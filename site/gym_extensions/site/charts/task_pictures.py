@@ -1,7 +1,5 @@
 """Pictures of tasks: those of the package, drawn maps, and drawings of gravity and of the references."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

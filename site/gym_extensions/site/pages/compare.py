@@ -1,7 +1,5 @@
 """The page Compare, and the data that it loads: as scripts, because a page in a file cannot read JSON."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 

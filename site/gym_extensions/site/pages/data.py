@@ -1,7 +1,5 @@
 """The page Data, and the documents of ``api/``: those of the scorer, an index, and one per group."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass

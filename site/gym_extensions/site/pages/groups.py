@@ -1,7 +1,5 @@
 """The pages of groups and suites with their tasks and boards, and the table of all rows of every board."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Landscapes on the pages: maps and numbers of a submission, and the submissions of a group side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The pages of tasks, with what 1 is, the best results and the expert; the page References."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from functools import cache
 

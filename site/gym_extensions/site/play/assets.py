@@ -5,8 +5,6 @@ run of the submissions that trained in sequence, the best submissions first, the
 until ``MAX_BYTES`` are reached. Policies of more than ``MAX_FILE_BYTES`` are left out.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import math

@@ -1,7 +1,5 @@
 """Kinematics of a skeleton: where its shapes are for joint coordinates. ``static/watch.js`` repeats it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

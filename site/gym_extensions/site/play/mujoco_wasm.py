@@ -3,8 +3,6 @@
 ``make site-assets`` fetches them with ``npm``. They belong to no package and to no commit.
 """
 
-from __future__ import annotations
-
 import base64
 import gzip
 import hashlib

@@ -1,7 +1,5 @@
 """Drawings of episodes for the Watch panel: about twelve poses each, and the returns beside them."""
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Sequence

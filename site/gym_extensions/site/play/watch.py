@@ -3,8 +3,6 @@
 Poses are those of ``gym_extensions.submissions.poses``.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
