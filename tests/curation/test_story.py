@@ -241,7 +241,8 @@ def test_the_job_trains_a_run_of_an_agent_of_this_project_again(project: Project
     shutil.rmtree(tmp_path / "trained" / ".progress")
     project.submit(tmp_path / "trained")
     submission = project.merge()
-    assert project.review(submission, "--retrain") == "reproduced"
+    assert project.review(submission, "--retrain") == "verified"
+    assert read_review(submission).verifications[0].retrained == [f"{GROUP}/sequential/run0"]
 
 
 def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(

@@ -266,9 +266,8 @@ def reviewed(folder: Path, *runs: str, **facts: object) -> None:
         ((f"{NAME}/single/run0", f"{NAME}/single/run1"), {}, ("claimed", "claimed", "verified")),
         ((f"{NAME}/sequential/run0",), {}, ("claimed", "claimed", "claimed")),
         ((), {"passed": False}, ("claimed", "claimed", "claimed")),
-        ((), {"retrained": [f"{NAME}/sequential/run1"]}, ("verified", "reproduced", "verified")),
     ],
-    ids=["all", "one log", "one run", "refused", "trained again"],
+    ids=["all", "one log", "one run", "refused"],
 )
 def test_the_level_of_a_submission_is_the_lowest_of_its_logs(
     make_submission: Write,
@@ -282,6 +281,13 @@ def test_the_level_of_a_submission_is_the_lowest_of_its_logs(
     card = score_folder(folder, references)
     logs = card.groups[GROUP]
     assert (card.level, logs["sequential"].level, logs["single"].level) == levels
+
+
+def test_a_run_that_was_trained_again_is_marked(make_submission: Write, references: References) -> None:
+    folder = make_submission()
+    reviewed(folder, retrained=[f"{NAME}/sequential/run1"])
+    log = score_folder(folder, references).groups[GROUP]["sequential"]
+    assert [(run.run, run.reproduced) for run in log.provenance][:2] == [(0, False), (1, True)]
 
 
 def test_a_scorecard_has_what_the_review_says(make_submission: Write, references: References) -> None:

@@ -25,9 +25,9 @@ from .examples import (
     remove,
     rules,
 )
-from .rules import test_folder, test_log, test_manifest, test_policies, test_run_document
+from .rules import test_agent, test_folder, test_log, test_manifest, test_policies, test_run_document
 
-TABLES = (test_folder, test_manifest, test_run_document, test_log, test_policies)
+TABLES = (test_agent, test_folder, test_manifest, test_run_document, test_log, test_policies)
 
 
 def test_a_submission_has_its_logs_documents_and_review(make_submission: Callable[..., Path]) -> None:

@@ -10,13 +10,13 @@ import pytest
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.review import (
     CLAIMED,
-    REPRODUCED,
     VERIFIED,
     Decision,
     Review,
     Verification,
     level,
     read_review,
+    reproduced,
     review_text,
     write_review,
 )
@@ -73,8 +73,7 @@ REST = msgspec.structs.replace(PASSED, runs=dict(list(RUNS.items())[2:]))
         ([PASSED, FAILED], CLAIMED),
         ([HALF], CLAIMED),
         ([HALF, REST], VERIFIED),
-        ([RETRAINED], REPRODUCED),
-        ([msgspec.structs.replace(RETRAINED, retrained=["pusher/joint/run9"])], VERIFIED),
+        ([RETRAINED], VERIFIED),
     ],
 )
 def test_a_log_is_verified_if_each_run_is_and_none_failed(
@@ -89,6 +88,22 @@ def test_a_run_that_changed_is_claimed_again_and_a_refusal_is_about_the_old_file
     again = msgspec.structs.replace(PASSED, runs=changed)
     new = {"pusher/joint/run1": "f" * 64}
     assert level(Review(verifications=[FAILED, msgspec.structs.replace(again, runs=new)]), new) == VERIFIED
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, {"pusher/joint/run1"}),
+        ({"passed": False}, set()),
+        ({"retrained": ["pusher/joint/run9"]}, set()),
+        ({"runs": RUNS | {"pusher/joint/run1": "f" * 64}}, set()),
+    ],
+)
+def test_a_run_that_was_trained_again_as_it_is_now_is_reproduced(
+    changes: dict[str, object], expected: set[str]
+) -> None:
+    changed = msgspec.structs.replace(RETRAINED, **changes)
+    assert reproduced(Review(verifications=[changed]), RUNS) == expected
 
 
 def test_a_log_without_runs_is_claimed() -> None:

@@ -54,6 +54,8 @@ def parser() -> argparse.ArgumentParser:
         action="store_true",
         help="run the agent in a box without network and files; it may be path/to/agent.py:factory",
     )
+    seeds = "a text from which the seeds of training follow, as those of runs that the project trained"
+    add("--seeds", default="", metavar="TEXT", help=seeds)
     add("--quiet", action="store_true", help="do not show the progress")
     return command
 
@@ -78,6 +80,7 @@ def main(argv: list[str] | None = None) -> int:
                 evaluate_episodes=options.evaluate_episodes,
             ),
             by=options.by,
+            seeds=options.seeds,
         )
     except KeyboardInterrupt:
         print(f"Interrupted. {CONTINUES}")

@@ -19,6 +19,7 @@ import tomli_w
 from filelock import FileLock, Timeout
 
 from gym_extensions.baselines import agent, agent_spec
+from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder, job_versions
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, jobs_of
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
@@ -26,7 +27,7 @@ from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.submissions import layout, manifest, run as documents
-from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, PROGRESS
+from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, PROGRESS
 from gym_extensions.submissions.log import log_text
 from gym_extensions.submissions.policies.files import content_sha256, policy_files, size_error
 from gym_extensions.submissions.policies.onnx import RUNTIME
@@ -60,7 +61,9 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         if not out.is_dir():
             raise BenchError("bad-out", "A submission is a folder, and this is a file.", str(out), ANOTHER)
         folders = sorted(path.name for path in out.iterdir() if path.is_dir())
-        unexpected = [folder for folder in folders if folder not in (*names, PROGRESS, *layout.WRITTEN)]
+        unexpected = [
+            folder for folder in folders if folder not in (*names, PROGRESS, AGENT, *layout.WRITTEN)
+        ]
         if unexpected:
             message = f"Unexpected folder {unexpected[0]!r}: no published group, and none of those named."
             hint = f"Name the file of a custom group, too, or use another folder, such as {out / 'mine'}."
@@ -269,6 +272,12 @@ def write_run_files(
     new = {place(suffix): data for suffix, data in files.items()}
     new[place(DOCUMENT)] = documents.run_text(document).encode()
     if not existing:
+        agent = settings.agent.factory
+        code = out.resolve() / AGENT
+        if isinstance(agent, IsolatedAgent) and agent.path and agent.path.resolve().is_relative_to(code):
+            file = "__init__.py" if agent.path.is_dir() else agent.path.name
+            stated = {"entry": f"{file}:{agent.attribute}", "packages": list(settings.agent.card.packages)}
+            tables = {**tables, "agent": stated}
         new[out / MANIFEST] = tomli_w.dumps(tables).encode()
     new[place(LOG)] = log
     try:

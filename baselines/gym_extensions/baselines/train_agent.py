@@ -38,6 +38,7 @@ def train(
     parallel: jobs.Parallel = THIS_PROCESS,
     monitor: progress.Monitor = PROGRESS_ALONE,
     by: str = "",
+    seeds: str = "",
 ) -> list[Path]:
     """Trains and evaluates an agent and writes its submission.
 
@@ -56,6 +57,8 @@ def train(
         parallel: worker processes, environments and threads; by default, jobs train in this process.
         monitor: what is shown, logged and evaluated while training goes on; by default, the progress.
         by: who trains the runs, at most 200 characters: for runs that are donated to a submission of others.
+        seeds: a text from which, with group and run, all seeds of training follow. Without one they follow
+            from the run's number. Runs that the project trains have one that nobody knew before.
 
     Returns:
         The paths of the logs of the requested runs, including those that were finished before.
@@ -83,7 +86,8 @@ def train(
     require_published_engine([task for group in request.groups for task in group.tasks])
     jobs.require_equal_spaces(request.groups)
     spec = agent_spec.AgentSpec.of(agent, request.logs())
-    settings = jobs.Settings(spec, request.budget, parallel.num_envs, parallel.num_threads, monitor.interim)
+    shared = parallel.num_envs, parallel.num_threads, monitor.interim, seeds
+    settings = jobs.Settings(spec, request.budget, *shared)
     submission.require_same(path / layout.MANIFEST, submission.manifest_tables(settings))
 
     def unfinished() -> list[runner.PendingJob]:
@@ -180,7 +184,7 @@ def _run(
                 except (OSError, BenchError) as error:
                     failures[job.title] = workers.failure_of(error, in_this_process=True)
         if failure := failures.get(job.title):
-            listen(progress.JobFailed(job.title, failure.cause, failure.traceback))
+            listen(progress.JobFailed(job.title, failure.cause, failure.traceback, failure.code))
     return failures
 
 
@@ -202,4 +206,6 @@ def command_of(pending: runner.PendingJob) -> str:
         words += ["--num-envs", str(settings.num_envs)]
     if (interim := settings.interim) is not None:
         words += ["--evaluate-every", str(interim.every), "--evaluate-episodes", str(interim.episodes)]
+    if settings.seeds:
+        words += ["--seeds", settings.seeds]
     return shlex.join([*words, "--out", pending.out.resolve().name])

@@ -38,6 +38,7 @@ class Failure:
     cause: str  # the error in one sentence
     traceback: str = ""
     error: BaseException | None = None  # if the job ran in this process
+    code: str = ""  # of a BenchError
 
 
 def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failure:
@@ -46,7 +47,8 @@ def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failur
     if isinstance(error, OSError) and error.errno in DISK_FULL:
         cause = f"The disk is full: {error.strerror}. Free some disk space."
     text = "".join(traceback.format_exception(error))
-    return Failure(cause, text, error if in_this_process else None)
+    code = error.code if isinstance(error, BenchError) else ""
+    return Failure(cause, text, error if in_this_process else None, code)
 
 
 def require_sendable(agent: object) -> None:

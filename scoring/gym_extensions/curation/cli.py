@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import get_args
 
+from gym_extensions.catalog.protocol import BUDGETS, STANDARD_BUDGET
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.curation.pull_request_rules import RULES
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.scoring.cli import print_text
+from gym_extensions.scoring.output.screen import count
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.layout import MANIFEST, submission_folders
 from gym_extensions.submissions.manifest import LONG
+from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Action, Decision, add_to_review
-from gym_extensions.verification import cli as verification
+from gym_extensions.verification import cli as verification, new_seeds, train_here
 from gym_extensions.verification.git import Repository
 from gym_extensions.verification.landscape_recorder import measure_all
 
@@ -34,6 +38,7 @@ def gate_parser() -> argparse.ArgumentParser:
     add("--base", default="main", metavar="BRANCH", help="target branch of the pull request (default: main)")
     add("--head", default="HEAD", metavar="COMMIT", help="last commit of the pull request (default: HEAD)")
     add("--repository", type=Path, default=Path(), metavar="DIR", help="a clone (default: this folder)")
+    add("--try-code", action="store_true", help="train its code twice in a box, with the budget for trials")
     add("--number", type=int, metavar="N", help="number of the pull request, for the report")
     output = command.add_mutually_exclusive_group()
     output.add_argument("--json", action="store_true", help="print the report as JSON")
@@ -62,7 +67,9 @@ def check_pr(argv: Sequence[str] | None = None) -> int:
         raise BenchError("no-limits", message, "check-pr", "Run it on Linux or macOS.")
     repository = Repository(options.repository)
     with working("checking the pull request"):
-        report = check_pull_request(repository, options.base, options.head, options.number)
+        report = check_pull_request(
+            *(repository, options.base, options.head, options.number), try_code=options.try_code
+        )
     print_text(report.to_json() if options.json else comment(report))
     return 1 if report.verdict == "refused" else 0
 
@@ -98,6 +105,22 @@ def maintain_parser() -> argparse.ArgumentParser:
     add("--groups", nargs="+", default=[], metavar="NAME", help="gravity, body or wall groups (default: all)")
     add("--again", action="store_true", help="also measure what is up to date")
     verification.add_options(landscapes)
+    train = parts.add_parser(
+        train_here.COMMAND,
+        help="train the code of a submission in a box",
+        description="Train the code of a submission in a box, on seeds that follow from the commit that "
+        "merged it, and write the runs into the submission. An interrupted command can be repeated.",
+    )
+    add = train.add_argument
+    add("submission", type=Path, metavar="SUBMISSION", help="a submission's folder; with --due, all of them")
+    add("--runs", type=verification.positive, default=5, metavar="N", help="runs per group (default: 5)")
+    value = "hexadecimal digits that became public after the merge, such as a beacon's randomness"
+    add("--value", default="", metavar="HEX", help=value)
+    add("--jobs", type=verification.positive, default=1, metavar="N", help="processes (default: 1)")
+    add("--budget", default=STANDARD_BUDGET, choices=BUDGETS, help="of a trial (default: %(default)s)")
+    only = train.add_mutually_exclusive_group().add_argument
+    only("--due", action="store_true", help="only print which submissions have something to train")
+    only("--take", type=Path, metavar="DIR", help="check and add what another job wrote into trained/")
     parts.add_parser("references", help="measure the references of custom groups", add_help=False)
     return command
 
@@ -111,6 +134,8 @@ def maintain(argv: Sequence[str] | None = None) -> int:
 
         return references(arguments[1:])
     options = maintain_parser().parse_args(arguments)
+    if options.command == train_here.COMMAND:
+        return _train_here(options)
     if options.command == "decide":
         for option, text in (("--by", options.by), ("--reason", options.reason)):
             if not text.strip() or len(text) > LONG:
@@ -125,6 +150,30 @@ def maintain(argv: Sequence[str] | None = None) -> int:
     submissions = _existing(options.submissions)
     for line in measure_all(submissions, options.groups, fetcher, options.jobs, options.again):
         print(line, flush=True)
+    return 0
+
+
+def _train_here(options: argparse.Namespace) -> int:
+    value = new_seeds.require_value(options.value) if options.value else ""
+    if options.due:
+        submissions = map(read, _existing([options.submission]))
+        print(json.dumps([each.name for each in submissions if train_here.is_due(each, options.runs)]))
+        return 0
+    (path,) = _existing([options.submission])
+    submission = read(path)
+    if options.take:
+        train_here.take(submission, options.take, value)
+        return 0
+    try:
+        found = train_here.train_here(
+            submission, options.runs, value, budget=options.budget, jobs=options.jobs
+        )
+    except KeyboardInterrupt:
+        print("Interrupted. What is finished is kept: repeat the command.", file=sys.stderr)
+        return 130
+    print(f"{submission.name}: {count(len(found.runs), 'run')} trained here.")
+    for key, why in found.failed.items():
+        print(f"{key} counts as the floor: {why}")
     return 0
 
 

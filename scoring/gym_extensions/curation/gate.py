@@ -23,7 +23,7 @@ from gym_extensions.submissions import layout, reader, review
 from gym_extensions.submissions.problem import Problem, cut, escape, problems as problems_of
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import new_seeds, verify
+from gym_extensions.verification import new_seeds, train_here, verify
 from gym_extensions.verification.episodes import Cell, played
 from gym_extensions.verification.git import MACHINE_ERRORS, Repository
 from gym_extensions.verification.limits import Limits, answers
@@ -40,11 +40,18 @@ JUDGED = ("level", "repeated", "episodes", "without_policies", "scores", "notes"
 
 
 def check_pull_request(
-    repository: Repository, base: str, head: str = "HEAD", number: int | None = None, limits: Limits = LIMITS
+    repository: Repository,
+    base: str,
+    head: str = "HEAD",
+    number: int | None = None,
+    limits: Limits = LIMITS,
+    *,
+    try_code: bool = False,
 ) -> reports.GateReport:
     """The report on a pull request, by two branches or commits and its number on the code host.
 
-    Its files are read from git and never checked out or executed.
+    Its files are read from git and never checked out or executed. With ``try_code``, code that keeps to the
+    rules is trained twice in a box; whether the bytes are the same is a note.
 
     Raises:
         BenchError: a branch does not exist, the folder is not in git, or the clone cannot be read.
@@ -60,7 +67,7 @@ def check_pull_request(
         known = name if layout.NAME.fullmatch(name) else ""
         report = replace(report, kind=pull_request.kind, submission=known)
         problems = problems_of("pull request", pull_request, rules=RULES)
-        return _closed(report, problems) if problems else _judged(report, pull_request, limits)
+        return _closed(report, problems) if problems else _judged(report, pull_request, limits, try_code)
     except BenchError as error:
         if error.code in MACHINE_ERRORS:
             raise
@@ -94,7 +101,9 @@ def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.
     )
 
 
-def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limits) -> reports.GateReport:
+def _judged(
+    report: reports.GateReport, pull_request: PullRequest, limits: Limits, try_code: bool
+) -> reports.GateReport:
     """The report with what the files are worth, found out in a process with limits."""
     files = pull_request.files_of(report.submission)
     contents = pull_request.repository.blobs(file.object_id for file in files)
@@ -104,10 +113,25 @@ def _judged(report: reports.GateReport, pull_request: PullRequest, limits: Limit
             write_bytes(Path(scratch, file.path.partition("/")[2]), content)
         folder, donated = Path(scratch, report.submission), list(pull_request.donated_runs)
         (answer,) = answers(JOB, {"folder": str(folder), "donated": donated}, limits)
+        if try_code and answer.get("entry") and not answer.get("problems"):
+            _try_code(folder, answer)
     judged = {name: answer[name] for name in JUDGED if name in answer}
+    judged["trains"] = bool(answer.get("entry"))
     judged["notes"] = [cut(escape(note)) for note in judged.get("notes", ())[: reports.MAX_PROBLEMS]]
     report = msgspec.convert(msgspec.to_builtins(report) | judged, reports.GateReport)
     return _closed(report, msgspec.convert(answer.get("problems", ()), list[Problem]))
+
+
+def _try_code(folder: Path, answer: Judgement) -> None:
+    """Adds to the answer a note whether training repeats, or the problem that ended it."""
+    try:
+        note = train_here.repeats(folder, answer["entry"])
+    except BenchError as error:
+        note = f"The code was not tried: {error}"
+        if error.code in train_here.AGENT_ERRORS:
+            text = Problem(error.code, error.where, error.message, error.hint)
+            answer["problems"] = [msgspec.to_builtins(text)]
+    answer["notes"] = [note, *answer.get("notes", ())]
 
 
 Judgement = dict[str, Any]
@@ -132,6 +156,8 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
                 value, facts = each.metrics[name], (each.budget, len(each.runs), name)
                 scores.append(reports.GateScore(group, protocol, *facts, value.mean, value.low, value.high))
         found |= {"level": review.CLAIMED, "scores": scores, "notes": [*found["notes"], *card.notes]}
+        if submission.manifest and submission.manifest.agent:
+            found["entry"] = submission.manifest.agent.entry
     yield msgspec.to_builtins(found)
 
 

@@ -58,6 +58,7 @@ class GateReport(JsonDocument):
             alone, which the ordinary tests check.
         submission: name of the submission.
         level: of the submission; None unless judged without a problem.
+        trains: whether it has code, which is trained after the merge.
         repeated: number of sampled episodes that were repeated bit for bit, of ``episodes``.
         without_policies: number of its runs that publish none, which cannot be verified.
         problems: the first broken rules; ``more_problems`` counts the others.
@@ -72,6 +73,7 @@ class GateReport(JsonDocument):
     verdict: Verdict
     submission: Annotated[str, Meta(pattern=f"^({layout.NAME.pattern})?$")] = ""
     level: Level | None = None
+    trains: bool = False
     repeated: int = 0
     episodes: int = 0
     without_policies: int = 0
@@ -118,6 +120,10 @@ DONATION = (
     "If the returns of the policies on them agree with the log, the run is verified. It is scored as soon as "
     "all runs with lower numbers are there, unless the submission is withdrawn."
 )
+TRAINS = (
+    "There is nothing more to do. After the merge, the code is trained on the core in a box, five runs on "
+    "seeds that follow from the merge commit. Then it is trained here and has a rank on the core."
+)
 TABLE = "There is nothing more to do. A published table is shown, without a rank."
 
 
@@ -153,23 +159,27 @@ def comment(report: GateReport) -> str:
     if report.notes:
         parts += ["Notes, for a reader to judge:", code_block(report.notes)]
     if report.verdict in ("passed", "review"):
-        limits = []  # what keeps a new submission from the boards or from a rank, whatever follows
-        if report.kind == "submission" and report.scores:
-            off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
-            if off_boards.issuperset(score.budget for score in report.scores):
-                budget = report.scores[0].budget
-                limits = [f"The budget `{budget}` is for trials: its submissions appear on no board."]
-            elif all(score.runs < FULL_SUBMISSION_RUNS for score in report.scores):
-                limits = [f"A rank needs {FULL_SUBMISSION_RUNS} runs."]
-        submission = SUBMISSION.format("" if limits else " and has a rank")
-        follows = DONATION if report.kind == "donation" else submission
-        if report.without_policies:
-            runs = count(report.without_policies, "run")
-            parts.append(
-                f"The submission cannot be verified and gets no rank, because {runs} published no policies."
-            )
-        else:
-            parts.append(TABLE if report.level == REPORTED else f"{NEXT} {follows}")
-        parts += limits
+        parts += [TRAINS] if report.trains else _what_follows(report)
     parts.append(f"Judged by the code of {report.base[:12]}, for {report.head[:12]}.")
     return "\n\n".join(parts) + "\n"
+
+
+def _what_follows(report: GateReport) -> list[str]:
+    """What a submission without code gets after the merge, and what keeps it from the boards or a rank."""
+    limits = []
+    if report.kind == "submission" and report.scores:
+        off_boards = {name for name, each in BUDGETS.items() if not each.on_boards}
+        if off_boards.issuperset(score.budget for score in report.scores):
+            budget = report.scores[0].budget
+            limits = [f"The budget `{budget}` is for trials: its submissions appear on no board."]
+        elif all(score.runs < FULL_SUBMISSION_RUNS for score in report.scores):
+            limits = [f"A rank needs {FULL_SUBMISSION_RUNS} runs."]
+    if report.without_policies:
+        runs = count(report.without_policies, "run")
+        return [
+            f"The submission cannot be verified and gets no rank, because {runs} published no policies.",
+            *limits,
+        ]
+    submission = SUBMISSION.format("" if limits else " and has a rank")
+    follows = DONATION if report.kind == "donation" else submission
+    return [TABLE if report.level == REPORTED else f"{NEXT} {follows}", *limits]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import re
+import time
 import unicodedata
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -30,6 +31,9 @@ RUN_FILE = re.compile(
 )
 """The path of a file of a run; its group is the run's name in review.toml."""
 SEQUENTIAL = re.compile(r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)")
+CODE = re.compile(rf"submissions/[^/]+/{layout.AGENT}/")
+DAYS_BETWEEN = 30
+"""Between two versions of the code of a submission."""
 COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_PATH = 200
 """Characters of a path."""
@@ -257,13 +261,31 @@ def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file is deleted or renamed. (A maintainer's decision withdraws a submission.)"""
+    """No file is deleted or renamed, but files of agent/. (A maintainer's decision withdraws a
+    submission.)"""
     for change in pull_request.changes:
+        if CODE.match(change.source or change.path):
+            continue
         if change.source:
             yield Finding(change.path, f"It was renamed from {change.source}.", "Keep the old name.")
         elif change.status == "D" and is_data(change.path):
             hint = "Restore it. To withdraw a submission, ask a maintainer for a decision."
             yield Finding(change.path, "It was deleted.", hint)
+
+
+@rule
+def next_version(pull_request: PullRequest) -> Iterator[Finding]:
+    """A new version of agent/ comes at least 30 days after the one before: each is trained, and the best of
+    many would be luck."""
+    repository = pull_request.repository
+    for name in pull_request.submissions:
+        code = f"{SUBMISSIONS}/{name}/{layout.AGENT}"
+        is_changed = any(path.startswith(f"{code}/") for path in pull_request.paths)
+        if is_changed and (commit := repository.last_change(pull_request.base, [code])):
+            seconds = time.time() - float(repository.run("show", "-s", "--format=%ct", commit))
+            if seconds < DAYS_BETWEEN * 86400:
+                message = f"The version before was merged {int(seconds // 86400)} days ago."
+                yield Finding(code, message, f"Wait until {DAYS_BETWEEN} days have passed.")
 
 
 @rule

@@ -32,7 +32,7 @@ def metrics(
     column    dtype    value
     ========  =======  =============================================================================
     name      str      name of the submission's folder
-    level     str      ``reported``, ``claimed``, ``verified`` or ``reproduced``
+    level     str      ``reported``, ``claimed``, ``verified`` or ``trained here``
     group     str      group id, or name of a suite
     protocol  str      ``sequential``, ``single``, ``joint`` or ``cumulative``
     budget    str      name of the training budget
@@ -80,7 +80,7 @@ def board(
     rank_last         Int64    worst possible rank by the first metric; missing without a rank
     name              str      name of the submission's folder
     title             str      title of the submission
-    level             str      ``reported``, ``claimed``, ``verified`` or ``reproduced``
+    level             str      ``reported``, ``claimed``, ``verified`` or ``trained here``
     evaluation        str      ``sampled`` or ``deterministic``: how actions are selected in evaluation
     runs              int64    number of runs; on a suite the fewest of its groups
     ranked            bool     whether the board ranks the submission

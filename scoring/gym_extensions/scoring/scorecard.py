@@ -5,7 +5,7 @@ docs/scorecard.md describes every key.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
@@ -54,7 +54,21 @@ class VerificationSummary:
     p_value: Annotated[float, about("of the test that the logged returns are not higher")]
     second_p_value: Annotated[float | None, about("of the second draw; null unless there was one")]
     passed: Annotated[bool, about("whether the returns agree")]
-    retrained: Annotated[tuple[str, ...], about("runs that were trained again, and agree")]
+    retrained: Annotated[tuple[str, ...], about("runs that were trained again, and agree: reproduced")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingSummary:
+    """What the project trained of the submission's code (`trained/2.toml`)."""
+
+    attempts: Annotated[int, about("number of versions of the code that were trained; this is the last")]
+    date: Annotated[str, about("YYYY-MM-DD")]
+    version: Annotated[str, about("version of gym-extensions that trained it")]
+    commit: Annotated[str, about("the one that merged this version of the code")]
+    value: Annotated[str, about("public hexadecimal digits that were fixed after it; may be empty")]
+    agent: Annotated[str, about("digest of the code")]
+    failed: Annotated[dict[str, str], about("why the agent failed, by run; such a run counts as the floor")]
+    outdated: Annotated[bool, about("whether the submission's code was changed since")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,10 +200,11 @@ class RunProvenance:
     peak_memory_mb: Annotated[float | None, about("largest memory; null if it is not known")]
     memory: Annotated[Memory, about("transitions stored at once, and the agent's parameters")]
     policies: Annotated[bool, about("whether the run publishes its policies")]
+    reproduced: Annotated[bool, about("whether it was trained again from its seed, and agrees")]
 
     @classmethod
-    def of(cls, document: RunDocument) -> RunProvenance:
-        """What the document of a run says."""
+    def of(cls, document: RunDocument, reproduced: bool = False) -> RunProvenance:
+        """What the document of a run says, and whether it was reproduced."""
         versions = msgspec.to_builtins(document.versions) | document.packages
         return filled(
             cls,
@@ -197,6 +212,7 @@ class RunProvenance:
             versions={name: version for name, version in versions.items() if version},
             processor=document.machine.processor if document.machine else "",
             policies=document.policies is not None,
+            reproduced=reproduced,
         )
 
 
@@ -210,7 +226,7 @@ class GroupScore:
     """One submission on one group under one protocol."""
 
     published: Annotated[bool, about("false for a custom group, which `score --groups` adds")] = True
-    level: Annotated[Level, about("level of the log: `reported`, `claimed`, `verified` or `reproduced`")]
+    level: Annotated[Level, about("level of the log: `reported`, `claimed`, `verified` or `trained here`")]
     why_claimed: Annotated[str, about("why the log is not verified, in words; else empty")] = ""
     budget: Annotated[str, about("name of the budget")]
     runs: Annotated[tuple[int, ...], about("training seeds; empty in a reported submission")]
@@ -287,6 +303,15 @@ class CoreGroup(Estimate):
     runs: Annotated[int, about("number of runs, 0 to N − 1")] = 0
 
 
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """The core score of the author's own runs against that of the runs that were trained here."""
+
+    difference: Annotated[float, about("the author's − the project's, as a mean over groups")]
+    p_value: Annotated[float, about("one-sided, of no higher claim")]
+    agrees: Annotated[bool, about("whether the claim is not significantly higher, at level .005")]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoreCost:
     """What one run of the core takes, as its documents state it: all groups of the core together.
@@ -311,6 +336,8 @@ class CoreRuns:
     next_look: Annotated[int | None, about("the next look; null after the last")]
     missing: Annotated[tuple[str, ...], about("groups without sequential runs; it has no scores then")] = ()
     groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]
+    trained_here: Annotated[bool, about("whether these are runs that the project trained")] = False
+    claim: Annotated[Claim | None, about("the author's own runs beside them; null without")] = None
     cost: CoreCost
     notes: Annotated[tuple[str, ...], about("what is not compared, and a code for each")] = ()
 
@@ -348,7 +375,11 @@ class Scorecard:
         tuple[VerificationSummary, ...], about("results of the verifications, oldest first")
     ] = ()
     decisions: Annotated[tuple[Decision, ...], about("decisions of maintainers, oldest first")] = ()
+    training: Annotated[TrainingSummary | None, about("of its code; null without")] = None
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]
+    trained: Annotated[
+        dict[str, GroupScore], about("by group id, the sequential runs that the project trained; on the core")
+    ] = field(default_factory=dict)
     suites: Annotated[dict[str, dict[str, SuiteScore]], about("of complete suites, by suite and protocol")]
     core: Annotated[CoreScore | None, about("on the core; null without runs there, and if withdrawn")] = None
     cost: Annotated[RunCost | None, about("what a run takes; null where no run states it")] = None

@@ -28,8 +28,13 @@ POSES = "poses"
 """The folder of recorded motions, which the base branch writes too."""
 LANDSCAPES = "landscapes"
 """The folder of returns in worlds between and beyond the trained ones, which the base branch writes too."""
-WRITTEN = (POSES, LANDSCAPES)
+TRAINED = "trained"
+"""The folder of what the base branch trained itself: ``trained/2/`` has the runs of the second version of
+``agent/`` that was merged, laid out as a submission, and ``trained/2.toml`` the record of that training."""
+WRITTEN = (POSES, LANDSCAPES, TRAINED)
 """The folders that the base branch writes."""
+AGENT = "agent"
+"""The folder of a submission's code, which the base branch trains."""
 PROGRESS = ".progress"
 """The recorder's folder for unfinished runs. It is not part of a submission."""
 LOG, DOCUMENT, POLICIES, NETWORK = ".csv", ".json", ".npz", ".onnx"
@@ -41,6 +46,8 @@ RUN_FILE = re.compile(
     r"run(0|[1-9][0-9]{0,8})(\.csv|\.json|\.npz|\.stage(?:0|[1-9][0-9]{0,3})(?:\.[A-Za-z0-9_.-]{1,100})?\.onnx)"
 )
 """The name of a file of a run; its groups are the run and the suffix."""
+CODE_FILE = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}\.py")
+TRAINED_VERSION = re.compile(rf"{TRAINED}/([1-9][0-9]{{0,3}})")
 WRITTEN_FILE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.json")
 RESERVED = frozenset(
     ["CON", "PRN", "AUX", "NUL", *(f"{name}{digit}" for name in ("COM", "LPT") for digit in range(10))]
@@ -59,6 +66,7 @@ MAX_FILE_BYTES = {
     DOCUMENT: 4 * MEBIBYTE,
     POLICIES: 64 * MEBIBYTE,
     NETWORK: 64 * MEBIBYTE,
+    ".py": 100_000,
 }
 """Largest file by suffix."""
 MAX_POLICY_BYTES = 256 * MEBIBYTE
@@ -171,7 +179,7 @@ def _items(folder: Path, prefix: str, depth: int) -> Iterator[FolderItem]:
             yield FolderItem(path, "link")
         elif child.is_dir(follow_symlinks=False):
             yield FolderItem(path, "folder")
-            if depth < MAX_DEPTH:
+            if depth < MAX_DEPTH and not TRAINED_VERSION.fullmatch(path):
                 yield from _items(Path(child.path), f"{path}/", depth + 1)
         elif child.is_file(follow_symlinks=False):
             try:

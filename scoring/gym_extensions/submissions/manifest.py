@@ -84,6 +84,25 @@ class Observes(msgspec.Struct, frozen=True):
     boundaries: Flag = False
 
 
+BOX_PACKAGES = ("numpy", "scipy", "gymnasium", "torch", "stable-baselines3", "onnx", "onnxruntime")
+"""The packages that an agent in a box may import. Their names with ``_`` are those of their modules."""
+Entry = Annotated[
+    str,
+    Meta(
+        pattern=r"^[A-Za-z_][A-Za-z0-9_]*\.py:[A-Za-z_][A-Za-z0-9_]*$(?!\n)",
+        max_length=SHORT,
+        description="a file of agent/ and its factory, such as agent.py:make",
+    ),
+]
+
+
+class AgentCode(msgspec.Struct, frozen=True):
+    """Where the factory in ``agent/`` is, and the packages that it imports besides numpy."""
+
+    entry: Entry
+    packages: Names = ()
+
+
 class Tuning(msgspec.Struct, frozen=True):
     """Training steps spent on choosing the settings, over all trials, and the tasks of these trials."""
 
@@ -94,7 +113,7 @@ class Tuning(msgspec.Struct, frozen=True):
 class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     """A submission's manifest. ``reported`` names a published table that replaces logs.
 
-    ``tuning`` is None only if ``reported`` is set.
+    ``tuning`` is None only if ``reported`` is set. ``agent`` is None if the submission brings no code.
     """
 
     format: Literal[1] = FORMAT
@@ -102,6 +121,7 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     authors: Names
     description: LongText
     code: Code = Code()
+    agent: AgentCode | None = None
     protocol: Protocol
     observes: Observes
     tuning: Tuning | None = None
@@ -111,6 +131,7 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
 
 SECTIONS: dict[str, type[msgspec.Struct]] = {
     "code": Code,
+    "agent": AgentCode,
     "protocol": Protocol,
     "observes": Observes,
     "tuning": Tuning,

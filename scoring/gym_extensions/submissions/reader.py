@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -17,7 +18,8 @@ from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import AnyPolicy, missing_networks, read_arrays
 from gym_extensions.submissions.review import Review, review_of
 from gym_extensions.submissions.run import RunDocument, run_of
-from gym_extensions.submissions.submission import Submission, SubmittedGroup, is_trainable
+from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained, is_trainable
+from gym_extensions.submissions.training import code_digest, training_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,8 +52,8 @@ def read(
 class _Reader:
     """Reads one folder part by part and collects the problems of each."""
 
-    def __init__(self, folder: Folder) -> None:
-        self.folder = folder
+    def __init__(self, folder: Folder, *, is_trained_here: bool = False) -> None:
+        self.folder, self.is_trained_here = folder, is_trained_here
         self.problems: list[problem.Problem] = []
         self.tables: dict[str, Any] = {}
 
@@ -68,11 +70,33 @@ class _Reader:
         is_text = data is not None and self._check("readme", data)
         readme = data.decode("utf-8").replace("\r\n", "\n") if data and is_text else ""
         review = self._parsed("review", layout.REVIEW, self._bytes(layout.REVIEW), review_of) or Review()
+        code = [path for path in self.folder.files if path.startswith(f"{layout.AGENT}/")]
+        sources = {path: data for path in code if (data := self._bytes(path)) is not None}
+        if code or "agent" in self.tables:
+            self._check("agent", sources, self._section("agent"))
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
         groups = {group.id: self._group(group, review, policies) for group in present}
+        trained = self._trained(wanted, policies)
         problems = problem.summarize(self.problems, name)
-        return Submission(name, manifest, groups, problems, readme, review, self.folder.root)
+        digest, root = code_digest(sources), self.folder.root
+        return Submission(name, manifest, groups, problems, readme, review, root, digest, trained)
+
+    def _trained(self, wanted: Mapping[str, TaskGroup], policies: bool) -> Trained | None:
+        """What the base trained of the last version of the code; None without anything."""
+        records = (layout.TRAINED_VERSION.fullmatch(path.removesuffix(".toml")) for path in self.folder.files)
+        version = max((int(match[1]) for match in records if match), default=0)
+        path = f"{layout.TRAINED}/{version}"
+        training = self._parsed("training", f"{path}.toml", self._bytes(f"{path}.toml"), training_of)
+        if training is None:
+            return None
+        folder = scan(self.folder.root / path, self.folder.groups)
+        runs = Submission(folder.name, None, {}, path=folder.root)
+        if layout.MANIFEST in folder.files:  # else no run has finished yet
+            runs = _Reader(folder, is_trained_here=True).submission(wanted, policies)
+        found = [each for each in runs.problems if each.rule != "gaps-in-runs"]  # runs finish in any order
+        self.problems += [replace(each, where=f"{path}/{each.where}") for each in found]
+        return Trained(version, training, replace(runs, problems=tuple(found)))
 
     def _check(self, scope: problem.Scope, *subject: object) -> bool:
         """Collects the problems of a scope's rules, and returns whether there are none."""
@@ -107,10 +131,14 @@ class _Reader:
             self._check("file", f"malformed-{kind}", path, f"{reason[:300].rstrip('.')}.")
         return None
 
+    def _section(self, name: str) -> dict[str, Any] | None:
+        """A section of the manifest, which may be wrong elsewhere; None without it."""
+        table = self.tables.get(name)
+        return table if isinstance(table, dict) else None
+
     def _declared(self, section: str, key: str) -> Any:
         """The value of a key in the manifest, which may be wrong elsewhere; None without it."""
-        table = self.tables.get(section)
-        return table.get(key) if isinstance(table, dict) else None
+        return (self._section(section) or {}).get(key)
 
     def _group(self, group: TaskGroup, review: Review, policies: bool) -> SubmittedGroup:
         before = len(self.problems)
@@ -126,7 +154,8 @@ class _Reader:
         logs = {protocol: log_of(parts, protocol, group) for protocol, parts in frames.items()}
         for log in logs.values():
             self._check("log", rules.log.compared_rows(log), log)
-        self._check("group", logs, is_trainable(documents))
+        if not self.is_trained_here:  # failed runs are those of an agent that always does the same
+            self._check("group", logs, is_trainable(documents))
         self._policies(group, documents, policies)
         if len(self.problems) > before:
             logs = {}

@@ -15,10 +15,10 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import REVIEW, max_bytes, read_regular
 
-Level = Literal["reported", "claimed", "verified", "reproduced"]
+Level = Literal["reported", "claimed", "verified", "trained here"]
 LEVELS: tuple[Level, ...] = get_args(Level)
-"""From a printed table to a run that was trained again."""
-REPORTED, CLAIMED, VERIFIED, REPRODUCED = LEVELS
+"""From a printed table to runs that the project trained itself."""
+REPORTED, CLAIMED, VERIFIED, TRAINED_HERE = LEVELS
 Action = Literal["accepted", "withdrawn", "challenged"]
 NEW_SEEDS_ALPHA = 0.004
 """Probability of rejecting an honest submission by the test on new seeds."""
@@ -51,7 +51,7 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         cells: cells of 20 episodes on new seeds.
         p_value, second_p_value: of the returns on new seeds, and on a second draw if that was suspicious.
         passed: whether the returns agree.
-        retrained: the runs that were trained again, and agree.
+        retrained: the runs that were trained again, and agree: they are *reproduced*.
     """
 
     date: Date
@@ -147,18 +147,21 @@ def why_claimed(review: Review, digests: Mapping[str, str]) -> str:
     return ""
 
 
+def reproduced(review: Review, digests: Mapping[str, str]) -> set[str]:
+    """The runs, as they are now, that were trained again and agree."""
+    passed = [part for part in review.verifications if part.passed]
+    return {key for part in passed for key, _ in digests.items() & part.runs.items() if key in part.retrained}
+
+
 def level(review: Review, digests: Mapping[str, str]) -> Level:
-    """The level of a log: claimed, verified or reproduced.
+    """The level of a log that was submitted: claimed or verified.
 
     It is verified if each of its runs, as it is now, is in a verification that passed and in none that
-    failed, and reproduced if one of them was trained again besides.
+    failed.
 
     Args:
         review: the review of the submission.
         digests: the digest of every run of the log, by the run's name
             (:meth:`gym_extensions.submissions.submission.SubmittedGroup.digests`).
     """
-    if not digests or why_claimed(review, digests):
-        return CLAIMED
-    current = ((part, key) for part in review.verifications for key in digests.items() & part.runs.items())
-    return REPRODUCED if any(key in part.retrained for part, (key, _) in current) else VERIFIED
+    return CLAIMED if not digests or why_claimed(review, digests) else VERIFIED

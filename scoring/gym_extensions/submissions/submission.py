@@ -17,6 +17,7 @@ from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import Manifest
 from gym_extensions.submissions.review import Review
 from gym_extensions.submissions.run import Memory, RunDocument, consecutive
+from gym_extensions.submissions.training import Training
 
 TOLERANCE = 1e-5
 """Largest difference of identical returns, absolute and relative: a copy with noise is the same run."""
@@ -53,7 +54,8 @@ class Submission:
     """A submission. With problems, it holds what could be read.
 
     ``groups`` are by group id, with all runs; ``readme`` is the text of README.md with ``\\n`` line ends,
-    empty without one; ``review`` is what the base branch found out; ``path`` is the folder that was read.
+    empty without one; ``review`` is what the base branch found out; ``path`` is the folder that was read;
+    ``code`` is the digest of its code, empty without any, and ``trained`` what the base trained of it.
     """
 
     name: str
@@ -63,6 +65,8 @@ class Submission:
     readme: str = ""
     review: Review = field(default_factory=Review)
     path: Path = Path()
+    code: str = ""
+    trained: Trained | None = None
 
     def __repr__(self) -> str:
         return f"Submission({self.name!r}, groups={list(self.groups)}, {len(self.problems)} problems)"
@@ -84,6 +88,15 @@ class Submission:
         parts = [msgspec.structs.astuple(document.memory) for document in self.documents]
         largest = map(max, zip(*parts, strict=True))
         return Memory(**dict(zip(Memory.__struct_fields__, largest, strict=True))) if parts else None
+
+
+@dataclass(frozen=True)
+class Trained:
+    """What the base branch trained: the number of the version of the code, the record, and the runs."""
+
+    version: int
+    training: Training
+    runs: Submission
 
 
 def is_trainable(runs: Mapping[str, Mapping[int, RunDocument]]) -> bool:

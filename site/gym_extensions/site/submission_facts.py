@@ -5,7 +5,7 @@ from __future__ import annotations
 from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.text import count, grouped
-from gym_extensions.submissions.review import CLAIMED, REPORTED, REPRODUCED, VERIFIED
+from gym_extensions.submissions.review import CLAIMED, REPORTED, TRAINED_HERE, VERIFIED
 
 LEVELS = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
@@ -16,11 +16,12 @@ LEVELS = {
     VERIFIED: (
         "The board’s own machine ran the policies of every run on seeds that did not exist when they were "
         "submitted, and their returns agree with the log. The page of the submission says how many logged "
-        "episodes were repeated bit for bit. Only verified submissions have a rank."
+        "episodes were repeated bit for bit. How the policies were made is the author’s statement; a run "
+        "that was trained again from its seed and agrees is marked as reproduced."
     ),
-    REPRODUCED: (
-        "Verified, and one of the runs was trained again and agrees with the log. It is the only evidence "
-        "that the published runs were not selected from more."
+    TRAINED_HERE: (
+        "The project trained the runs itself, from the author’s code, on seeds that followed from the merge. "
+        "Nobody could choose among runs, train longer, or see the seeds."
     ),
 }
 """What each level of a submission means, from the lowest."""
@@ -59,7 +60,7 @@ def checked(card: Scorecard) -> str:
     if card.level == CLAIMED:
         reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
         return f"Claimed: the files keep to every rule. {next(filter(None, reasons), 'Not verified yet.')}"
-    if not is_verified(card.level):
+    if not is_verified(card.level) or card.level == TRAINED_HERE:
         return LEVELS[card.level] if card.level else ""
     passed = [found for found in card.verifications if found.passed and found.current]
     runs, episodes, repeated = (
@@ -72,7 +73,8 @@ def checked(card: Scorecard) -> str:
         is_other = all("[other machine" in found.difference for found in passed if found.difference)
         why = "were logged on another kind of processor, which rounds differently" if is_other else "differ"
         text += f", the other {grouped(episodes - repeated)} {why}"
-    return text + (". A run was trained again and agrees." if card.level == REPRODUCED else ".")
+    again = any(found.retrained for found in passed)
+    return text + (". A run was trained again and agrees." if again else ".")
 
 
 def facts(card: Scorecard) -> list[tuple[str, str]]:

@@ -184,7 +184,7 @@ def test_a_rank_needs_verified_logs(enter: Enter) -> None:
     ]
     assert made.ranked == 1
     assert made.rows[1].why.startswith("Claimed:")
-    assert board([at_level(enter("again", 300), "reproduced")], KEY).ranked == 1
+    assert board([at_level(enter("again", 300), "trained here")], KEY).ranked == 1
 
 
 def test_a_metric_that_needs_other_runs_is_ranked_only_if_they_are_verified(enter: Enter) -> None:

@@ -91,7 +91,7 @@ def test_a_submission_shows_what_its_verification_found(document: dict[str, Any]
     assert "changed since" not in text
 
 
-@pytest.mark.parametrize("level", ["claimed", "verified", "reproduced"])
+@pytest.mark.parametrize("level", ["claimed", "verified", "trained here"])
 def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
     document: dict[str, Any], level: str
 ) -> None:

@@ -15,12 +15,11 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
+from gym_extensions.submissions.manifest import BOX_PACKAGES
+
 PYTHON, PACKAGES, AGENT = "/python", "/packages", "/agent"
 """Where they lie in the box."""
-DISTRIBUTIONS = (
-    *("numpy", "scipy", "gymnasium", "torch", "stable-baselines3", "onnx", "onnxruntime"),
-    *("msgspec", "tomli-w", "threadpoolctl"),
-)
+DISTRIBUTIONS = (*BOX_PACKAGES, "msgspec", "tomli-w", "threadpoolctl")
 """The packages that an agent may import, with what they require, as far as they are installed."""
 ABSENT = ("mujoco", "gym-extensions")
 OWN = ("baselines", "catalog", "submissions", "errors", "files", "versions", "policies")

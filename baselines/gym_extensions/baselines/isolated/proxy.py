@@ -57,6 +57,8 @@ class IsolatedAgent:
         if colon:
             named = Path(place) if place.endswith(".py") or "/" in place else Path(*place.split("."))
             file = named if named.suffix == ".py" else Path(f"{named}.py")
+            if file.name == "__init__.py":
+                named = file = file.parent
             self.path = named if (named / "__init__.py").is_file() else file
             if not self.path.exists():
                 hint = "Name a file and its factory, such as path/to/agent.py:make."

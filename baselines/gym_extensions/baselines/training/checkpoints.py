@@ -114,6 +114,7 @@ class JobFolder:
             "budget": settings.budget.name,
             "num_envs": settings.num_envs,
             "steps": settings.steps,
+            "seeds": settings.seeds,
             "group": group.id,
             "tasks": group.task_ids,
             "fingerprints": [fingerprint_of(task) for task in group.tasks],

@@ -144,6 +144,7 @@ class Settings:
     num_envs: int | None = None  # None: the budget's
     num_threads: int = 1  # threads that step the training environments; results do not depend on it
     interim: Interim | None = None  # when to evaluate during training
+    seeds: str = ""  # a text from which the seeds of a run follow; without one, they follow from its number
     steps: Steps = "recorded"  # "claimed" if the training loop does not count the training steps
 
     def num_envs_for(self, num_tasks: int) -> int:

@@ -127,11 +127,13 @@ class JobFailed:
         job: the job's title.
         cause: the error in one sentence.
         traceback: the text of the traceback; empty if there is none.
+        code: of the ``BenchError``; empty for another error.
     """
 
     job: str
     cause: str
     traceback: str = ""
+    code: str = ""
 
 
 Event = TrainingStarted | StageStarted | BatchTrained | TaskEvaluated | JobFinished | JobFailed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -168,7 +169,10 @@ class PendingJob:
 
     def seed(self, *purpose: str) -> int:
         """The seed of one purpose in the run."""
-        return generators.training_seed(self.job.run, self.job.group.id, *purpose)
+        run, group = self.job.run, self.job.group
+        if seeds := self.settings.seeds:
+            run = int(hashlib.sha256(f"{seeds}/{group.id}/{run}".encode()).hexdigest(), 16)
+        return generators.training_seed(run, group.id, *purpose)
 
 
 @dataclass

@@ -20,7 +20,7 @@ from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.scoring.scorecard import CoreGroup, CoreRuns, GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions.manifest import Evaluation, Observes, Steps
-from gym_extensions.submissions.review import LEVELS, REPRODUCED, VERIFIED, Level
+from gym_extensions.submissions.review import LEVELS, TRAINED_HERE, VERIFIED, Level
 from gym_extensions.submissions.run import Memory
 
 
@@ -326,7 +326,7 @@ def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> Level:
 
 def is_verified(level: Level | None) -> bool:
     """Whether a level is at least ``verified``, which a rank needs."""
-    return level in (VERIFIED, REPRODUCED)
+    return level in (VERIFIED, TRAINED_HERE)
 
 
 def is_task_conditioned(card: Scorecard) -> bool:

@@ -24,11 +24,11 @@ from gym_extensions.scoring.ranking.copies import COPY, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.scoring.submission import core_score
 from gym_extensions.scoring.submission.core_score import LOOK_LEVELS
-from gym_extensions.submissions.review import VERIFIED
+from gym_extensions.submissions.review import TRAINED_HERE, VERIFIED
 
-EDITION = 1
 EXPLORATORY = 20
 """Separations at looks up to this one are called exploratory in the first edition (ADR 107)."""
+NOT_TRAINED = "Not trained here."
 MARGIN = 0.05
 """Two methods are equivalent if the interval of their difference lies between ± this."""
 IN_OTHER_WAYS = {
@@ -80,7 +80,7 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
     return statistics.mean_of_groups(groups)
 
 
-def compared_pairs(methods: Sequence[Method], metric: str) -> list[CorePair]:
+def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> list[CorePair]:
     """All pairs of methods on one metric, in the order of ``itertools.combinations``.
 
     Each pair is compared at the last look that both have, and run by run if both declare the same parent and
@@ -112,7 +112,7 @@ def compared_pairs(methods: Sequence[Method], metric: str) -> list[CorePair]:
                 high=difference.mean + half_width,
                 p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / LOOK_LEVELS[look]),
                 verdict="open",
-                exploratory=look <= EXPLORATORY,
+                exploratory=edition == 1 and look <= EXPLORATORY,
                 next_look=core_score.next_look(look),
             )
         )
@@ -166,10 +166,11 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
             yield boards.CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
-def _row(card: Scorecard, core: CoreScore, original: str | None) -> CoreRow:
+def _row(card: Scorecard, core: CoreScore, original: str | None, edition: int) -> CoreRow:
     """The row of a submission, which may be a copy of another, without its ranks."""
     why = core.why if original is None else COPY.format(original)
-    level = boards.board_level(card, KEY)
+    why = why or (NOT_TRAINED if edition > 1 and not core.trained_here else "")
+    level = TRAINED_HERE if core.trained_here else boards.board_level(card, KEY)
     return filled(
         CoreRow,
         core,
@@ -197,14 +198,16 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         return None
     copies = duplicates([card for card, _ in scored], KEY)
     methods = {card.name: method_of(card, core) for card, core in scored}
-    made = [_row(card, core, copies.get(card.name)) for card, core in scored]
+    # The second edition, of runs that were trained here alone, begins with those of the reference agent.
+    edition = 1 + any(core.trained_here for card, core in scored if card.name == REFERENCE)
+    made = [_row(card, core, copies.get(card.name), edition) for card, core in scored]
     rows = boards.best_first(made, FINAL)
     ranked = [(row, method) for row in rows if row.ranked and (method := methods[row.name])]
     learners = [method for row, method in ranked if not values.learned_nothing(row.metrics)]
     pairs = {}
     # Two families of pairs, each at 5 %.
     for metric, members in ((FINAL, [method for _, method in ranked]), (FORGETTING, learners)):
-        pairs[metric.name] = tuple(compared_pairs(members, metric.name))
+        pairs[metric.name] = tuple(compared_pairs(members, metric.name, edition))
         found = ranks([method.name for method in members], pairs[metric.name], metric.better)
         for at, row in enumerate(rows):
             note = values.NOTHING_LEARNED if row.ranked and row.name not in found else ""
@@ -212,7 +215,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
             rows[at] = replace(row, metrics=row.metrics | {metric.name: value})
     return boards.CoreBoard(
         suite=CORE,
-        edition=EDITION,
+        edition=edition,
         groups=CORES[CORE],
         budget=STANDARD_BUDGET,
         looks=core_score.LOOKS,

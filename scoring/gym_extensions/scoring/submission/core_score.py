@@ -14,11 +14,12 @@ from statistics import fmean
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, Metric
-from gym_extensions.metrics.statistics import mean_of_groups, summary, to_interval
+from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval, zero_mean_p
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
+from gym_extensions.scoring.scorecard import Claim, CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
 from gym_extensions.scoring.submission.suites import suite_expert_errors
+from gym_extensions.submissions.review import TRAINED_HERE
 from gym_extensions.submissions.run import consecutive
 
 LOOK_LEVELS = {5: 0.005, 10: 0.01, 20: 0.01, 40: 0.01, 80: 0.01}
@@ -28,6 +29,8 @@ tools/benchmarks/measure_looks.py simulates it (docs/metrics.md). The sum for no
 rest is a reserve for the skewed and bimodal runs that submissions have, of which few show too small a
 variance.
 """
+LEAST_DEVIATION, CLAIM_LEVEL = 0.08, 0.005
+"""Of the test of an author's claim: the least standard deviation in a group, and the level."""
 LOOKS = tuple(LOOK_LEVELS)
 """Numbers of runs at which submissions are compared."""
 
@@ -42,10 +45,48 @@ def next_look(look: int) -> int | None:
     return next((each for each in LOOKS if each > look), None)
 
 
+def is_trained_here(card: Scorecard) -> bool:
+    """Whether the project trained the code of a submission often enough for the first look."""
+    logs = [card.trained.get(name) for name in CORES[CORE]]
+    return all(log is not None and len(log.runs) >= LOOKS[0] for log in logs)
+
+
 def core_logs(card: Scorecard, protocol: str = "sequential") -> dict[str, GroupScore]:
-    """The scores of a submission with runs on the groups of the core, by group id, in its order."""
+    """The scores of a submission with runs on the groups of the core, by group id, in its order.
+
+    Of sequential runs, those that the project trained itself, as soon as these are enough.
+    """
     logs = {name: card.groups.get(name, {}).get(protocol) for name in CORES[CORE]}
+    if protocol == "sequential" and is_trained_here(card):
+        logs = {name: card.trained.get(name) for name in CORES[CORE]}
     return {name: log for name, log in logs.items() if log is not None and log.runs}
+
+
+def claim(card: Scorecard) -> Claim | None:
+    """The author's own runs on the core against those that were trained here, if there are both.
+
+    Mean over groups of the differences in final performance. The variance of a group is pooled over both
+    samples, and at least that of ``LEAST_DEVIATION``: chosen and copied runs vary little. Satterthwaite's
+    degrees of freedom, one-sided.
+    """
+    own = [card.groups.get(name, {}).get("sequential") for name in CORES[CORE]]
+    if not is_trained_here(card) or any(log is None or log.level == TRAINED_HERE for log in own):
+        return None
+    groups = []
+    for log, trained in zip(own, core_logs(card).values(), strict=True):
+        assert log is not None
+        first, second = (summary(each.metrics[FINAL.name].runs) for each in (log, trained))
+        if min(first.runs, second.runs) < 2 or log.budget != trained.budget:
+            return None
+        sums = (each.squared_error * each.runs * (each.runs - 1) for each in (first, second))
+        df = first.runs + second.runs - 2
+        variance = max(sum(sums) / df, LEAST_DEVIATION**2)
+        error = variance * (1 / first.runs + 1 / second.runs)
+        groups.append(Summary(first.mean - second.mean, error, df, min(first.runs, second.runs)))
+    found = mean_of_groups(groups)
+    p_value = zero_mean_p(found) / 2
+    p_value = p_value if found.mean > 0 else 1 - p_value
+    return Claim(found.mean, p_value, p_value > CLAIM_LEVEL)
 
 
 def verified_runs(log: GroupScore) -> int:
@@ -105,6 +146,8 @@ def core_score(card: Scorecard) -> CoreScore | None:
         missing=missing,
         metrics=metrics,
         groups={name: on_group(log, look) for name, log in logs.items()},
+        trained_here=is_trained_here(card),
+        claim=claim(card),
         cost=scorecard.CoreCost() if missing else _cost(logs),
         notes=_notes(logs, counts, missing, look),
     )

@@ -6,7 +6,10 @@ import hashlib
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
+import msgspec
+
 from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.documents import filled
 from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, NormalizedRun, iqm, profile
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
@@ -17,9 +20,14 @@ from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.stages import with_stages
 from gym_extensions.submissions import review as reviews
 from gym_extensions.submissions.log import Log
-from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, Level
-from gym_extensions.submissions.run import RunDocument
-from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_runs
+from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, Level
+from gym_extensions.submissions.submission import (
+    Submission,
+    SubmittedGroup,
+    Trained,
+    scored_group,
+    scored_runs,
+)
 
 
 def score(submission: Submission, references: References, only: Collection[str] = ()) -> scorecard.Scorecard:
@@ -31,6 +39,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
     submission = scored_runs(submission)
     manifest, review = submission.manifest, submission.review
     groups: dict[str, dict[str, scorecard.GroupScore]] = {}
+    trained: dict[str, scorecard.GroupScore] = {}
     digests: dict[str, str] = {}
     level: Level | None = None
     if manifest and not submission.problems:
@@ -45,6 +54,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
             for protocol, runs in returns.runs.items():
                 documents = [submitted.runs[protocol][run] for run in runs]
                 found = submitted.digests(protocol)
+                again = reviews.reproduced(review, found)
                 digests |= found
                 without = ", ".join(str(each.run) for each in documents if each.policies is None)
                 claims = (reviews.why_claimed(review, {key: digest}) for key, digest in found.items())
@@ -53,9 +63,17 @@ def score(submission: Submission, references: References, only: Collection[str] 
                     level=reviews.level(review, found),
                     why=f"No policies of run {without}." if without else reviews.why_claimed(review, found),
                     unverified=tuple(run for run, claim in zip(runs, claims, strict=True) if claim),
-                    documents=documents,
+                    provenance=[
+                        scorecard.RunProvenance.of(document, key in again)
+                        for document, key in zip(documents, found, strict=True)
+                    ],
                     sketches=run_sketches(submitted, protocol) if protocol == "sequential" else (),
                 )
+        if submission.trained:
+            trained = trained_logs(submission.trained, references)
+            for name, log in trained.items():  # where the author has no runs that count
+                if name not in groups or not BUDGETS[budget].on_boards:
+                    groups[name] = {"sequential": log}
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=level)
     card = scorecard.Scorecard(
@@ -63,7 +81,9 @@ def score(submission: Submission, references: References, only: Collection[str] 
         title=manifest.title if manifest else submission.name,
         level=level,
         problems=submission.problems,
-        manifest=filled(scorecard.ManifestSummary, manifest, memory=submission.memory) if manifest else None,
+        manifest=manifest_summary(submission),
+        training=training_summary(submission),
+        trained=trained,
         readme=submission.readme,
         notes=tuple(
             f"{name}: {note}" for name, submitted in submission.groups.items() for note in submitted.notes
@@ -86,6 +106,49 @@ def score(submission: Submission, references: References, only: Collection[str] 
     return completed(card)
 
 
+def manifest_summary(submission: Submission) -> scorecard.ManifestSummary | None:
+    """What the scorecard says of a manifest. What a trained agent observes is not the author's statement."""
+    if (manifest := submission.manifest) is None:
+        return None
+    trained, memory = submission.trained, submission.memory
+    if trained and trained.runs.manifest:
+        manifest = msgspec.structs.replace(manifest, observes=trained.runs.manifest.observes)
+        memory = memory or trained.runs.memory
+    return filled(scorecard.ManifestSummary, manifest, memory=memory)
+
+
+def training_summary(submission: Submission) -> scorecard.TrainingSummary | None:
+    """What the scorecard says of the training of a submission's code."""
+    if (trained := submission.trained) is None:
+        return None
+    is_outdated = trained.training.agent != submission.code
+    return filled(scorecard.TrainingSummary, trained.training, attempts=trained.version, outdated=is_outdated)
+
+
+def trained_logs(trained: Trained, references: References) -> dict[str, scorecard.GroupScore]:
+    """The scores of the runs that the project trained, by group id. Failed ones count as the floor."""
+    runs, found = trained.runs, dict[str, scorecard.GroupScore]()
+    if runs.manifest is None or runs.problems:
+        return found
+    budget = runs.manifest.protocol.budget
+    for name, each in runs.groups.items():
+        submitted = scored_group(each, merge=False)
+        if not submitted.logs.get("sequential"):
+            continue
+        is_recorded = submitted.digests("sequential").items() <= trained.training.runs.items()
+        found[name] = score_group(
+            *(normalization.group_returns(submitted, budget), references, "sequential", budget),
+            level=TRAINED_HERE if is_recorded else CLAIMED,
+            why="" if is_recorded else "The record of its training has other runs.",
+            provenance=[
+                scorecard.RunProvenance.of(submitted.runs["sequential"][run])
+                for run in submitted.logs["sequential"].runs
+            ],
+            sketches=run_sketches(submitted, "sequential"),
+        )
+    return found
+
+
 def completed(card: scorecard.Scorecard) -> scorecard.Scorecard:
     """The scorecard with all that follows from the rest of it: stages of tasks, the core score, the cost."""
     groups = {
@@ -106,7 +169,7 @@ def score_group(
     level: Level = CLAIMED,
     why: str = "",
     unverified: tuple[int, ...] = (),
-    documents: Sequence[RunDocument] = (),
+    provenance: Sequence[scorecard.RunProvenance] = (),
     sketches: tuple[scorecard.Sketch, ...] = (),
 ) -> scorecard.GroupScore:
     """Scores one group and protocol, with metrics, the paper's table, references and raw returns."""
@@ -119,7 +182,7 @@ def score_group(
         level=level,
         why_claimed=why if level == CLAIMED else "",
         unverified=unverified,
-        provenance=tuple(map(scorecard.RunProvenance.of, documents)),
+        provenance=tuple(provenance),
         budget=budget,
         runs=tuple(results.runs[protocol]),
         tasks=tasks,

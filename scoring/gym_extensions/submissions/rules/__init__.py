@@ -4,6 +4,6 @@
 """
 
 from gym_extensions.submissions.problem import RULES, problems
-from gym_extensions.submissions.rules import folder, log, manifest, policies, run_document
+from gym_extensions.submissions.rules import agent, folder, log, manifest, policies, run_document
 
-__all__ = ["RULES", "folder", "log", "manifest", "policies", "problems", "run_document"]
+__all__ = ["RULES", "agent", "folder", "log", "manifest", "policies", "problems", "run_document"]

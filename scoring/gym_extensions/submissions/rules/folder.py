@@ -22,12 +22,16 @@ IRREGULAR = {
 }
 """Message and hint by kind of item."""
 RENAME = "Remove it, or rename it as described in docs/rollout-log.md."
-GROUP = rf"(?!(?:{'|'.join(layout.WRITTEN)})/)[^/]+/(?:{'|'.join(PROTOCOLS)})"
-WRITTEN = rf"(?:{'|'.join(layout.WRITTEN)})/{layout.WRITTEN_FILE.pattern}"
+OTHER_FOLDERS = (layout.AGENT, *layout.WRITTEN)
+"""The folders that are no groups."""
+GROUP = rf"(?!(?:{'|'.join(OTHER_FOLDERS)})/)[^/]+/(?:{'|'.join(PROTOCOLS)})"
+TRAINED = layout.TRAINED_VERSION.pattern
+WRITTEN = rf"(?:{layout.POSES}|{layout.LANDSCAPES})/{layout.WRITTEN_FILE.pattern}|{TRAINED}\.toml"
+CODE = rf"{layout.AGENT}/{layout.CODE_FILE.pattern}"
 TOP = "|".join(map(re.escape, (MANIFEST, layout.README, layout.REVIEW)))
 EXPECTED = {
-    "folder": re.compile(rf"[^/]+|{GROUP}"),
-    "file": re.compile(rf"{TOP}|{WRITTEN}|{GROUP}/{layout.RUN_FILE.pattern}"),
+    "folder": re.compile(rf"[^/]+|{GROUP}|{TRAINED}"),
+    "file": re.compile(rf"{TOP}|{CODE}|{WRITTEN}|{GROUP}/{layout.RUN_FILE.pattern}"),
 }
 """The paths of a submission by kind of item; unknown groups are a rule of their own."""
 
@@ -76,7 +80,7 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
     (`score --groups` adds custom groups.)"""
     for item in folder.items:
         is_top = item.kind == "folder" and "/" not in item.path
-        if is_top and item.path not in (*folder.groups, *layout.WRITTEN):
+        if is_top and item.path not in (*folder.groups, *OTHER_FOLDERS):
             closest = did_you_mean(item.path, folder.groups)
             custom = "For a custom group, pass its TOML file with --groups, where the command has it."
             hint = f"{closest} {custom}".lstrip()
@@ -88,7 +92,7 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
     """A submission contains only the files and folders that docs/rollout-log.md lists."""
     for item in folder.items:
         parts = item.path.split("/")
-        is_known = parts[0] in folder.groups or parts[0] in layout.WRITTEN or len(parts) == 1
+        is_known = parts[0] in (*folder.groups, *OTHER_FOLDERS) or len(parts) == 1
         if not is_known or len(parts) > layout.MAX_DEPTH:
             continue  # unknown_group reports it
         if item.kind not in EXPECTED or EXPECTED[item.kind].fullmatch(item.path):
@@ -175,6 +179,11 @@ BROKEN_FILES = {
     "malformed-review": (
         "review.toml, which the base branch writes, has the tables of gym_extensions.submissions.review.",
         "Restore the file: gym-extensions verify and maintain decide write it, nobody else.",
+    ),
+    "malformed-training": (
+        "The record of a training (trained/1.toml), which the base branch writes, has the tables of "
+        "gym_extensions.submissions.training.",
+        "Restore the file: gym-extensions maintain train-here writes it, nobody else.",
     ),
     "malformed-policies": (
         "The policies of a run are an .npz file as numpy writes it, without pickles, of at most 64 MiB and "

@@ -149,13 +149,14 @@ def unknown_report(folder: Folder, tables: Tables) -> Iterator[Finding]:
 
 @rule("manifest")
 def no_groups(folder: Folder, tables: Tables) -> Iterator[Finding]:
-    """A submission contains at least one group folder, unless it is a reported submission, which has none."""
+    """A submission contains at least one group folder or agent/, unless it is a reported submission, which
+    has none."""
     is_reported = "reported" in tables
     items = (item for item in folder.items if item.kind == "folder" and "/" not in item.path)
     folders = [item.path for item in items if item.path not in WRITTEN]
     if not is_reported and not folders:
-        hint = "Add group folders, as described in docs/rollout-log.md."
-        yield Finding(folder.name, "The submission contains no group folder.", hint)
+        hint = "Add runs or code, as described in docs/submit.md."
+        yield Finding(folder.name, "The submission contains no group folder and no agent/.", hint)
     for path in folders if is_reported else ():
         hint = "Remove the key 'reported' from submission.toml, or remove the folder."
         yield Finding(path, "A reported submission cannot contain a group folder.", hint)

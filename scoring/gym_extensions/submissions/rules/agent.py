@@ -1,0 +1,161 @@
+"""Rules about the code of an agent. Its text is judged, by ``ast``; nothing of it runs.
+
+They bound what a text can carry: a network of 64 times 64 weights does not fit, a linear policy does. So an
+agent is one short text that a reader can judge (docs/security.md).
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import PurePosixPath
+from typing import Any
+
+from gym_extensions.errors import did_you_mean
+from gym_extensions.submissions.layout import AGENT, MANIFEST
+from gym_extensions.submissions.manifest import BOX_PACKAGES
+from gym_extensions.submissions.problem import Finding, quote, rule
+from gym_extensions.submissions.rules.manifest import first_invisible
+
+Sources = Mapping[str, bytes]
+"""The files of agent/ by path."""
+Stated = Mapping[str, Any] | None
+"""The section [agent] of submission.toml, which may be wrong elsewhere; None without it."""
+MAX_BYTES, MAX_LINE = 100_000, 150
+MAX_NUMBERS, MAX_DIGITS = 300, 30
+MAX_STRING, MAX_STRINGS = 200, 10_000
+"""Largest text; numbers and characters of one; characters of a string, and of all strings together."""
+DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+
+
+def parsed(sources: Sources) -> dict[str, ast.Module]:
+    """The files that are Python; ``not_python`` reports the others."""
+    trees = {}
+    for path, data in sources.items():
+        try:
+            trees[path] = ast.parse(data.decode("utf-8"))
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            continue
+    return trees
+
+
+@rule("agent")
+def code_without_entry(sources: Sources, stated: Stated) -> Iterator[Finding]:
+    """agent/ and the section [agent] of submission.toml come together. Its ``entry`` is a file of agent/ and
+    a name that this file defines or imports. A file that is not ``__init__.py`` is loaded alone."""
+    if not sources or stated is None:
+        where, what = (AGENT, MANIFEST) if sources else (MANIFEST, AGENT)
+        hint = 'Write both: agent/agent.py, and [agent] with entry = "agent.py:make".'
+        yield Finding(where, f"There is one, and no {'[agent] in ' * bool(sources)}{what}.", hint)
+        return
+    file, _, name = str(stated.get("entry", "")).partition(":")
+    path = f"{AGENT}/{file}"
+    if path not in sources:
+        message = f"The entry is {quote(stated.get('entry'))}, and there is no {path[:80]}."
+        yield Finding(f"{MANIFEST}, [agent] entry", message, did_you_mean(path[:80], sources))
+    elif path in (trees := parsed(sources)):
+        defined = set[str]()
+        for node in trees[path].body:
+            if isinstance(node, DEFINITIONS):
+                defined.add(node.name)
+            elif isinstance(node, ast.Import | ast.ImportFrom):
+                defined |= {each.asname or each.name for each in node.names}
+            elif isinstance(node, ast.Assign):
+                defined |= {each.id for each in node.targets if isinstance(each, ast.Name)}
+        if name not in defined:
+            message = f"It defines no {quote(name)}, the factory that submission.toml names."
+            yield Finding(path, message, did_you_mean(name, defined))
+
+
+@rule("agent")
+def not_python(sources: Sources, stated: Stated) -> Iterator[Finding]:
+    """The files of agent/ are Python in UTF-8, together at most 100 kB, in lines of at most 150 characters,
+    without control, invisible or bidirectional-override characters."""
+    if (size := sum(map(len, sources.values()))) > MAX_BYTES:
+        yield Finding(
+            AGENT, f"The code has {size / 1e3:.1f} kB; the limit is {MAX_BYTES // 1000} kB.", "Shorten it."
+        )
+    for path, data in sources.items():
+        try:
+            text = data.decode("utf-8")
+            ast.parse(text)
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            line = getattr(error, "lineno", None)
+            message = getattr(error, "msg", None) or "It is not UTF-8, or nested too deeply"
+            yield Finding(f"{path}, line {line}" if line else path, f"{message}.", "Correct it.")
+            continue
+        for number, line in enumerate(text.splitlines(), 1):
+            if len(line) > MAX_LINE:
+                message = f"The line has {len(line)} characters; the limit is {MAX_LINE}."
+                yield Finding(f"{path}, line {number}", message, "Break it.")
+            if char := first_invisible(line.replace("\t", "")):
+                message = f"The line contains the control or invisible character U+{ord(char):04X}."
+                yield Finding(f"{path}, line {number}", message, "Remove it.")
+
+
+@rule("agent")
+def many_numbers(sources: Sources, stated: Stated) -> Iterator[Finding]:
+    """The code has at most 300 numbers, each of at most 30 characters: weights are learned, not carried."""
+    count = 0
+    for path, tree in parsed(sources).items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant) and type(node.value) in (int, float, complex):
+                count += 1
+                if (node.end_col_offset or 0) - node.col_offset > MAX_DIGITS:
+                    message = f"A number has more than {MAX_DIGITS} characters."
+                    yield Finding(f"{path}, line {node.lineno}", message, "Round it.")
+    if count > MAX_NUMBERS:
+        message = f"The code has {count} numbers; the limit is {MAX_NUMBERS}."
+        yield Finding(AGENT, message, "Compute them, or let the agent learn them.")
+
+
+@rule("agent")
+def long_strings(sources: Sources, stated: Stated) -> Iterator[Finding]:
+    """No string of the code has more than 200 characters, and all together have at most 10,000. (Docstrings
+    are free.)"""
+    total = 0
+    for path, tree in parsed(sources).items():
+        nodes = list(ast.walk(tree))
+        bodies = [node.body for node in nodes if isinstance(node, (ast.Module, *DEFINITIONS)) and node.body]
+        firsts = {id(body[0].value) for body in bodies if isinstance(body[0], ast.Expr)}
+        for node in nodes:
+            if not isinstance(node, ast.Constant) or not isinstance(node.value, str | bytes):
+                continue
+            if id(node) in firsts:
+                continue
+            total += len(node.value)
+            if len(node.value) > MAX_STRING:
+                message = f"A string has {len(node.value):,} characters; the limit is {MAX_STRING}."
+                yield Finding(f"{path}, line {node.lineno}", message, "Shorten it.")
+    if total > MAX_STRINGS:
+        message = f"The strings have {total:,} characters; the limit is {MAX_STRINGS:,}."
+        yield Finding(AGENT, message, "Shorten them.")
+
+
+@rule("agent")
+def foreign_package(sources: Sources, stated: Stated) -> Iterator[Finding]:
+    """The code imports Python's own modules, gym_extensions, numpy, its own files, and the ``packages`` that
+    [agent] states. These are some of numpy, scipy, gymnasium, torch, stable-baselines3, onnx, onnxruntime."""
+    packages = [str(each) for each in (stated or {}).get("packages", ())]
+    for package in packages:
+        if package not in BOX_PACKAGES:
+            message = f"There is no {quote(package)} in the box."
+            hint = "Without it, the agent cannot be trained here; submit runs and policies instead."
+            yield Finding(f"{MANIFEST}, [agent] packages", message, hint)
+    own = (PurePosixPath(path).stem for path in sources)
+    known = {*sys.stdlib_module_names, "gym_extensions", "numpy", *own}
+    known |= {package.replace("-", "_") for package in packages}
+    for path, tree in parsed(sources).items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                names = [each.name for each in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                names = [node.module or ""]
+            else:
+                continue
+            for top in dict.fromkeys(name.partition(".")[0] for name in names):
+                if top not in known:
+                    message = f"It imports {quote(top)}, which [agent] does not state."
+                    hint = f"State it in packages, if it is one of {', '.join(BOX_PACKAGES)}."
+                    yield Finding(f"{path}, line {node.lineno}", message, hint)

@@ -1,0 +1,278 @@
+"""Trains the code of a submission in a box, on seeds that nobody knew when it was submitted.
+
+``maintain train-here`` calls it by hand and in the job after a merge; another job takes what it wrote. The
+gate calls :func:`repeats` before the merge.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from msgspec.structs import replace
+
+from gym_extensions.baselines import Monitor, Parallel, train
+from gym_extensions.baselines.agent import Factory
+from gym_extensions.baselines.cli import isolated
+from gym_extensions.baselines.training.progress import Event, JobFailed
+from gym_extensions.baselines.workers import JOBS_FAILED
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.errors import BenchError
+from gym_extensions.files import write_bytes, write_text
+from gym_extensions.submissions import layout
+from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
+from gym_extensions.submissions.log import read_log
+from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
+from gym_extensions.submissions.problem import cut
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.run import read_run
+from gym_extensions.submissions.submission import Submission
+from gym_extensions.submissions.training import Training, training_of, training_text
+from gym_extensions.verification.git import Repository
+from gym_extensions.verification.limits import Limits, answers
+from gym_extensions.versions import version
+
+COMMAND, PROTOCOL, FLOOR = "train-here", "sequential", "zero"
+AGENT_ERRORS = frozenset(
+    [
+        *("agent-cpu", "agent-ended", "agent-failed", "agent-frames", "agent-output", "agent-slow"),
+        *("bad-action", "bad-actions", "bad-agent", "bad-card", "bad-policies", "bad-policy"),
+        *("bad-reset-mask", "budget-exceeded", "needs-context", "onnx-failed", "policy-differs"),
+        *("single-task-agent", "slow-policy", "too-many-resets", "unknown-agent", "unsupported-policy"),
+    ]
+)
+"""The errors that are an agent's own. After any other one, the run is trained again."""
+CORE_GROUPS = tuple(group.name for group in GROUPS.values() if group.id in CORES[CORE])
+Runs = Mapping[str, tuple[str, int]]
+"""The group and number of runs by their names."""
+
+
+def wanted_runs(groups: Sequence[str], runs: int) -> Runs:
+    """The runs 0 to ``runs`` − 1 of these groups."""
+    return {run_key(group, PROTOCOL, run): (group, run) for group in groups for run in range(runs)}
+
+
+def is_due(submission: Submission, runs: int) -> bool:
+    """Whether a submission has code that was not trained yet, or not as often."""
+    if submission.problems or not submission.code:
+        return False
+    training = submission.trained.training if submission.trained else None
+    finished = training.runs if training and training.agent == submission.code else {}
+    return bool(wanted_runs(CORE_GROUPS, runs).keys() - finished.keys())
+
+
+def merge_of(submission: Path) -> str:
+    """The commit that fixed the code: the last one of HEAD's first-parent history that changed it.
+
+    Raises ``BenchError`` if the code is not committed as it is, or the clone lacks older commits.
+    """
+    repository = Repository(Repository(submission).top)
+    code = f"{submission.resolve().relative_to(repository.top.resolve()).as_posix()}/{AGENT}"
+    changed = repository.run("status", "--porcelain", "--untracked-files=all", "--", code)
+    commit = "" if changed else repository.last_change(repository.commit("HEAD"), [code])
+    if not commit:
+        message = "It is not committed in its present form, so no commit determines its seeds."
+        raise BenchError("not-committed", message, code, "Commit it.")
+    return commit
+
+
+def present(submission: Submission, value: str) -> tuple[int, Training]:
+    """The number of the version of a submission's code, and its record, which is new if it has none.
+
+    Raises ``BenchError`` if the submission has problems or no code, or was trained with another value.
+    """
+    submission.require_no_problems()
+    trained, where = submission.trained, submission.name
+    if not submission.code:
+        hint = "Add its code as agent/, with [agent] in submission.toml."
+        raise BenchError("no-agent", "The submission has no code to train.", where, hint)
+    if trained is None or trained.training.agent != submission.code:
+        today, commit = datetime.now(UTC).date().isoformat(), merge_of(submission.path)
+        made = version("gym-extensions")
+        number = 1 if trained is None else trained.version + 1
+        return number, Training(date=today, version=made, commit=commit, value=value, agent=submission.code)
+    if value not in ("", trained.training.value):
+        message = "This version of its code is trained with another value, which stands."
+        raise BenchError("other-seeds", message, where, "Leave out --value.")
+    return trained.version, trained.training
+
+
+def boxed(submission: Path, entry: str, groups: Sequence[str], budget: str) -> Factory:
+    """The factory of a submission's code, whose agents live in boxes. Raises ``BenchError`` without boxes."""
+    return isolated(f"{submission / AGENT}/{entry}", list(groups), [PROTOCOL], budget)
+
+
+def train_here(
+    submission: Submission,
+    runs: int,
+    value: str = "",
+    *,
+    groups: Sequence[str] = CORE_GROUPS,
+    budget: str = STANDARD_BUDGET,
+    jobs: int = 1,
+) -> Training:
+    """Trains the runs 0 to ``runs`` − 1 of a submission's code that are missing, and records them.
+
+    Everything is kept as soon as it is finished, a failure too, so that an interrupted call goes on where it
+    was and a failed run is not tried again.
+
+    Args:
+        submission: with code.
+        runs: number of runs of each group.
+        value: hexadecimal digits that became public after the merge and that nobody could choose.
+        groups, budget: what is trained; only the core with the standard budget has a rank.
+        jobs: worker processes.
+
+    Raises:
+        BenchError: no box can be started, the code is not committed, or something else than the agent failed.
+    """
+    number, training = present(submission, value)
+    folder, wanted = submission.path / TRAINED / str(number), wanted_runs(groups, runs)
+    assert submission.manifest and submission.manifest.agent, "it has code"
+    factory = boxed(submission.path, submission.manifest.agent.entry, groups, budget)
+    titles = {f"{group} {PROTOCOL}-run{run}": key for key, (group, run) in wanted.items()}
+
+    def missing() -> list[str]:
+        return [key for key in wanted if not (folder / f"{key}{LOG}").exists()]
+
+    def keep(failed: Mapping[str, str]) -> None:
+        nonlocal training
+        training = replace(training, failed=training.failed | {key: cut(why) for key, why in failed.items()})
+        write_text(folder.with_suffix(".toml"), training_text(training))
+
+    def listen(event: Event) -> None:
+        if isinstance(event, JobFailed) and event.code in AGENT_ERRORS:
+            keep({titles[event.job]: event.cause})
+
+    def replace_failed() -> None:
+        for key in training.failed.keys() & missing():
+            _write_floor(folder, *wanted[key], budget, training.seeds)
+
+    keep({})
+    replace_failed()
+    error: BenchError | None = None
+    try:
+        train(
+            *(factory, groups, PROTOCOL, budget, range(runs)),
+            out=folder,
+            parallel=Parallel(jobs),
+            monitor=Monitor(callback=listen),
+            seeds=training.seeds,
+        )
+    except BenchError as raised:
+        if raised.code in AGENT_ERRORS:  # no job began, or there is one alone
+            keep(dict.fromkeys(missing(), str(raised)))
+        elif raised.code != JOBS_FAILED:
+            raise
+        error = raised
+    replace_failed()
+    digests = {key: read_run(folder / f"{key}{DOCUMENT}").digest for key in wanted if key not in missing()}
+    training = replace(training, runs=training.runs | digests)
+    keep({})
+    if error and missing():
+        raise error
+    return training
+
+
+def _write_floor(folder: Path, group: str, run: int, budget: str, seeds: str) -> None:
+    """Writes, in the place of a failed run, that of the agent that does nothing."""
+    with tempfile.TemporaryDirectory() as scratch:
+        out = Path(scratch) / "floor"
+        quiet = Monitor(progress=False)
+        (log,) = train(FLOOR, group, PROTOCOL, budget, run, out=out, monitor=quiet, seeds=seeds)
+        files = [path for path in log.parent.iterdir() if path != log]
+        files += [] if (folder / MANIFEST).exists() else [out / MANIFEST]
+        for path in (*files, log):  # the log last, which says that the run is finished
+            write_bytes(folder / path.relative_to(out), path.read_bytes())
+
+
+JOB = f"{__name__}:judge"
+LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
+"""Of the process that reads what the other job wrote."""
+
+
+def judge(request: dict[str, Any]) -> Iterator[Any]:
+    """The job of that process: the problems of a folder of runs, and their digests and commands."""
+    runs = read(Path(request["folder"]), policies=True)
+    documents = {
+        run_key(group.group.name, protocol, run): document
+        for group in runs.groups.values()
+        for protocol, found in group.runs.items()
+        for run, document in found.items()
+    }
+    ignored = ("gaps-in-runs", "identical-runs")
+    yield {
+        "problems": [f"{each.where}: {each.message}" for each in runs.problems if each.rule not in ignored],
+        "digests": {name: document.digest for name, document in documents.items()},
+        "commands": {name: document.command for name, document in documents.items()},
+    }
+
+
+def take(submission: Submission, folder: Path, value: str = "") -> None:
+    """Adds what another job trained, its ``trained`` in ``folder``, to the submission, all or nothing.
+
+    Raises ``BenchError`` if it is of another version of the code, if its seeds do not follow from the merge
+    commit and the value, if it breaks a rule, or if it changes a run or a failure that is known.
+    """
+    number, known = present(submission, value)
+    record, source = folder / f"{number}.toml", folder / str(number)
+
+    def refuse(message: str) -> BenchError:
+        hint = f"Write it again with: gym-extensions maintain {COMMAND} SUBMISSION"
+        return BenchError("bad-training", message, str(record), hint)
+
+    try:
+        training = training_of(layout.read_regular(record, layout.max_bytes(layout.REVIEW)))
+    except (OSError, ValueError, RecursionError) as error:
+        raise refuse(f"It is not a record: {error}.") from error
+    if training.seeds != known.seeds:
+        raise refuse("Its seeds do not follow from the merge commit, the value and the code.")
+    for old, new in ((known.runs, training.runs), (known.failed, training.failed)):
+        if not old.items() <= new.items():
+            raise refuse("It changes a run that is known.")
+    (found,) = answers(JOB, {"folder": str(source.resolve())}, LIMITS)
+    if found["problems"]:
+        raise refuse(f"It breaks a rule: {found['problems'][0]}")
+    if found["digests"] != training.runs or not training.failed.keys() <= training.runs.keys():
+        raise refuse("Its runs are not those of the record.")
+    if any(training.seeds not in command for command in found["commands"].values()):
+        raise refuse("A run has other seeds.")
+    target = submission.path / TRAINED
+    for item in layout.scan(source).items:
+        if item.kind == "file" and not (target / str(number) / item.path).exists():
+            write_bytes(target / str(number) / item.path, layout.read_regular(source / item.path, item.size))
+    write_text(target / record.name, training_text(training))
+
+
+def repeats(folder: Path, entry: str, groups: Sequence[str] = CORE_GROUPS) -> str:
+    """Trains code twice with the budget for trials, and says in words whether the bytes are the same.
+
+    Raises ``BenchError`` if no box can be started, or the agent fails.
+    """
+    factory = boxed(folder, entry, groups, "smoke")
+    with tempfile.TemporaryDirectory() as scratch:
+        first, second = Path(scratch, "first"), Path(scratch, "second")
+        for name in groups:  # one job alone raises its own error
+            for out in (first, second):
+                train(factory, name, PROTOCOL, "smoke", 0, out=out, monitor=Monitor(progress=False))
+            if (stage := _first_difference(first, second, name)) is not None:
+                return f"Trained twice, it differs from stage {stage} of {name}: its runs cannot be repeated."
+    return "Trained twice, it gives the same bytes."
+
+
+def _first_difference(first: Path, second: Path, name: str) -> int | None:
+    """The first stage whose episodes or policies differ; None if none does."""
+    path = layout.run_file(name, PROTOCOL, 0, LOG)
+    one, other = (read_log(folder / path) for folder in (first, second))
+    arrays = [read_arrays(folder, GROUPS[name], PROTOCOL, 0) for folder in (first, second)]
+    for stage in range(len(GROUPS[name].tasks) + 1):
+        start = prefix((stage, None))
+        own = [{key: each for key, each in part.items() if key.startswith(start)} for part in arrays]
+        is_same = content_sha256(own[0]) == content_sha256(own[1])
+        if not is_same or not one[one.stage == stage].equals(other[other.stage == stage]):
+            return stage
+    return None

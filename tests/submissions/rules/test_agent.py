@@ -1,0 +1,114 @@
+"""Every rule about the code of an agent reports its mistake, and honest agents break none."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.training import code_digest
+
+from ..examples import GROUP, TOML, Change, Check, CopySubmission, Example, all_of, parametrize, put
+
+ROOT = Path(__file__).parents[3]
+ALGORITHMS = sorted(ROOT.glob("baselines/*/baselines/algorithms/*.py"))
+CODE = "agent/agent.py"
+HEADER = '\n[agent]\nentry = "agent.py:make"\npackages = {}\n'
+MAKE = "def make(observation_space, action_space, seed):\n    return None\n"
+
+
+def stating(packages: str = "[]", entry: str = "agent.py:make") -> Change:
+    text = HEADER.format(packages).replace("agent.py:make", entry)
+
+    def change(folder: Path) -> None:
+        with (folder / TOML).open("a", encoding="utf-8") as file:
+            file.write(text)
+
+    return change
+
+
+def code(text: str | bytes, packages: str = "[]", path: str = CODE) -> Change:
+    data = text if isinstance(text, bytes) else text.encode()
+    return all_of(stating(packages), put(CODE, MAKE.encode()), put(path, data))
+
+
+def after_make(text: str) -> Change:
+    return code(f"{MAKE}{text}\n")
+
+
+LINE_1, LINE_3, LINE_4 = (f"{CODE}, line {number}" for number in (1, 3, 4))
+LONG = "# 12345\n" * 6_300
+TWO = f"\n'{'x' * 101}'\n'{'y' * 101}'"
+"""Two strings that are one."""
+EXAMPLES = (
+    Example("code-without-entry", "code alone", put(CODE, MAKE.encode()), "agent", "[agent]"),
+    Example("code-without-entry", "a section alone", stating(), TOML, "agent/agent.py"),
+    Example(
+        "code-without-entry",
+        "another file",
+        all_of(stating(entry="mine.py:make"), put(CODE, MAKE.encode())),
+        f"{TOML}, [agent] entry",
+        "agent/agent.py",
+    ),
+    Example("code-without-entry", "another name", code("def made(): ..."), CODE, "made"),
+    Example("unexpected-name", "no Python", code("1", path="agent/a.txt"), "agent/a.txt", ""),
+    Example("unexpected-name", "a folder", code("", path="agent/b/a.py"), "agent/b", "", count=2),
+    Example("not-python", "a mistake", after_make("def"), LINE_3, "invalid syntax"),
+    Example("not-python", "deeply nested", after_make("(" * 5000 + ")" * 5000), LINE_3, "nested"),
+    Example("not-python", "not UTF-8", code(MAKE.encode() + b"# \xff"), CODE, "UTF-8"),
+    Example("not-python", "a long line", after_make(f"# {'x' * 149}"), LINE_3, "151 characters"),
+    Example("not-python", "hidden text", after_make("# \u202e"), LINE_3, "U+202E"),
+    Example(
+        "not-python", "much", all_of(after_make(LONG), put("agent/b.py", LONG.encode())), "agent", "100 kB"
+    ),
+    Example("many-numbers", "a layer", after_make("W = [\n" + "1.5, 2,\n" * 151 + "]"), "agent", "302"),
+    Example("many-numbers", "a long one", after_make(f"W = 1{'0' * 30}"), LINE_3, "30"),
+    Example("long-strings", "one", after_make(f"W = ({TWO})"), LINE_4, "202"),
+    Example("long-strings", "bytes", after_make(f"W = ({TWO})".replace("\n", "\nb")), LINE_4, "202"),
+    Example("long-strings", "many", after_make(f"W = '{'x' * 140}'\n" * 72), "agent", "10,080"),
+    Example("foreign-package", "absent", code(MAKE, '["jax"]'), f"{TOML}, [agent] packages", "'jax'"),
+    Example("foreign-package", "not stated", code(f"import torch\n{MAKE}"), LINE_1, "'torch'"),
+    Example("foreign-package", "a simulator", code(f"from mujoco.x import y\n{MAKE}"), LINE_1, "mujoco"),
+    Example("malformed-training", "no table", put("trained/1.toml", b"rank = 1\n"), "trained/1.toml", "rank"),
+)
+
+
+@parametrize(EXAMPLES)
+def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
+    check(example)
+
+
+@pytest.mark.parametrize(
+    ("text", "packages"),
+    [
+        (f'"""{"A long text. " * 40}"""\nimport math, numpy, gym_extensions\n{MAKE}', "[]"),
+        (f"import torch\nfrom stable_baselines3 import PPO\n{MAKE}", '["torch", "stable-baselines3"]'),
+        ("from gym_extensions.baselines.algorithms.trpo import make\n", "[]"),
+        ("class Agent: ...\nmake = Agent\n", "[]"),
+    ],
+)
+def test_these_agents_break_no_rule(text: str, packages: str, good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    code(text.replace(". A", ".\nA"), packages)(folder)
+    assert read(folder).problems == ()
+
+
+@pytest.mark.parametrize("path", ALGORITHMS, ids=lambda path: path.stem)
+def test_the_code_of_this_project_keeps_to_the_limits(
+    path: Path, good: CopySubmission, tmp_path: Path
+) -> None:
+    folder = good(GROUP, tmp_path)
+    code(path.read_text(encoding="utf-8"), path=f"agent/{path.stem}_.py")(folder)
+    found = {problem.rule for problem in read(folder).problems}
+    assert found <= {"foreign-package"}, "some import packages that this section does not state"
+
+
+def test_code_alone_is_a_submission(good: CopySubmission, tmp_path: Path) -> None:
+    folder = good(GROUP, tmp_path)
+    shutil.rmtree(folder / GROUP)
+    code(MAKE)(folder)
+    found = read(folder)
+    assert found.problems == ()
+    assert found.code == code_digest({CODE: MAKE.encode()})
