@@ -5,7 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
+import zipfile
 from pathlib import Path
+
+import pytest
+
+from .test_public_api import PUBLIC
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE_ROOTS = ("envs", "scoring", "baselines", "site")
@@ -36,9 +41,69 @@ def test_the_version_is_that_of_pyproject() -> None:
     assert run("-m", "gym_extensions", "--version").stdout.strip() == declared
 
 
-def test_every_package_is_marked_as_typed() -> None:
-    packages = [
-        path.parent for root in SOURCE_ROOTS for path in (ROOT / root).glob("gym_extensions/*/__init__.py")
-    ]
-    assert packages
-    assert [path.name for path in packages if not (path / "py.typed").exists()] == []
+def test_every_root_of_the_package_is_marked_as_typed() -> None:
+    roots = [ROOT / root / "gym_extensions" for root in SOURCE_ROOTS]
+    assert [str(root) for root in roots if not (root / "py.typed").exists()] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("installed", ["development mode", "wheel"])
+def test_the_agent_of_a_user_that_imports_every_public_module_passes_mypy(
+    installed: str, tmp_path: Path
+) -> None:
+    names = [(module, name) for module, names in PUBLIC.items() for name in names.split()]
+    imports = [f"from {module} import {name} as name{i}" for i, (module, name) in enumerate(names)]
+    (tmp_path / "agent.py").write_text("\n".join([*imports, AGENT]))
+    python = sys.executable
+    if installed == "wheel":
+        packages = [path for path in sys.path if path.endswith("site-packages")]
+        run("-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path), str(ROOT))
+        (wheel,) = tmp_path.glob("*.whl")
+        run("-m", "venv", "--without-pip", str(tmp_path / "venv"))
+        (own,) = (tmp_path / "venv").glob("lib/*/site-packages")
+        (own / "dependencies.pth").write_text("\n".join(packages))  # of which no .pth file is read
+        zipfile.ZipFile(wheel).extractall(own)
+        python = str(tmp_path / "venv/bin/python")
+    words = ["-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), "--python-executable", python]
+    shown = subprocess.run(
+        [sys.executable, *words, "agent.py"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert shown.stdout == "Success: no issues found in 1 source file\n"
+
+
+AGENT = """
+from pathlib import Path
+from typing import Any
+import numpy as np
+from gym_extensions.baselines import Card, Context, Observes, train
+from gym_extensions.baselines.agent import Array, VectorEnv
+from gym_extensions.envs import group
+from gym_extensions.errors import BenchError
+
+class Mine:
+    observes = Observes(boundaries=True)
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        self.weights = np.zeros((observation_space.shape[0], action_space.shape[0]))
+
+    def act(self, observations: Array, context: Context) -> Array:
+        return observations @ self.weights
+
+    def learn(self, env: VectorEnv, steps: int) -> None:
+        env.reset()
+
+    def save(self, path: Path) -> None:
+        np.savez(path, weights=self.weights)
+
+    @classmethod
+    def load(cls, path: Path) -> "Mine":
+        return cls.__new__(cls)
+
+    def card(self) -> Card:
+        return Card("mine", parameters=self.weights.size)
+
+try:
+    logs: list[Path] = train(Mine, group("hopper-gravity"), "sequential", "smoke", range(5), out="mine")
+except BenchError as error:
+    print(error.hint)
+"""

@@ -25,7 +25,7 @@ PUBLIC = {
     ),
     "gym_extensions.baselines": """
         Agent BatchTrained Card Context Factory JobFailed JobFinished Monitor Observes OnnxPolicy
-        Parallel Policy Resumable StageStarted TaskEvaluated TrainingStarted record sb3 train
+        Parallel Policy Resumable StageStarted StepsTrained TaskEvaluated TrainingStarted record sb3 train
     """,
     "gym_extensions.references.experts": "ExpertCard card load names",
     "gym_extensions.metrics": """

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+from gymnasium.vector import AutoresetMode
 
-from gym_extensions.baselines import Card, Context, Observes, train
-from gym_extensions.baselines.agent import TaskLabel, action_function, check_context
+from gym_extensions.baselines import Card, Context, Observes, agent_spec, train
+from gym_extensions.baselines.agent import TaskLabel, action_function, autoreset_mode_of, check_context
 from gym_extensions.baselines.agent_spec import AgentSpec, checked_card
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.submission import manifest_tables
@@ -46,7 +50,7 @@ BAD_CARDS: list[tuple[Any, str]] = [
     (changed(description="two\r\nlines"), "description"),
     (changed(algorithm=" "), "no name"),
     (changed(algorithm=3), "algorithm"),
-    (changed(parameters=np.int64(3)), "parameters"),
+    (changed(parameters=3.0), "parameters"),
     (changed(stored_steps=-1), "stored_steps"),
     (changed(tuning_tasks="Hopper"), "tuning_tasks"),
     (changed(packages=("torhc",)), "'torhc' is not installed"),
@@ -64,6 +68,11 @@ def test_a_card_that_scoring_would_refuse_is_rejected(card: Any, named: str) -> 
     with pytest.raises(BenchError) as error:
         checked_card(AgentWithCard(card), "mine")
     assert (error.value.code, named in str(error.value)) == ("bad-card", True)
+
+
+def test_integers_of_numpy_are_counts() -> None:
+    card = checked_card(AgentWithCard(changed(parameters=np.prod((3, 5)), stored_steps=np.int32(7))), "mine")
+    assert (repr(card.parameters), repr(card.stored_steps)) == ("15", "7")
 
 
 @pytest.mark.parametrize(
@@ -205,7 +214,7 @@ class Counted(Zero):
         Counted.made += 1
 
 
-def test_one_agent_is_made_to_be_checked_and_one_per_job(
+def test_one_agent_is_made_to_be_checked_one_to_be_restored_and_one_per_job(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     checked: list[Any] = []
@@ -216,7 +225,7 @@ def test_one_agent_is_made_to_be_checked_and_one_per_job(
 
     monkeypatch.setattr(rules, "problems", problems)
     train(Counted, QUICK_GROUP, ["joint", "sequential"], "smoke", 0, out=tmp_path / "mine")
-    assert (Counted.made, len(checked)) == (1 + 2, 1)
+    assert (Counted.made, len(checked)) == (2 + 2, 1)
 
 
 class Undecided(Zero):
@@ -242,3 +251,96 @@ def test_the_task_is_in_the_context_of_an_agent_that_asked_for_it_alone() -> Non
             getattr(CONTEXT, name)
         assert error.value.code == "not-requested"
         assert not hasattr(CONTEXT, name)
+
+
+class Restored(Zero):
+    """An agent with a folder as checkpoint, whose ``load`` is the test's."""
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        super().__init__(observation_space, action_space, seed)
+        self.action = seed / 10
+
+    def act(self, observations: Any) -> Any:
+        return super().act(observations) + self.action
+
+    def save(self, path: Path) -> None:
+        path.mkdir()
+        np.save(path / "action.npy", self.action)
+
+    def load(self, path: Path) -> Any:
+        self.action = float(np.load(path / "action.npy"))
+
+
+class ReturnsTrue(Restored):
+    def load(self, path: Path) -> Any:
+        return True
+
+
+class LoadsNothing(Restored):
+    def load(self, path: Path) -> Any:
+        """Forgets to read the file."""
+
+
+def checked(agent: Any, protocol: str = "sequential") -> AgentSpec:
+    return AgentSpec.of(agent, [(QUICK_GROUP, protocol)])
+
+
+def test_what_load_returns_is_an_agent_or_nothing() -> None:
+    checked(Restored)
+    with pytest.raises(BenchError, match=r"load\(\) returned a value of type bool") as error:
+        checked(ReturnsTrue)
+    assert error.value.code == "bad-agent"
+    checked(ReturnsTrue, "joint")  # has one stage, after which nothing is loaded
+
+
+def test_a_load_that_does_not_restore_the_agent_is_a_warning_before_training() -> None:
+    with pytest.warns(UserWarning, match=r"After save\(\) and load\(\) the agent takes other actions"):
+        checked(LoadsNothing)
+
+
+class Undeclared(Zero):
+    """An agent with a data frame and memory, without a card."""
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        super().__init__(observation_space, action_space, seed)
+        self.settings = {"table": pd.DataFrame()}
+
+
+class Declared(Undeclared):
+    def card(self) -> Card:
+        return Card("declared", packages=("pandas",), stored_steps=1000)
+
+
+def test_an_agent_that_holds_objects_of_packages_and_names_none_is_warned() -> None:
+    with pytest.warns(UserWarning, match="holds objects of pandas, and its card names no packages"):
+        checked(Undeclared)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        checked(Declared)
+
+
+@pytest.mark.parametrize(
+    ("held", "is_memory"),
+    [
+        ({"buffer": {"seen": np.zeros((500, 2, 23))}}, True),
+        ({"buffer": deque([(np.zeros(23), 0.0)] * 1000)}, True),
+        ({"weights": np.zeros((23, 2000)), "losses": [0.5] * 5000, "last": np.zeros((25, 23))}, False),
+    ],
+)
+def test_an_agent_that_holds_steps_and_states_none_is_warned(held: dict[str, Any], is_memory: bool) -> None:
+    agent = Zero.__new__(Zero)
+    vars(agent).update(held)
+    with warnings.catch_warnings(record=True) as caught:
+        agent_spec.warn_of_stored_steps(agent, (23,))
+    shown = [
+        "holds about 1,000 steps, and its card says stored_steps=0" in str(each.message) for each in caught
+    ]
+    assert shown == [True] * is_memory
+
+
+def test_the_autoreset_mode_is_one_of_gymnasium() -> None:
+    agent = Zero.__new__(Zero)
+    assert autoreset_mode_of(agent, "mine") is AutoresetMode.NEXT_STEP
+    vars(agent)["autoreset_mode"] = "same"
+    with pytest.raises(BenchError, match="autoreset_mode is 'same'"):
+        autoreset_mode_of(agent, "mine")

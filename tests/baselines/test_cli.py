@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +122,31 @@ def test_an_interrupted_command_continues_if_the_agent_can_be_saved(
     assert len(evaluated) == 1
 
 
+SLOW = """
+import pathlib, time
+from gym_extensions.baselines.algorithms.floors import Zero
+
+class Slow(Zero):
+    def learn(self, env, steps):
+        pathlib.Path("learns").touch()
+        time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM")
+@pytest.mark.parametrize("jobs", ["0", "1"])
+def test_a_command_that_a_scheduler_ends_says_that_it_continues(jobs: str, tmp_path: Path) -> None:
+    (tmp_path / "slow.py").write_text(SLOW)
+    words = [sys.executable, "-m", "gym_extensions", *command("slow:Slow", protocol="joint", jobs=jobs)]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
+        while not (tmp_path / "learns").exists():
+            time.sleep(0.05)
+        process.terminate()
+        printed, _ = process.communicate(timeout=30)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert printed.splitlines()[-1].startswith("Interrupted. The same command continues")
+
+
 FAILING = """
 import numpy as np
 import os, signal
@@ -132,18 +159,37 @@ class Fails:
 class Dies(Fails):
     def learn(self, env, steps): os.kill(os.getpid(), signal.SIGKILL)
 
+class Exits(Fails):
+    def learn(self, env, steps): os._exit(3)
+
+class Interrupts(Fails):
+    def learn(self, env, steps): raise KeyboardInterrupt
+
+class Mute(Exception):
+    def __str__(self): raise RuntimeError
+
+class Stutters(Fails):
+    def learn(self, env, steps): raise Mute
+
 class FailsOnce(Fails):
     def learn(self, env, steps):
         try: os.mkdir("failed")
         except FileExistsError: return
         raise ValueError("no gradient")
 """
-DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
+DIED = "The worker process was ended by SIGKILL. If memory ran out, use fewer --jobs or --num-envs."
+CAUSES = {
+    "Fails": "ValueError: no gradient",
+    "Interrupts": "KeyboardInterrupt",
+    "Stutters": "Mute",
+    "Dies": DIED,
+    "Exits": "The worker process ended with status 3 before its job did; it printed why.",
+}
 TRACEBACKS = "Tracebacks are in mine/.progress/train.log."
 SHORT = {"groups": "hopper-motor-noise", "protocol": "joint"}
 
 
-@pytest.mark.parametrize(("name", "cause"), [("Fails", "ValueError: no gradient"), ("Dies", DIED)])
+@pytest.mark.parametrize(("name", "cause"), CAUSES.items())
 def test_a_failed_job_is_reported_with_its_cause(
     name: str, cause: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -156,7 +202,7 @@ def test_a_failed_job_is_reported_with_its_cause(
     failed = f"error: 1 of 1 job failed.\n  hopper-motor-noise joint-run0: {cause}\n"
     assert printed.err.startswith(f"{failed}{TRACEBACKS}")
     log = Path("mine/.progress/train.log").read_text()
-    assert ("Traceback (most recent call last)" in log) == (name == "Fails")
+    assert ("Traceback (most recent call last)" in log) == (name not in ("Dies", "Exits"))
 
 
 def test_a_failed_job_stops_no_other_and_is_repeated_by_the_same_command(

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         JobFinished,
         Monitor,
         StageStarted,
+        StepsTrained,
         TaskEvaluated,
         TrainingStarted,
     )
@@ -48,6 +49,7 @@ __all__ = [
     "Policy",
     "Resumable",
     "StageStarted",
+    "StepsTrained",
     "TaskEvaluated",
     "TrainingStarted",
     "record",

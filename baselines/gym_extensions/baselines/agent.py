@@ -10,10 +10,12 @@ from typing import Any, Protocol, runtime_checkable
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.vector import AutoresetMode
 from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from gym_extensions.errors import BenchError
+from gym_extensions.files import remove
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
 
@@ -85,7 +87,8 @@ class Agent(Protocol):
     stored after every stage and published in the submission.
 
     An agent that observes more than observations and rewards has an attribute ``observes``, an
-    ``Observes``. What it does not ask for there is refused.
+    ``Observes``. What it does not ask for there is refused. An agent that needs another autoreset mode than
+    NEXT_STEP has an attribute ``autoreset_mode``, a ``gymnasium.vector.AutoresetMode``.
 
     An agent that samples should use separate random generators for acting and learning, so that evaluation
     does not change what is learned.
@@ -120,8 +123,9 @@ class Agent(Protocol):
         """Continues training from the current policy.
 
         Args:
-            env: a Gymnasium vector environment in autoreset mode NEXT_STEP: the step after the end of an
-                episode resets that environment, ignores its action and is not a transition.
+            env: a Gymnasium vector environment in the agent's ``autoreset_mode``. In NEXT_STEP, the default,
+                the step after the end of an episode resets that environment, ignores its action and is not a
+                transition.
                 ``env.batch_steps`` is the batch size of the reference agents; other agents may ignore it.
                 ``env.budget_steps`` equals ``steps``. Agents that ask for ``task_in_training`` can read
                 ``env.task_ids`` (the tasks that are trained, in order), ``env.env_task_ids`` (one per
@@ -139,10 +143,13 @@ class Resumable(Protocol):
     """
 
     def save(self, path: Path) -> object:
-        """Writes the agent to ``path`` as arrays without pickle."""
+        """Writes the agent to ``path``, which becomes a file or a folder, as arrays without pickle."""
 
     def load(self, path: Path) -> object:
-        """Restores the agent that was saved to ``path``."""
+        """Restores the agent that was saved to ``path``: itself, or, as a class method, a new one.
+
+        A new agent is returned; an agent that restores itself returns itself or None.
+        """
 
 
 @dataclass(frozen=True)
@@ -179,6 +186,11 @@ class Card:
     parameters: int = 0
     packages: tuple[str, ...] = ()
     parent: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("tuning_steps", "stored_steps", "parameters"):
+            if isinstance(value := getattr(self, name), np.integer):  # such as np.prod of a shape
+                object.__setattr__(self, name, int(value))
 
 
 @runtime_checkable
@@ -254,6 +266,50 @@ def observes_of(agent: Agent, name: str) -> Observes:
         hint = "Use a gym_extensions.baselines.Observes, with True or False."
         raise BenchError("bad-agent", message, name, hint)
     return observes
+
+
+def autoreset_mode_of(agent: Agent, name: str) -> AutoresetMode:
+    """The agent's ``autoreset_mode``, by default NEXT_STEP. Raises ``BenchError`` for another value."""
+    mode: object = getattr(agent, "autoreset_mode", AutoresetMode.NEXT_STEP)
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        hint = "Use a gymnasium.vector.AutoresetMode."
+        message = f"The agent's attribute autoreset_mode is {mode!r}."
+        raise BenchError("bad-agent", message, name, hint) from None
+
+
+def save(agent: Resumable, path: Path) -> None:
+    """Saves an agent to a path at which nothing stays of an earlier attempt.
+
+    Raises ``BenchError`` if it writes neither a file nor a folder there.
+    """
+    remove(path)
+    agent.save(path)
+    if not path.exists():
+        message = f"save() did not write the file or folder that it was given, {path.name}."
+        hint = "Write to this name as it is; numpy.save appends .npy, numpy.savez does not."
+        raise BenchError("bad-agent", message, "save()", hint)
+
+
+def load(agent: Resumable, path: Path) -> Agent:
+    """The agent that was saved to a path: ``agent`` itself, or the one that its ``load`` returns.
+
+    Raises ``BenchError`` if there is no checkpoint, ``load`` raises, or it returns something else.
+    """
+    hint = "Restore the agent's code, or delete the folder to start the run again."
+    if not path.exists():
+        raise BenchError("bad-checkpoint", "The agent's checkpoint is missing.", str(path), hint)
+    try:
+        returned = agent.load(path)
+    except Exception as error:
+        message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}."
+        raise BenchError("bad-checkpoint", message, str(path), hint) from error
+    restored: Any = agent if returned is None else returned
+    if not all(callable(getattr(restored, method, None)) for method in METHODS):
+        message = f"load() returned a value of type {type(returned).__name__}."
+        raise BenchError("bad-agent", message, "load()", "Return the restored agent, or None.")
+    return restored
 
 
 def check_context(agent: Agent, name: str) -> None:

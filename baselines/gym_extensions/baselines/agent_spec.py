@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+import math
+import sys
+import tempfile
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import metadata
+from numbers import Number
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import msgspec
 import numpy as np
+from gymnasium.vector import AutoresetMode
 from msgspec.structs import asdict
 
 from gym_extensions.baselines import agent as agents, algorithms
 from gym_extensions.baselines.agent import Agent, Array, Card, Context, Factory, TaskLabel, VectorEnv
+from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import STANDARD_BUDGET, evaluation_seed
 from gym_extensions.envs import make_vec
@@ -32,6 +43,8 @@ CARD_TYPES: dict[str, Any] = {
 """The types of what ``submission.toml`` does not hold, or holds in another way."""
 NO_FOLDER = layout.Folder(Path("card"), "card", (), {})
 """The rules look at the tables only."""
+STORED = 1000
+"""Observations that an agent may hold without stating that it stores steps."""
 TOLERANCE = 1e-4
 """Largest difference between an agent's action and its policy's, in half widths of the action space.
 
@@ -51,28 +64,34 @@ class AgentSpec:
             agent may set up its libraries.
         card: the agent's, before training.
         observes: what it asks for.
+        autoreset_mode: of its environment in training.
     """
 
     name: str
     factory: str | Factory
     card: Card
     observes: manifest.Observes
+    autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP
 
     @classmethod
     def of(cls, agent: str | Factory, logs: Sequence[tuple[TaskGroup, str]]) -> AgentSpec:
         """The spec of an agent for logs of these groups and protocols.
 
-        One agent is created for it, which acts once. The runs create their own: acting changes what an agent
-        samples next, worker processes cannot receive most agents, and a folder is refused before they start.
+        One agent is created for it, which acts once; a second one if it can be saved. The runs create their
+        own: acting changes what an agent samples next, worker processes cannot receive most agents, and a
+        folder is refused before they start.
 
         Raises ``BenchError`` if the factory, the agent or its card does not fit, the agent's actions have a
-        wrong shape or are not those of its policy, or the submission may not contain the policy.
+        wrong shape or are not those of its policy, the submission may not contain the policy, or the agent
+        cannot load what it saved. Warns if it loads something else, or uses packages that no card names.
         """
         name, make = algorithms.name_of(agent), algorithms.factory(agent)
         group, _ = logs[0]
         env = make_vec(group.tasks[0], 1)
-        trial = agents.create(make, (env.single_observation_space, env.single_action_space), 0, name)
-        spec = cls(name, agent, checked_card(trial, name), agents.observes_of(trial, name))
+        spaces = env.single_observation_space, env.single_action_space
+        trial = agents.create(make, spaces, 0, name)
+        observes, mode = agents.observes_of(trial, name), agents.autoreset_mode_of(trial, name)
+        spec = cls(name, agent, checked_card(trial, name), observes, mode)
         label = TaskLabel(group.task_ids[0], 0) if spec.observes.task_in_evaluation else None
         seeds = [evaluation_seed(group.id, group.task_ids[0], 0)]
         actions = first_actions(trial, env, seeds, label)
@@ -80,6 +99,13 @@ class AgentSpec:
             require_agreement(policy, env, seeds, actions, 0)
             for log in logs:
                 require_submittable(policy, spec.card, spec.observes, *log)
+        if isinstance(trial, agents.Resumable) and "sequential" in {protocol for _, protocol in logs}:
+            other = agents.create(make, spaces, 1, name)
+            check_restored(trial, other, lambda each: first_actions(each, env, seeds, label))
+        if not spec.card.packages and (used := packages_of(trial)):
+            message = f"The agent holds objects of {', '.join(used)}, and its card names no packages. "
+            hint = "Name those on which results depend in Card(packages=...)."
+            warnings.warn(message + hint, stacklevel=3)
         env.close()
         return spec
 
@@ -109,6 +135,66 @@ def card_of(agent: Agent, name: str) -> Card:
         except msgspec.ValidationError as error:
             raise _bad_card(field, f"The value is {getattr(card, field)!r}: {error}.") from error
     return card
+
+
+def check_restored(agent: agents.Resumable, other: Agent, act: Callable[[Agent], Array]) -> None:
+    """Saves an agent and loads it into another one; warns if their next actions differ.
+
+    Raises ``BenchError`` as :func:`agents.save` and :func:`agents.load` do.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        saved = Path(folder, "agent.npz")
+        agents.save(agent, saved)
+        moved = saved.rename(saved.with_name("agent0.npz"))  # as at the end of a stage
+        restored = agents.load(other, moved)  # type: ignore[arg-type]
+        with preserved_global_generators(0):
+            expected = act(agent)  # type: ignore[arg-type]
+        with preserved_global_generators(0):
+            found = act(restored)
+    if not np.allclose(found, expected, rtol=TOLERANCE, atol=TOLERANCE):
+        message = "After save() and load() the agent takes other actions, so an interrupted run would go on "
+        hint = "otherwise. Save the whole agent, random generators included."
+        warnings.warn(message + hint, stacklevel=4)
+
+
+def packages_of(agent: object) -> list[str]:
+    """The names of packages, besides those that every run states, whose objects an agent holds."""
+    kinds = [[kind.__module__.partition(".")[0] for kind in type(value).__mro__] for value in _held(agent)]
+    roots = {root for each in kinds if each[0] != "gym_extensions" for root in each}
+    own = type(agent).__module__.partition(".")[0]
+    others = roots - {own, *sys.stdlib_module_names, *Versions.__struct_fields__}
+    names = metadata.packages_distributions() if others else {}
+    return sorted({name for root in others for name in names.get(root, ())[:1]})
+
+
+def warn_of_stored_steps(agent: object, shape: tuple[int, ...]) -> None:
+    """Warns if an agent whose card states no stored steps holds many observations of this shape."""
+    most = 0
+    for value in _held(agent):
+        if isinstance(value, list | deque):
+            is_steps = bool(value) and not isinstance(value[0], Number | str | np.generic)
+            most = max(most, len(value) * is_steps)
+        else:
+            size = tuple(getattr(value, "shape", ()))
+            rows = math.prod(size[: -len(shape)]) if shape and size[-len(shape) :] == shape else 0
+            most = max(most, rows)
+    if most >= STORED:
+        message = f"The agent holds about {most:,} steps, and its card says stored_steps=0. "
+        warnings.warn(f"{message}State them in Card(stored_steps=...).", stacklevel=2)
+
+
+def _held(owner: object, depth: int = 3) -> Iterator[Any]:
+    """What an object holds: attributes, items of containers, and theirs, but not the parts of a network."""
+    values: Iterable[Any] = getattr(owner, "__dict__", {}).values()
+    if isinstance(owner, Mapping):
+        values = owner.values()
+    elif isinstance(owner, list | tuple | deque):
+        values = itertools.islice(owner, 10)
+    elif isinstance(owner, type | ModuleType) or callable(getattr(owner, "parameters", None)):
+        values = ()
+    for value in values if depth else ():
+        yield value
+        yield from _held(value, depth - 1)
 
 
 def checked_card(agent: Agent, name: str) -> Card:

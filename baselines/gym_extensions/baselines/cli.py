@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import re
 import shlex
+import signal
 import sys
 from pathlib import Path
+from typing import Any
 
 from gym_extensions.baselines import algorithms, workers
 from gym_extensions.baselines.agent import Factory
@@ -66,6 +68,10 @@ def main(argv: list[str] | None = None) -> int:
     options = parser().parse_args(argv)
     from gym_extensions.baselines import Monitor, Parallel, train  # loads the simulator
 
+    def interrupt(number: int, _: Any) -> None:
+        raise KeyboardInterrupt(number)
+
+    before = signal.signal(signal.SIGTERM, interrupt)  # from a scheduler whose time limit has passed
     try:
         what = parse_names(options.groups), parse_names(options.protocol), options.budget
         train(
@@ -82,9 +88,9 @@ def main(argv: list[str] | None = None) -> int:
             by=options.by,
             seeds=options.seeds,
         )
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         print(f"Interrupted. {CONTINUES}")
-        return 130
+        return 128 + (stop.args or (signal.SIGINT,))[0]
     except OSError as error:
         if error.errno not in workers.DISK_FULL:
             raise
@@ -95,6 +101,8 @@ def main(argv: list[str] | None = None) -> int:
             raise
         print(f"error: {error}", file=sys.stderr)
         return 1
+    finally:
+        signal.signal(signal.SIGTERM, before)
     files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
     words = ["score", str(options.out), *(word for name in files for word in ("--groups", name))]
     print(f"The submission is in {options.out}. Score it with: {shlex.join(words)}")

@@ -99,7 +99,9 @@ def train(
         submission.prepare(path)
     with submission.lock_runs(path, titles), monitor.listening(path) as listen:
         pending = unfinished()  # another process may have finished a run before the locks were held
-        listen(progress.TrainingStarted({each.title: each.steps for each in pending}, max(parallel.jobs, 1)))
+        evaluations = {each.title: each.evaluations for each in pending}
+        steps = {each.title: each.steps for each in pending}
+        listen(progress.TrainingStarted(steps, max(parallel.jobs, 1), evaluations))
         failures = _run(pending, listen, parallel.jobs, by)
     if failures:
         if len(pending) == 1 and (error := next(iter(failures.values())).error):

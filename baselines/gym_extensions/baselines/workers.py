@@ -25,8 +25,8 @@ from gym_extensions.errors import BenchError
 JOBS_FAILED = "jobs-failed"
 """The code of the error that ``train`` raises after the other jobs have finished."""
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
-WORKER_DIED = "The worker process ended unexpectedly. If memory ran out, use fewer --jobs or --num-envs."
-NOT_STARTED = "The worker process could not start the job; it printed the error."
+WORKER_DIED = "The worker process was ended by {}. If memory ran out, use fewer --jobs or --num-envs."
+EXITED = "The worker process ended with status {} before its job did; it printed why."
 NO_GUARD = 86  # the exit status of a worker that runs the user's script instead of its job
 GUARD = "Worker processes import the script: put the call of train under `if __name__ == '__main__':`."
 
@@ -43,7 +43,11 @@ class Failure:
 
 def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failure:
     """The failure of a job that raised an exception, as text, because not every exception pickles."""
-    cause = str(error) if isinstance(error, BenchError) else f"{type(error).__name__}: {error}".rstrip(": ")
+    try:
+        cause = str(error) if isinstance(error, BenchError) else f"{type(error).__name__}: {error}"
+    except Exception:  # noqa: BLE001  (its own __str__ may raise)
+        cause = type(error).__name__
+    cause = cause.rstrip(": ")
     if isinstance(error, OSError) and error.errno in DISK_FULL:
         cause = f"The disk is full: {error.strerror}. Free some disk space."
     text = "".join(traceback.format_exception(error))
@@ -113,7 +117,7 @@ def _run_here(pending: Sequence[Runnable[Result]], listen: Listener) -> Outcomes
         outcome: Result | Failure
         try:
             outcome = runnable.run(report)
-        except Exception as error:  # noqa: BLE001  (an agent may raise anything)
+        except (Exception, SystemExit) as error:  # noqa: BLE001  (an agent may raise anything)
             outcome = failure_of(error, in_this_process=True)
         if of_listener:
             raise of_listener[0]
@@ -150,8 +154,10 @@ def _run_in_workers(pending: Sequence[Runnable[Result]], listen: Listener, jobs:
                     is_event, value = connection.recv()
                 except EOFError:  # a signal ended it, or an error before its job began
                     process.join()
-                    cause = GUARD if process.exitcode == NO_GUARD else NOT_STARTED
-                    is_event, value = False, Failure(WORKER_DIED if process.exitcode < 0 else cause)
+                    cause = GUARD if process.exitcode == NO_GUARD else EXITED.format(process.exitcode)
+                    if process.exitcode < 0:
+                        cause = WORKER_DIED.format(signal.Signals(-process.exitcode).name)
+                    is_event, value = False, Failure(cause)
                 if is_event:
                     listen(value)
                 else:
@@ -176,6 +182,6 @@ def _work(connection: Connection, pickled: bytes) -> None:
     try:
         runnable: Runnable[Any] = cloudpickle.loads(pickled)
         outcome = runnable.run(lambda event: connection.send((True, event)))
-    except (Exception, SystemExit) as error:  # noqa: BLE001  (an agent may raise anything)
+    except BaseException as error:  # noqa: BLE001  (an agent may raise anything)
         outcome = failure_of(error)
     connection.send((False, outcome))

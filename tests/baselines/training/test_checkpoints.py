@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Card, Observes, train
+from gym_extensions.baselines import Card, Monitor, Observes, train
 from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.training.checkpoints import JobFolder
 from gym_extensions.baselines.training.jobs import Settings, jobs_of
@@ -131,7 +132,7 @@ class Saved(Unsaved):
         path.write_text(str(self.stages))
 
     def load(self, path: Path) -> None:
-        self.stages = {"1": 1}[path.read_text()]
+        self.stages = {"0": 0, "1": 1}[path.read_text()]
 
 
 class Renamed(Saved):
@@ -145,6 +146,42 @@ def test_a_checkpoint_that_is_not_where_it_should_be_is_named(tmp_path: Path) ->
     with pytest.raises(BenchError, match=r"save\(\) did not write the file") as error:
         train(Renamed, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
     assert error.value.code == "bad-agent"
+
+
+class FolderAgent(Saved):
+    """Saves a folder, and its ``load`` is a class method that returns a new agent."""
+
+    def save(self, path: Path) -> None:
+        path.mkdir()
+        (path / "state.json").write_text(json.dumps({"shape": self.shape, "stages": self.stages}))
+
+    @classmethod
+    def load(cls, path: Path) -> Any:
+        agent = cls.__new__(cls)
+        vars(agent).update(json.loads((path / "state.json").read_text()))
+        return agent
+
+
+def test_a_run_resumes_from_a_folder_with_the_agent_that_load_returns(tmp_path: Path) -> None:
+    arguments: Any = (FolderAgent, QUICK_GROUP, "sequential", "smoke", 0)
+    monitor = Monitor(evaluate_every=500, evaluate_episodes=1)
+    Unsaved.has_stopped = False
+    with pytest.raises(PowerCutError):
+        train(*arguments, out=tmp_path / "stopped", monitor=monitor)
+    folder = tmp_path / "stopped" / FIRST_JOB.format(QUICK_GROUP.name)
+    (folder / ".agent2.partial.npz").mkdir()  # of a stage that was stopped while it was saved
+    assert sorted(path.name for path in folder.glob("*agent*")) == [".agent2.partial.npz", "agent1.npz"]
+    for name in ("stopped", "complete"):
+        train(*arguments, out=tmp_path / name, monitor=monitor)
+    assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
+
+
+def test_a_checkpoint_that_vanished_is_named_and_the_stages_stay(tmp_path: Path) -> None:
+    folder = unfinished(tmp_path)
+    (folder / "agent1.npz").unlink()
+    with pytest.raises(BenchError, match=r"agent1\.npz: The agent's checkpoint is missing\."):
+        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert sorted(path.name for path in folder.glob("stage*")) == ["stage0.json", "stage1.json"]
 
 
 class Seeded(Saved):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -12,7 +13,7 @@ from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatist
 
 from gym_extensions.baselines.training.environment import Report, TrainingEnv
 from gym_extensions.catalog.protocol import CURVE_POINTS, budget
-from gym_extensions.envs import VectorTaskId, group, make_vec
+from gym_extensions.envs import VectorTaskId, customize, group, make_vec
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import Observes
 
@@ -227,3 +228,44 @@ def test_the_spaces_and_the_generator_follow_from_the_runs_seed() -> None:
         samples = [getattr(env, name).sample() for env in (first, second)]
         assert np.array_equal(*samples)
     assert first.np_random.random() == second.np_random.random()
+
+
+@pytest.mark.parametrize("mode", gym.vector.AutoresetMode)
+def test_every_autoreset_mode_counts_transitions_and_returns(mode: gym.vector.AutoresetMode) -> None:
+    batches: list[Report] = []
+    env = make_vec(customize("Pusher", max_steps=5), 2, autoreset_mode=mode)
+    recorder = TrainingEnv(env, ("a",), steps=100, batch_steps=100, seed=3, report=batches.append)
+    recorder.reset()
+    transitions = 0
+    for _ in range(12):
+        *_, truncated, infos = recorder.step(np.zeros((2, 7)))
+        transitions += 2
+        if mode is gym.vector.AutoresetMode.SAME_STEP:
+            assert ("final_obs" in infos) == truncated.any()
+        if mode is gym.vector.AutoresetMode.DISABLED and truncated.any():
+            recorder.reset(options={"reset_mask": truncated})
+    recorder.flush()
+    is_next = mode is gym.vector.AutoresetMode.NEXT_STEP
+    assert (recorder.taken, recorder.autoreset_mode) == (transitions - 4 * is_next, mode)
+    assert batches[0].mean_return is not None
+
+
+def test_a_wrapper_of_gymnasium_knows_the_autoreset_mode() -> None:
+    env = make_vec(customize("Pusher", max_steps=5), 2, autoreset_mode="SameStep")
+    recorder = TrainingEnv(env, ("a",), steps=100, batch_steps=100, seed=3)
+    wrapped = RecordEpisodeStatistics(recorder)
+    assert wrapped.metadata["autoreset_mode"] is gym.vector.AutoresetMode.SAME_STEP
+
+
+def test_a_slow_agent_tells_how_far_it_is_within_a_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, ticks = 0.0, list[tuple[int, float]]()
+    monkeypatch.setattr(time, "perf_counter", lambda: now)
+    recorder = TrainingEnv(
+        Counting([100]), ("a",), steps=100, batch_steps=10, seed=3, tick=lambda *each: ticks.append(each)
+    )
+    recorder.reset()
+    for _ in range(12):
+        now += 4.0
+        recorder.step(np.zeros((1, 1)))
+    # After 10 steps a report starts the time again.
+    assert ticks == [(3, 0.25), (6, 0.25), (9, 0.25)]

@@ -7,9 +7,11 @@ imported after :func:`confine`, since libraries start threads.
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import sys
+import tarfile
 import traceback
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
@@ -27,6 +29,7 @@ from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.baselines.isolated import frames
 from gym_extensions.errors import BenchError
+from gym_extensions.files import remove
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
 
 AGENT, CHECKPOINT, TEXT = Path("/agent"), Path("/tmp/agent.npz"), 2000
@@ -102,6 +105,9 @@ class Guest:
         """Creates the agent. Replies what it asks to observe, and whether it can be saved."""
         observations, self._actions = _spaces(spaces, blob).values()
         self._agent = agents.create(self._make, (observations, self._actions), seed, name)
+        if agents.autoreset_mode_of(self._agent, name) is not gym.vector.AutoresetMode.NEXT_STEP:
+            hint = "Remove its autoreset_mode, or train without --isolated."
+            raise BenchError("bad-agent", "In a box, the autoreset mode is NEXT_STEP.", name, hint)
         return ([*astuple(agents.observes_of(self._agent, name)), isinstance(self._agent, agents.Resumable)],)
 
     def card(self) -> Reply:
@@ -115,16 +121,20 @@ class Guest:
 
     def save(self) -> Reply:
         """What it saves; None if it does not write the file that it was given."""
-        CHECKPOINT.unlink(missing_ok=True)
+        remove(CHECKPOINT)
         self._agent.save(CHECKPOINT)
-        saved = CHECKPOINT.read_bytes() if CHECKPOINT.exists() else b""
-        CHECKPOINT.unlink(missing_ok=True)
-        return (True if saved else None), saved
+        packed = io.BytesIO()
+        with tarfile.open(fileobj=packed, mode="w") as archive:  # it may be a folder
+            if is_written := CHECKPOINT.exists():
+                archive.add(CHECKPOINT, CHECKPOINT.name)
+        remove(CHECKPOINT)
+        return (True if is_written else None), packed.getvalue()
 
     def load(self, blob: bytearray) -> Reply:
-        CHECKPOINT.write_bytes(blob)
-        self._agent.load(CHECKPOINT)
-        CHECKPOINT.unlink()
+        with tarfile.open(fileobj=io.BytesIO(blob)) as archive:
+            archive.extractall(CHECKPOINT.parent, filter="data")
+        self._agent = agents.load(self._agent, CHECKPOINT)
+        remove(CHECKPOINT)
         return (None,)
 
     def act(self, label: tuple[str, int] | None, shapes: Any, blob: bytearray) -> None:
@@ -171,7 +181,8 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
     """The vector environment of ``learn``: every step and reset is the world's. Infos are empty."""
 
     def __init__(self, guest: Guest, attributes: dict[str, Any], spaces: dict[str, gym.spaces.Box]) -> None:
-        self.metadata = {"autoreset_mode": gym.vector.AutoresetMode.NEXT_STEP}
+        self.autoreset_mode = gym.vector.AutoresetMode.NEXT_STEP
+        self.metadata = {"autoreset_mode": self.autoreset_mode}
         self._guest, self._np_random = guest, np.random.default_rng()
         self._np_random.bit_generator.state = attributes.pop("np_random")
         own: dict[str, Any] = {**attributes, **spaces}

@@ -15,11 +15,12 @@ from typing import Any
 
 import msgspec
 
+from gym_extensions.baselines import agent as agents
 from gym_extensions.baselines.agent import Agent, Array, Resumable
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
-from gym_extensions.files import write_bytes, write_text
+from gym_extensions.files import remove, write_bytes, write_text
 from gym_extensions.submissions import layout, log, run
 from gym_extensions.submissions.policies.files import AnyPolicy, npz_arrays, npz_bytes, run_arrays
 from gym_extensions.versions import blas_kernels, version
@@ -133,38 +134,28 @@ class JobFolder:
     def finished(self) -> list[FinishedStage]:
         return [msgspec.json.decode(path.read_bytes(), type=FinishedStage) for path in self._records()]
 
-    def resume(self, agent: Agent, done: list[FinishedStage]) -> bool:
-        """Restores the agent after the last finished stage; False if the job must start again.
+    def resume(self, agent: Agent, done: list[FinishedStage]) -> Agent | None:
+        """The agent after the last finished stage; None if it cannot be saved: the job starts again.
 
-        Raises ``BenchError`` if the agent cannot load what it saved.
+        Raises ``BenchError`` if the checkpoint is missing, or the agent cannot load it. Nothing is deleted.
         """
-        checkpoint = self._checkpoint(done[-1].stage)
-        if not (isinstance(agent, Resumable) and checkpoint.exists()):
-            self.forget()
-            return False
-        try:
-            agent.load(checkpoint)
-        except Exception as error:
-            message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}."
-            hint = "Restore the agent's code, or delete the folder to start the run again."
-            raise BenchError("bad-checkpoint", message, str(checkpoint), hint) from error
-        return True
+        if isinstance(agent, Resumable):
+            return agents.load(agent, self._checkpoint(done[-1].stage))
+        self.forget()
+        return None
 
     def finish(self, record: FinishedStage, agent: Agent, last: bool) -> None:
         """Saves the agent, writes the record, then deletes the agent of the stage before."""
         checkpoint = self._checkpoint(record.stage)
         if isinstance(agent, Resumable) and not last:
             partial = checkpoint.with_name(f".{checkpoint.stem}.partial.npz")
-            agent.save(partial)
-            if not partial.exists():
-                message = f"save() did not write the file that it was given, {partial.name}."
-                hint = "Write to this name as it is; numpy.save appends .npy, numpy.savez does not."
-                raise BenchError("bad-agent", message, "save()", hint)
+            agents.save(agent, partial)
+            remove(checkpoint)  # of an attempt that ended before its record
             partial.replace(checkpoint)
         write_bytes(self.path / f"stage{record.stage}.json", msgspec.json.encode(record, enc_hook=float))
         for older in self.path.glob("agent*.npz"):
             if older != checkpoint:
-                older.unlink()
+                remove(older)
 
     def store_policy(self, stage: int, policy: AnyPolicy | None) -> None:
         """Writes the policy after a stage, and removes that of an earlier attempt if there is none."""
@@ -184,7 +175,7 @@ class JobFolder:
     def forget(self) -> None:
         """Deletes every finished stage, the records first."""
         for path in [*reversed(self._records()), *self.path.glob("*.npz")]:
-            path.unlink()
+            remove(path)
 
     def remove(self) -> None:
         shutil.rmtree(self.path, ignore_errors=True)

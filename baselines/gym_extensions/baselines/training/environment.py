@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from gym_extensions.baselines.agent import Array, VectorEnv, not_requested
@@ -20,6 +21,8 @@ from gym_extensions.submissions.manifest import Observes
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
 EXCESS = 0.02
 """Fraction of the budget by which an agent's last batch may exceed it."""
+SILENCE = 10.0
+"""Seconds without a report after which a slow agent shows how far it is."""
 NOTHING = Observes()
 Value = TypeVar("Value")
 
@@ -43,12 +46,13 @@ class TrainingEnv(gym.vector.VectorWrapper):
     environment, so that no step is taken past it.
 
     Args:
-        env: environments in autoreset mode NEXT_STEP; environment i runs ``task_ids[i % len(task_ids)]``.
+        env: environments in any autoreset mode; environment i runs ``task_ids[i % len(task_ids)]``.
         task_ids: the tasks that are trained.
         steps: the budget: transitions that the agent may take.
         batch_steps: the budget's batch size. It is also the interval between reports.
         seed: of the first reset, the spaces and ``np_random``; seeds that the agent passes are ignored.
         report: called after every batch, within ``step``; the agent has not yet received the observations.
+        tick: called after ``SILENCE`` seconds without a report, with the steps so far and those per second.
         observes: what the agent asked for.
         group_ids: the ids of the group's tasks in training order; the trained tasks if empty.
         stage: the number of the stage, from 1.
@@ -63,6 +67,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
         batch_steps: int,
         seed: int,
         report: Callable[[Report], object] = lambda _: None,
+        tick: Callable[[int, float], object] = lambda *_: None,
         observes: Observes = NOTHING,
         group_ids: Sequence[str] = (),
         stage: int = 1,
@@ -70,16 +75,18 @@ class TrainingEnv(gym.vector.VectorWrapper):
         super().__init__(env)
         self.batch_steps, self.budget_steps, self.taken = batch_steps, steps, 0
         self._trained, self._group_ids = tuple(task_ids), tuple(group_ids or task_ids)
-        self._report, self._observes, self._stage = report, observes, stage
+        self._report, self._tick, self._observes, self._stage = report, tick, observes, stage
         self._seeds = np.random.SeedSequence(seed)
         *space_seeds, generator_seed = spawn_seeds(spawn_seeds(seed, self.num_envs + 1)[-1], len(SPACES) + 1)
         self._generator = np.random.default_rng(generator_seed)
         for name, space_seed in zip(SPACES, space_seeds, strict=True):
             setattr(self, name, seeded_copy(getattr(env, name), space_seed))
-        self._resetting = np.ones(self.num_envs, bool)
+        self.autoreset_mode = AutoresetMode(env.metadata.get("autoreset_mode", AutoresetMode.NEXT_STEP))
+        self._resetting = np.ones(self.num_envs, bool)  # whose next step is no transition
         self._sums = np.zeros(self.num_envs)
         self._ended: dict[str, list[float]] = {task: [] for task in task_ids}
         self._next_report, self._reported, self._since = batch_steps, 0, time.perf_counter()
+        self._shown = self._since
 
     @property
     def task_ids(self) -> tuple[str, ...]:
@@ -163,14 +170,18 @@ class TrainingEnv(gym.vector.VectorWrapper):
         is_transition = ~self._resetting
         self.taken += int(is_transition.sum())
         self._sums += np.where(is_transition, rewards, 0.0)
-        self._resetting = (terminated | truncated) & is_transition
-        for i in map(int, np.flatnonzero(self._resetting)):
+        ended = (terminated | truncated) & is_transition
+        self._resetting = ended & (self.autoreset_mode is AutoresetMode.NEXT_STEP)
+        for i in map(int, np.flatnonzero(ended)):
             self._ended[self._trained[i % len(self._trained)]].append(float(self._sums[i]))
             self._sums[i] = 0.0
         if self.taken >= self._next_report:
             missed = (self.taken - self._next_report) // self.batch_steps
             self._next_report += self.batch_steps * (1 + missed)
             self.flush()
+        elif (now := time.perf_counter()) > self._shown + SILENCE:
+            self._shown = now
+            self._tick(self.taken, (self.taken - self._reported) / (now - self._since))
         if self.taken > self.budget_steps * (1 + EXCESS):
             message = f"The agent took {self.taken} training steps; its budget is {self.budget_steps}."
             hint = f"Stop after the number of steps passed to learn(); {EXCESS:.0%} more are allowed."
@@ -195,4 +206,4 @@ class TrainingEnv(gym.vector.VectorWrapper):
         self._reported = self.taken
         mean_return = float(np.mean(everything)) if everything else None
         self._report(Report(self.taken, steps, seconds, returns, mean_return))
-        self._since = time.perf_counter()
+        self._since = self._shown = time.perf_counter()

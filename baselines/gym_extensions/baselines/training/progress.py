@@ -7,12 +7,12 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import timedelta
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn
 
 from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.jobs import Interim
@@ -23,8 +23,8 @@ from gym_extensions.submissions.layout import PROGRESS
 
 LINE_SECONDS = 10.0
 """At least this long between two lines about training."""
-SPEED_SECONDS = 600.0
-"""The time left is estimated from the speed in this time."""
+FIRST_SECONDS = 30.0
+"""The time left is estimated after training for this long: an agent may be faster before it learns."""
 TRAIN_LOG = "train.log"
 
 
@@ -38,10 +38,12 @@ class TrainingStarted:
     Args:
         jobs: the training steps of each job by its title; stages that an earlier call finished are included.
         processes: number of jobs that run at the same time.
+        evaluations: how many times each job evaluates a task at the end of a stage.
     """
 
     jobs: Mapping[str, int]
     processes: int = 1
+    evaluations: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,17 @@ class BatchTrained(StageEvent):
 
 
 @dataclass(frozen=True)
+class StepsTrained(StageEvent):
+    """A job trains, and a batch of the budget takes it longer than ten seconds.
+
+    Args:
+        steps_per_second: training steps per second since the previous ``BatchTrained``.
+    """
+
+    steps_per_second: float
+
+
+@dataclass(frozen=True)
 class TaskEvaluated(StageEvent):
     """A job evaluated its agent on a task, at the end of a stage or during training.
 
@@ -136,60 +149,79 @@ class JobFailed:
     code: str = ""
 
 
-Event = TrainingStarted | StageStarted | BatchTrained | TaskEvaluated | JobFinished | JobFailed
+Event = TrainingStarted | StageStarted | BatchTrained | StepsTrained | TaskEvaluated | JobFinished | JobFailed
 Listener = Callable[[Event], object]
 """Called with every event in the process that called ``train``."""
 
 
 class Bars:
-    """One bar per running job and one for all, which measure training steps.
+    """One bar per running job and one for all, which measure training steps, and the time left.
 
-    Steps that an earlier call took, or that an agent does not need, leave the total of all jobs, so that they
-    do not count as speed.
+    The time left is that of the steps and of the evaluations that are left, each at its mean time so far, so
+    that neither a long evaluation nor a fast start moves it much. What an earlier call did does not count.
     """
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
-        self._steps: Mapping[str, int] = {}
-        self._done: dict[str, int] = {}
+        self._started = TrainingStarted({})
+        self._done: dict[str, int] = {}  # steps of each unfinished job
+        self._evaluations: dict[str, float] = {}  # that are left in each
         self._rows: dict[str, TaskID] = {}
-        progress.add_task("all jobs", total=0, text="")
-        self._all = progress.tasks[-1]
+        self._all = progress.add_task("all jobs", total=0, text="", left="")
+        self._trained, self._evaluated = (0, 0.0), (0, 0.0)  # steps and seconds; tasks and seconds
 
     def show(self, event: Event) -> None:
         bars = self._progress
         if isinstance(event, TrainingStarted):
-            self._steps = event.jobs
-            bars.reset(self._all.id, total=sum(event.jobs.values()), visible=bool(event.jobs))
+            self._started, self._done = event, dict.fromkeys(event.jobs, 0)
+            self._evaluations = {job: event.evaluations.get(job, 0) for job in event.jobs}
+            bars.reset(self._all, total=sum(event.jobs.values()), visible=bool(event.jobs))
             return
         if isinstance(event, JobFinished | JobFailed):
-            self._leave(self._steps[event.job] - self._done.get(event.job, 0))
+            self._done.pop(event.job, None)  # a job whose files cannot be written finishes and fails
+            self._evaluations.pop(event.job, None)
             if event.job in self._rows:
                 bars.remove_task(self._rows.pop(event.job))
+            self._show_all()
             return
         if event.job not in self._rows:
-            self._rows[event.job] = bars.add_task(event.job, total=self._steps[event.job], text="")
-        text = ""
+            total = self._started.jobs[event.job]
+            self._rows[event.job] = bars.add_task(event.job, total=total, text="", left="")
+        text, done = "", self._done[event.job]
         if isinstance(event, TaskEvaluated):
             text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
-        elif isinstance(event, BatchTrained):
-            if event.job not in self._done:
-                self._done[event.job] = event.job_step - event.step
-                self._leave(self._done[event.job])
-            bars.advance(self._all.id, event.job_step - self._done[event.job])
-            self._done[event.job] = event.job_step
-            mean_return = "" if event.mean_return is None else f"return {event.mean_return:.1f}, "
-            text = f"{mean_return}{event.steps_per_second:,.0f} steps/s"
-        completed, description = self._done.get(event.job, 0), f"{event.job} stage {event.stage}"
-        bars.update(self._rows[event.job], completed=completed, description=description, text=text)
+            if event.in_training:  # as often as there are steps
+                self._trained = self._trained[0], self._trained[1] + event.seconds
+            else:
+                self._evaluated = self._evaluated[0] + 1, self._evaluated[1] + event.seconds
+                self._evaluations[event.job] = max(0, self._evaluations[event.job] - 1)
+        elif isinstance(event, BatchTrained | StepsTrained):
+            if not done and event.job_step > event.step:  # an earlier call finished stages
+                done = self._done[event.job] = event.job_step - event.step
+                self._evaluations[event.job] *= 1 - done / self._started.jobs[event.job]
+            if isinstance(event, BatchTrained):
+                steps, seconds = self._trained
+                self._trained = steps + event.job_step - done, seconds + event.seconds
+                text = "" if event.mean_return is None else f"return {event.mean_return:.1f}, "
+                self._done[event.job] = event.job_step
+            done, text = event.job_step, f"{text}{_speed(event.steps_per_second)} steps/s"
+        self._show_all()
+        description = f"{event.job} stage {event.stage}"
+        bars.update(self._rows[event.job], completed=done, description=description, text=text)
 
     def time_left(self) -> str:
         """Until all jobs are trained, such as ``1:02:03``; ``unknown`` before it can be estimated."""
-        seconds = self._all.time_remaining
-        return "unknown" if seconds is None else str(timedelta(seconds=round(seconds)))
+        (steps, seconds), (evaluations, evaluating) = self._trained, self._evaluated
+        if not steps or seconds < FIRST_SECONDS:
+            return "unknown"
+        left = sum(self._started.jobs[job] - done for job, done in self._done.items()) * seconds / steps
+        left += sum(self._evaluations.values()) * evaluating / max(evaluations, 1)
+        return str(timedelta(seconds=round(left / max(1, min(self._started.processes, len(self._done))))))
 
-    def _leave(self, steps: int) -> None:
-        self._progress.update(self._all.id, total=(self._all.total or 0) - steps)
+    def _show_all(self) -> None:
+        finished = sum(steps for job, steps in self._started.jobs.items() if job not in self._done)
+        completed = finished + sum(self._done.values())
+        self._progress.update(self._all, completed=completed, left=self.time_left())
 
 
 def printer(
@@ -202,11 +234,12 @@ def printer(
         nonlocal last
         if isinstance(event, StageStarted | JobFinished):
             return
-        if isinstance(event, BatchTrained) or (isinstance(event, TaskEvaluated) and event.in_training):
+        is_interim = isinstance(event, TaskEvaluated) and event.in_training
+        if isinstance(event, BatchTrained | StepsTrained) or is_interim:
             if clock() < last + LINE_SECONDS:
                 return
             last = clock()
-        ending = f", time left {time_left()}" if isinstance(event, BatchTrained) else ""
+        ending = f", time left {time_left()}" if isinstance(event, BatchTrained | StepsTrained) else ""
         write(line(event) + ending)
 
     return show
@@ -225,12 +258,18 @@ def line(event: Event) -> str:
     if isinstance(event, StageStarted):
         tasks = ", ".join(event.tasks) if event.tasks else "no task"
         return f"{where}: trains {event.steps:,} steps on {tasks}"
-    if isinstance(event, BatchTrained):
-        result = "no episode ended" if event.mean_return is None else f"mean return {event.mean_return:.1f}"
-        speed = f"{event.steps_per_second:,.0f} steps per second"
-        return f"{where}: {event.step:,} steps, {result}, {speed}"
+    if isinstance(event, BatchTrained | StepsTrained):
+        result = ""
+        if isinstance(event, BatchTrained):
+            result = f"mean return {event.mean_return:.1f}, " if event.mean_return is not None else ""
+            result = result or "no episode ended, "
+        return f"{where}: {event.step:,} steps, {result}{_speed(event.steps_per_second)} steps per second"
     during = f" after {event.step:,} steps" if event.in_training else ""
     return f"{where}{during}: {event.task} mean return {event.mean_return:.1f}"
+
+
+def _speed(steps_per_second: float) -> str:
+    return f"{steps_per_second:,.0f}" if steps_per_second >= 10 else f"{steps_per_second:.2g}"
 
 
 @contextmanager
@@ -238,9 +277,9 @@ def open_bars(*, is_shown: bool = True) -> Iterator[Listener]:
     """A listener that moves bars, which are shown in a terminal; it prints lines elsewhere."""
     console = Console()
     texts = ("{task.percentage:>3.0f}%", "{task.fields[text]}")
-    columns = ("{task.description}", BarColumn(10), *texts, TimeElapsedColumn(), TimeRemainingColumn())
+    columns = ("{task.description}", BarColumn(10), *texts, TimeElapsedColumn(), "{task.fields[left]}")
     is_live = is_shown and console.is_terminal and not console.is_jupyter
-    progress = Progress(*columns, console=console, disable=not is_live, speed_estimate_period=SPEED_SECONDS)
+    progress = Progress(*columns, console=console, disable=not is_live)
     with progress if is_live else nullcontext():
         bars = Bars(progress)
         show_line = printer(print, bars.time_left)
@@ -264,7 +303,7 @@ class Monitor:
             elsewhere. The file ``.progress/train.log`` of the submission has them in any case.
         callback: called in the process that called ``train`` with every event:
             :class:`~gym_extensions.baselines.TrainingStarted`, ``StageStarted``, ``BatchTrained``,
-            ``TaskEvaluated``, ``JobFinished``, ``JobFailed``. An exception stops the training.
+            ``StepsTrained``, ``TaskEvaluated``, ``JobFinished``, ``JobFailed``. An exception stops it.
         evaluate_every: training steps of a stage between evaluations during training, which are made at the
             end of a batch, on the tasks that are evaluated after the stage. None evaluates after each stage
             only. Neither what is learned nor the logs depend on it if the agent can be saved; docs/submit.md

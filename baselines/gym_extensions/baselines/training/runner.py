@@ -20,6 +20,7 @@ from gym_extensions.catalog import groups, protocol
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import Outcome, Watch, run_episodes
+from gym_extensions.files import remove
 from gym_extensions.submissions.log import Episode
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.run import Curve, InterimEvaluation, Memory
@@ -109,10 +110,10 @@ def acting_copy(agent: Agent, create: Callable[[], Agent], path: Path) -> Iterat
         acting = create() if isinstance(agent, Resumable) else agent
         if isinstance(agent, Resumable) and isinstance(acting, Resumable):
             try:
-                agent.save(path)
-                acting.load(path)
+                agents.save(agent, path)
+                acting = agents.load(acting, path)
             finally:
-                path.unlink(missing_ok=True)
+                remove(path)
         yield acting
 
 
@@ -132,6 +133,11 @@ class PendingJob:
     def steps(self) -> int:
         """The training steps of all stages."""
         return sum(stage.steps for stage in self.job.stages(self.settings.budget))
+
+    @property
+    def evaluations(self) -> int:
+        """The evaluations of a task at the ends of all stages."""
+        return sum(len(stage.evaluated) for stage in self.job.stages(self.settings.budget))
 
     def run(self, listen: progress.Listener) -> list[checkpoints.FinishedStage]:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
@@ -154,7 +160,9 @@ class PendingJob:
             agent = create()
             spec.require_same(agent, job.title)
             first_parameters = agent_spec.card_of(agent, spec.name).parameters
-            if done and not folder.resume(agent, done):
+            if done and (resumed := folder.resume(agent, done)) is not None:
+                agent = resumed
+            else:
                 done = []
             acting = partial(acting_copy, agent, create, folder.path / "acting.npz")
             for stage in stages[len(done) :]:
@@ -214,6 +222,9 @@ class StageRun:
         memory = Memory(
             stored_steps=card.stored_steps, parameters_first=first_parameters, parameters_last=card.parameters
         )
+        if stage.steps and not card.stored_steps:
+            space = self.evaluator.envs(stage.evaluated[0]).single_observation_space
+            agent_spec.warn_of_stored_steps(agent, space.shape or ())
         curves = [curve for curve in self._curves.values() if curve.steps]
         evaluations = [each for each in self._evaluations.values() if each.steps]
         used = checkpoints.usage_since(started, taken, agent)
@@ -223,12 +234,18 @@ class StageRun:
         """Returns the steps that the agent took on the tasks with these ids."""
         settings, stage, seed = self.pending.settings, self.stage, self.pending.seed
         env = environment.TrainingEnv(
-            make_vec(stage.trained, settings.num_envs_for(len(ids)), settings.num_threads),
+            make_vec(
+                stage.trained,
+                settings.num_envs_for(len(ids)),
+                settings.num_threads,
+                autoreset_mode=settings.agent.autoreset_mode,
+            ),
             ids,
             steps=stage.steps,
             batch_steps=settings.budget.batch_steps,
             seed=seed(*ids, "training"),
             report=lambda batch: self._report(batch, settings.interim),
+            tick=lambda step, speed: self.listen(progress.StepsTrained(*self._where(step), speed)),
             observes=settings.agent.observes,
             group_ids=self.pending.job.group.task_ids,
             stage=stage.number,

@@ -102,11 +102,11 @@ class Policy:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name in LAYER_FIELDS:
-                value = tuple(None if values is None else np.array(values, order="C") for values in value)
+                value = tuple(None if values is None else _copied(values) for values in value)
             elif field.name == "observation_clip":
                 value = None if value is None else float(value)
             elif KEYS[field.name].kind == "float" and value is not None:
-                value = np.array(value, order="C")
+                value = _copied(value)
             object.__setattr__(self, field.name, value)
         error = next(mlp_arrays.array_errors(self.arrays()), None)
         if self.masks and len(self.masks) != len(self.weights):
@@ -207,6 +207,14 @@ class Policy:
         module, inputs = self.to_torch(task), self.weights[0].shape[-2:-1]
         noise = self.num_actions if self.head == "gaussian" else 0
         return from_torch(module, inputs, noise=noise, dtype=self.observation_dtype).to_onnx(path)
+
+
+def _copied(values: Any) -> Array:
+    """A copy of an array; of a PyTorch tensor also if it is trained, on another device or in bfloat16."""
+    if hasattr(values, "detach"):
+        values = values.detach().cpu()
+        values = values.float() if values.is_floating_point() and values.element_size() < 4 else values
+    return np.array(values, order="C")
 
 
 def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tuple[Array, Array]:
