@@ -162,7 +162,7 @@ def packages_of(agent: object) -> list[str]:
     kinds = [[kind.__module__.partition(".")[0] for kind in type(value).__mro__] for value in _held(agent)]
     roots = {root for each in kinds if each[0] != "gym_extensions" for root in each}
     own = type(agent).__module__.partition(".")[0]
-    others = roots - {own, *sys.stdlib_module_names, *Versions.__struct_fields__}
+    others = roots - {own, *sys.stdlib_module_names, *run.Versions.__struct_fields__}
     names = metadata.packages_distributions() if others else {}
     return sorted({name for root in others for name in names.get(root, ())[:1]})
 
