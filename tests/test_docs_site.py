@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import runpy
 import tomllib
@@ -77,14 +78,37 @@ BOARD_PAGE = """<title>Hopper &lt;b&gt; · gym-extensions</title>
 <footer>end</footer>"""
 
 
-def test_the_search_finds_pages_of_the_board_and_escapes_their_text(tmp_path: Path) -> None:
+def test_the_search_finds_the_board_then_the_documentation_then_the_project(tmp_path: Path) -> None:
     (tmp_path / "tasks").mkdir()
     for path in ("metrics.html", "tasks/a.html"):
         (tmp_path / path).write_text(BOARD_PAGE, encoding="utf-8")
-    submissions = [tuple(submission.values()) for submission in hooks.board_submissions(tmp_path)]
-    assert submissions == [
-        ("../metrics.html", "Hopper &lt;b&gt;", "HopperWall hops"),
-        ("../metrics.html#facts", "Facts", "all it weighs"),
-        ("../metrics.html#forgetting", "Forgetting", "p[j] &lt; 1"),
-        ("../tasks/a.html", "Hopper &lt;b&gt;", "HopperWall hops all it weighs p[j] &lt; 1"),
+    found = [("submit.html#x", "A &amp; b", "<code>p</code> &lt; 1"), ("adr/0001.html", "One", "two")]
+    entries = [dict(zip(("location", "title", "text"), entry, strict=True)) for entry in found]
+    script = hooks.search_index(tmp_path, entries)
+    assert json.loads(script.removeprefix("searchIndex(").removesuffix(");\n")) == [
+        [0, "metrics.html", "Hopper <b>", "HopperWall hops"],
+        [0, "metrics.html#facts", "Facts", "all it weighs"],
+        [0, "metrics.html#forgetting", "Forgetting", "p[j] < 1"],
+        [0, "tasks/a.html", "Hopper <b>", "HopperWall hops all it weighs p[j] < 1"],
+        [1, "docs/submit.html#x", "A & b", "p < 1"],
+        [2, "docs/adr/0001.html", "One", "two"],
     ]
+
+
+@pytest.mark.parametrize(
+    ("link", "dead"),
+    [
+        ("b/c.html#there", False),
+        ("b/c.html#?group=x", False),
+        ("#here", False),
+        ("https://example.org/nothing", False),
+        ("b/c.html#gone", True),
+        ("b/README.html", True),
+        ("#gone", True),
+    ],
+)
+def test_a_link_to_no_page_or_no_heading_is_dead(tmp_path: Path, link: str, dead: bool) -> None:
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b/c.html").write_text('<h1 id="there">', encoding="utf-8")
+    (tmp_path / "a.html").write_text(f'<p class="x" id=here><a class="y" href="{link}">', encoding="utf-8")
+    assert hooks.dead_links(tmp_path) == ([f"a.html links to {link}"] if dead else [])

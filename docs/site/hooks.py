@@ -1,8 +1,8 @@
 """Hooks of mkdocs: pages from the repository's root, the board around them, and no request to other hosts.
 
 A link to a file that is not part of the site, such as a source file, becomes text. The documentation is the
-folder ``docs`` of the board. If that was built before, pages have its masthead, and the search finds its
-pages, too.
+folder ``docs`` of the board. If that was built before, pages have its masthead, its search finds the
+documentation, too, and no link of either may be dead.
 """
 
 from __future__ import annotations
@@ -10,11 +10,13 @@ from __future__ import annotations
 import json
 import posixpath
 import re
+import shutil
 from collections.abc import Iterator
-from html import escape
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOT_PAGES = {
@@ -103,8 +105,10 @@ FOUND = ("*.html", "groups/*.html", "tasks/*.html", "submissions/*.html")
 """The pages of the board that the search finds: all but the tables of all rows and the results by group."""
 NO_TEXT = {"nav", "noscript", "pre", "script", "select", "style", "svg", "table"}
 HEADINGS = {"h2", "h3", "th"}
-MOST_TEXT = 600
-"""Characters of a submission of the search index."""
+MOST_TEXT = 4_000
+"""Characters of an entry of the search index."""
+PROJECT = ("docs/adr/", "docs/architecture", "docs/changelog", "docs/contributing")
+"""Pages on the project itself, which the search lists last."""
 
 
 class BoardPage(HTMLParser):
@@ -152,10 +156,10 @@ class BoardPage(HTMLParser):
             self.sections[-1] = (anchor, heading, text + data)
 
 
-def board_submissions(board: Path) -> Iterator[dict[str, str]]:
-    """The submissions of the search index for the pages of the board. Titles of submissions are escaped.
+def board_entries(board: Path) -> Iterator[tuple[str, str, str]]:
+    """Address, title and text of what the search finds on the board.
 
-    A page of a task, group or submission is one submission; the others have one per heading.
+    A page of a task, group or submission is one entry; the others have one per heading.
     """
     for file in sorted(file for pattern in FOUND for file in board.glob(pattern)):
         page = BoardPage(file.read_text(encoding="utf-8"))
@@ -163,16 +167,59 @@ def board_submissions(board: Path) -> Iterator[dict[str, str]]:
         if file.parent != board:
             sections = [("", "", " ".join(text for _, _, text in sections))]
         for anchor, heading, text in sections:
-            location = f"../{file.relative_to(board).as_posix()}{f'#{anchor}' if anchor else ''}"
-            title = heading.strip() or page.title.removesuffix(" · gym-extensions")
-            shown = " ".join(text.split())[:MOST_TEXT]
-            yield {"location": location, "title": escape(title), "text": escape(shown)}
+            location = f"{file.relative_to(board).as_posix()}{f'#{anchor}' if anchor else ''}"
+            yield location, heading.strip() or page.title.removesuffix(" · gym-extensions"), text
+
+
+def search_index(board: Path, documentation: list[dict[str, str]]) -> str:
+    """The script that the board's page Search loads: ``[kind, address, title, text]`` per entry.
+
+    The kind is 0 on the board, 1 in the documentation, and 2 for pages on the project itself. It is a script
+    because a page that is opened as a file can read no JSON.
+    """
+    found = [(0, *entry) for entry in board_entries(board)]
+    for entry in documentation:  # the index of mkdocs is HTML
+        address, title, text = (
+            re.sub(r"<[^>]+>", " ", entry[name]) for name in ("location", "title", "text")
+        )
+        kind = 2 if f"docs/{address}".startswith(PROJECT) else 1
+        found.append((kind, f"docs/{address}", unescape(title), unescape(text)))
+    rows = [(*entry, " ".join(text.split())[:MOST_TEXT]) for *entry, text in found]
+    return f"searchIndex({json.dumps(rows, separators=(',', ':'), ensure_ascii=False)});\n"
+
+
+ADDRESS = re.compile(r'<[^>]*?\s(?:href|src)="([^"]*)"')
+ID = re.compile(r'<[^>]*?\sid="?([^"\s>]+)')
+
+
+def dead_links(site: Path) -> list[str]:
+    """Links and pictures of every page that lead to no file of the site or to no element of its page."""
+    texts = {file: file.read_text(encoding="utf-8") for file in sorted(site.rglob("*.html"))}
+    ids = {file: {unescape(found) for found in ID.findall(text)} for file, text in texts.items()}
+    dead = []
+    for file, text in texts.items():
+        for link in dict.fromkeys(ADDRESS.findall(text)):
+            address = urlsplit(unescape(link))
+            if address.scheme or address.netloc:
+                continue
+            target = Path(posixpath.normpath(file.parent / unquote(address.path))) if address.path else file
+            anchor = unquote(address.fragment)
+            lost = anchor and not anchor.startswith("?") and anchor not in ids.get(target, {anchor})
+            if lost or not (target in texts or target.is_file()):
+                dead.append(f"{file.relative_to(site)} links to {link}")
+    return dead
 
 
 def board_of(config: Any) -> Path | None:
     """The folder of the board that the documentation is a part of; None if it was not built there."""
     board = Path(config.site_dir).parent
     return board if (board / "static" / "masthead.css").is_file() else None
+
+
+def on_config(config: Any) -> Any:
+    """The plugin of the search writes the index, but its script is not loaded: the board has the page."""
+    config.extra_javascript = [script for script in config.extra_javascript if script != "search/main.js"]
+    return config
 
 
 def on_env(env: Any, config: Any, **_: Any) -> Any:
@@ -204,25 +251,30 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     return with_formulas(text)
 
 
-def on_post_build(config: Any, **_: Any) -> None:
-    """Adds the board to the search, and checks that no page or style sheet loads something from another host.
+def on_page_content(html: str, **_: Any) -> str:
+    """The page with an empty head of a table as an empty cell: nothing is below it."""
+    return re.sub(r"<th([^>]*)></th>", r"<td\1></td>", html)
 
-    The page 404 has links from the root of the host, where the site may not lie; they are made relative.
+
+def on_post_build(config: Any, **_: Any) -> None:
+    """Writes the index of the search, and checks all links and that nothing comes from another host.
+
+    The theme's page 404 leads to the root of the host, where the site may not lie; the board has one.
 
     Raises:
-        PluginError: something is loaded from another host.
+        PluginError: something is loaded from another host, or a link is dead.
     """
     from mkdocs.exceptions import PluginError
 
     site = Path(config.site_dir)
     board, index = board_of(config), site / "search" / "search_index.json"
+    (site / "404.html").unlink(missing_ok=True)
     if board is not None:
-        found = json.loads(index.read_text(encoding="utf-8"))
-        found["docs"] += board_submissions(board)
-        index.write_text(json.dumps(found, separators=(",", ":")), encoding="utf-8")
-    lost = site / "404.html"
-    if lost.is_file():
-        lost.write_text(re.sub(r'(href|src)="/(?!/)', r'\1="', lost.read_text("utf-8")), "utf-8")
+        entries = json.loads(index.read_text(encoding="utf-8"))["docs"]
+        (board / "search-index.js").write_text(search_index(board, entries), encoding="utf-8")
+        shutil.rmtree(index.parent)
+        if dead := dead_links(board):
+            raise PluginError("Dead links: " + "; ".join(dead))
     loaded = [
         f"{path.relative_to(site)} loads {address}"
         for path in sorted(site.rglob("*"))

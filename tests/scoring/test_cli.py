@@ -18,6 +18,8 @@ from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import METRICS, TABLE
 from gym_extensions.references import load_references
 from gym_extensions.scoring import cli
+from gym_extensions.scoring.output.screen import console, show
+from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.submissions.review import Decision, Review, read_review, write_review
 
 from ..conftest import MANIFEST
@@ -82,6 +84,19 @@ def test_a_submission_with_many_groups_is_one_screen_and_group_shows_one(
         assert "hopper-gravity" not in shown
     assert cli.main([str(folder), "--group", "walker-gravity"]) == 2
     assert "walker2d-gravity" in capsys.readouterr().err
+
+
+def test_the_core_score_is_printed_with_its_interval(capsys: pytest.CaptureFixture[str]) -> None:
+    made = {"parent": "a", "look": 5, "next_look": 10, "groups": {}, "cost": {}}
+    kept = {"final_performance": {"mean": 0.5, "low": 0.4, "high": 0.6}}
+    card = Scorecard(
+        name="a", title="A", level="verified", manifest=None, groups={}, suites={},
+        core=msgspec.convert({**made, "metrics": kept}, CoreScore),
+    )  # fmt: skip
+    show(console(), card, chosen=True)
+    shown = capsys.readouterr().out
+    assert "core, runs 0 to 4 of every group" in shown
+    assert re.search(r"Final performance +0\.500  0\.400 to 0\.600", shown)
 
 
 def test_the_review_is_told(make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,7 +16,11 @@ from .browser import Reader, site_files
 
 ROOT = Path(__file__).parents[2]
 KINDS = tuple(page for page in PAGES if page.path != TASK_LIST)
-ROOT_PAGES = {"docs/index.html": "README.md", "docs/changelog.html": "CHANGELOG.md"}
+ROOT_PAGES = {
+    "docs/index.html": "README.md",
+    "docs/changelog.html": "CHANGELOG.md",
+    "docs/adr/index.html": "docs/adr/README.md",
+}
 
 
 def pages(document: dict[str, Any], docs: bool) -> dict[str, Reader]:
@@ -54,13 +58,13 @@ def test_without_the_documentation_files_are_named_and_nothing_links_to_them(
             assert "submit" in page.ids
 
 
-def test_the_search_field_of_every_page_opens_the_search_of_the_documentation(
+def test_the_search_field_of_every_page_opens_the_search(
     document: dict[str, Any],
 ) -> None:
     for path, page in pages(document, docs=True).items():
         (form,) = [attributes for tag, attributes in page.elements if tag == "form"]
         root = "../" if "/" in path else ""
-        assert form == {"role": "search", "action": f"{root}docs/index.html"}
+        assert form == {"role": "search", "action": f"{root}search.html"}
         (field,) = [attributes for _, attributes in page.elements if attributes.get("name") == "q"]
         assert field["type"] == "search"
         assert page.policy.endswith("form-action 'self'")

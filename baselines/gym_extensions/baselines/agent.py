@@ -113,7 +113,7 @@ class Agent(Protocol):
 
         Args:
             observations: (num_envs, …).
-            *args, **kwargs: the context, if the agent's ``act`` has a parameter of this name.
+            *args: the context, if the agent's ``act`` has a parameter of this name.
 
         Returns:
             Actions (num_envs, …). Actions outside the action space are clipped.

@@ -68,7 +68,7 @@ class Observes(msgspec.Struct, frozen=True):
 
     It is the attribute ``observes`` of an agent. A manifest states every key.
 
-    Args:
+    Attributes:
         task_in_training: the tasks that are trained, in ``learn``.
         task_in_evaluation: the task that is evaluated, in ``act``. Such submissions have separate boards.
         boundaries: the number of the stage and the number of tasks, in ``learn``. An agent whose

@@ -77,14 +77,24 @@ def checked(card: Scorecard) -> str:
     return text + (". A run was trained again and agrees." if again else ".")
 
 
+def parameters(card: Scorecard) -> str:
+    """At the end of training, in the core and in the largest group; at the start, too, if it differs.
+
+    Runs state the largest network of their submission, which need not be that of their own group.
+    """
+    if card.manifest is None or not (memory := card.manifest.memory):
+        return NOT_STATED
+    on_core, largest = card.core.cost.parameters if card.core else None, memory.parameters_last
+    if on_core is None or on_core == largest:
+        return " → ".join(map(grouped, dict.fromkeys((memory.parameters_first, largest))))
+    return f"{grouped(on_core)} on the core, {grouped(largest)} in the largest group"
+
+
 def facts(card: Scorecard) -> list[tuple[str, str]]:
     """What the manifest states on training and evaluation, as (label, value)."""
     if (manifest := card.manifest) is None:
         return []
-    parameters, tuning = NOT_STATED, NOT_STATED
-    if memory := manifest.memory:  # at the start, and at the end if it differs: the largest of all groups
-        counts = dict.fromkeys((memory.parameters_first, memory.parameters_last))
-        parameters = " → ".join(map(grouped, counts))
+    tuning = NOT_STATED
     if spent := manifest.tuning:  # the steps for choosing the settings
         on = f" on {', '.join(spent.tasks)}" if spent.tasks else ""
         tuning = f"{grouped(spent.steps)} steps{on}" if spent.steps else "none declared"
@@ -95,6 +105,6 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         ("Task label", task_label(card)),
         ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
         ("Batch or replay buffer", stored(card)),
-        ("Parameters", parameters),
+        ("Parameters", parameters(card)),
         ("Tuning", tuning),
     ]

@@ -31,24 +31,41 @@ def documentation(site: Path) -> None:
     ("words", "found"),
     [
         ("HopperWall", "tasks/hopperwall-v0.html"),
+        ("hopper wall", "tasks/hopperwall-v0.html"),
         ("keeper", "submissions/keeper.html"),
         ("retention map", "metrics.html#retention"),
         ("conformance kit", "docs/metrics.html#the-conformance-kit"),
     ],
 )
-def test_a_search_on_the_board_leads_to_its_pages_and_to_the_documentation(
-    page: Page, http_address: str, words: str, found: str
+def test_a_search_finds_pages_first_and_works_from_files(
+    page: Page, address: str, words: str, found: str
 ) -> None:
-    outside: list[str] = []
-    ours = (http_address, "data:", "blob:")
-    page.on("request", lambda made: None if made.url.startswith(ours) else outside.append(made.url))
-    page.goto(f"{http_address}groups/hopper-gravity-v0.html")
+    page.goto(f"{address}groups/hopper-gravity-v0.html")
     page.get_by_role("searchbox").fill(words)
     page.get_by_role("searchbox").press("Enter")
-    page.locator(".md-search-result__item a").first.wait_for()
-    links = page.locator(".md-search-result__link").evaluate_all("(all) => all.map((each) => each.href)")
-    assert f"{http_address}{found}" in links[:5]
-    assert outside == []
+    page.locator(".found a").first.wait_for()
+    links = page.locator(".found a").evaluate_all("(all) => all.map((each) => each.href)")
+    assert f"{address}{found}" in links[:5]
+    kinds = page.locator("h2").evaluate_all("(all) => all.map((each) => each.textContent.split(':')[0])")
+    assert kinds == sorted(kinds, key=["Pages", "Documentation", "Decisions and the project"].index)
+
+
+def test_a_page_of_the_documentation_loads_no_index(page: Page, http_address: str) -> None:
+    loaded = list[str]()
+    page.on("response", lambda reply: loaded.append(reply.url))
+    page.goto(f"{http_address}docs/submit.html")
+    page.wait_for_load_state("networkidle")
+    assert [url for url in loaded if "search" in url or not url.startswith((http_address, "data:"))] == []
+
+
+def test_an_address_without_a_page_shows_one_at_any_depth(page: Page, http_address: str) -> None:
+    content = page.request.get(f"{http_address}404.html").text()
+    page.route("**/nothing*", lambda route: route.fulfill(status=404, body=content, content_type="text/html"))
+    for path in ("nothing.html", "submissions/some/nothing.html", "docs/nothing"):
+        page.goto(http_address + path)
+        colour = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert colour == "rgb(253, 253, 251)", "the style sheet is loaded"
+        assert page.locator(".mark a").evaluate("(link) => link.href") == f"{http_address}index.html"
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -71,11 +88,15 @@ def test_a_page_has_the_masthead_in_the_place_that_it_has_on_the_board(
     assert places[0] == places[1]
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [360, 1300])
-def test_the_header_is_accessible_and_fits_the_screen(page: Page, http_address: str, width: int) -> None:
+def test_pages_are_accessible_and_fit_the_screen(
+    page: Page, http_address: str, width: int, scheme: Literal["light", "dark"]
+) -> None:
     page.set_viewport_size({"width": width, "height": 900})
-    page.goto(f"{http_address}docs/submit.html")
-    assert page.evaluate(WIDE) == []
-    page.evaluate(axe())
-    found = page.evaluate(SERIOUS.replace("{ exclude: [excluded] }", "excluded"), [".masthead", {}])
-    assert found == []
+    page.emulate_media(color_scheme=scheme)
+    for path in ("submit", "learners", "api/envs", "environments/hopper"):
+        page.goto(f"{http_address}docs/{path}.html")
+        assert page.evaluate(WIDE) == []
+        page.evaluate(axe())
+        assert page.evaluate(SERIOUS.replace("{ exclude: [excluded] }", "document"), [None, {}]) == []

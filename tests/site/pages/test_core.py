@@ -151,20 +151,22 @@ def test_the_page_has_the_notes_and_the_parameters_of_every_method() -> None:
     more = method("more", 0.5, 0.5)
     scores = sequential(GROUPS[0], [*_runs(GROUPS[0], 0.5, 0.5), *_runs(GROUPS[0], 0.4, 0.5)[:1]], "300k")
     more["groups"][f"{GROUPS[0]}-v0"]["sequential"] |= scores | {"provenance": [MADE] * 6}
-    pages = read({**everything(), "submissions": [KEEPER, more]})
+    pages = read({**everything(), "submissions": [more | {"name": "also"}, KEEPER, more]})
     page = pages["core.html"].text
-    assert (
-        f"Core score: The groups have {GROUPS[0]}-v0 6, {GROUPS[1]}-v0 5,"
-        in pages["submissions/more.html"].text
-    )
-    assert f"more : The groups have {GROUPS[0]}-v0 6, {GROUPS[1]}-v0 5," in page
-    assert f"5 runs. Not compared until the next look: {GROUPS[0]}-v0 5." in page
-    assert page.count(f"{MADE['memory']['parameters_last']:,} parameters") == 2
+    note = f"Runs that are not compared until the next look: {GROUPS[0]}-v0 5."
+    assert f"Core score: {note}" in pages["submissions/more.html"].text
+    assert f"also , more : {note}" in page, "methods with the same note share a sentence"
+    assert page.count(f"{MADE['memory']['parameters_last']:,} parameters") == 3
 
 
 def test_a_cost_is_steps_and_where_some_runs_state_it_a_time() -> None:
     (card,) = typed({**everything(), "submissions": [method("part", 1, 1, GROUPS[:3])]}).submissions
     cost = ("4.5M steps in 3 groups", "21 min in 1 of 3 groups")
     assert core.cost(card) == core.cost(replace(card, core=None)) == cost
+    tiny = method("tiny", 1, 1, GROUPS[:1])
+    for run in tiny["groups"][f"{GROUPS[0]}-v0"]["sequential"]["provenance"]:
+        run.update(steps=5000, cpu_seconds=2.4)
+    (tiny_card,) = typed({**everything(), "submissions": [tiny]}).submissions
+    assert core.cost(tiny_card) == ("5\N{NARROW NO-BREAK SPACE}000 steps in 1 group", "2 s")
     (bare,) = typed({**everything(), "submissions": [make_submission("bare", {})]}).submissions
     assert core.cost(bare) == ("–", "")

@@ -107,8 +107,10 @@ def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
     assert f"agile {level}" in text
     said = "Claimed: the files keep to every rule. Not verified yet."
     assert (said in text) == (level == "claimed")
-    count = "0 of 5 submissions are" if level == "claimed" else "1 of 5 submissions is"
+    count = "0 of 5 submissions with logs are" if level == "claimed" else "1 of 5 submissions with logs is"
     assert f"{count} verified" in pages["index.html"].text
+    found = "5 claimed, 1 refused" if level == "claimed" else f"1 {level}, 4 claimed, 1 refused"
+    assert f"6 submissions: {found}." in pages["submissions.html"].text
 
 
 def test_a_submission_whose_verification_failed_says_so(document: dict[str, Any]) -> None:

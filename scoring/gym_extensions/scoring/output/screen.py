@@ -14,9 +14,16 @@ from rich.text import Text
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.errors import working
-from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.metrics.formulas import BY_NAME, METRICS
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.scoring.scorecard import PAPER_COLUMNS, GroupScore, PaperCell, Scorecard, SuiteScore
+from gym_extensions.scoring.scorecard import (
+    PAPER_COLUMNS,
+    CoreScore,
+    GroupScore,
+    PaperCell,
+    Scorecard,
+    SuiteScore,
+)
 from gym_extensions.scoring.submission.stages import task_name
 
 if TYPE_CHECKING:
@@ -69,19 +76,26 @@ def plain_table(*columns: str) -> Table:
 
 
 def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
-    """One screen: level and review, then a line per suite and group, or groups in full.
+    """One screen: level and review, the core score, then a line per suite and group, or groups in full.
 
     In full are the only group, and groups that the user has ``chosen``.
     """
     show_line(out, card)
-    for part in card.verifications[-1:]:
+    for part in card.verifications:
         found = "agrees" if part.passed else "does not agree"
         out.print(
-            f"  verification of {part.date}: {found} on new seeds (p = {part.p_value:.3g}), "
-            f"{part.repeated} of {part.episodes} episodes repeated"
+            f"  verification of {part.date}: {count(part.runs, 'run')}, {found} on new seeds "
+            f"(p = {part.p_value:.3g}), {part.repeated:,} of {part.episodes:,} episodes repeated"
         )
+    if len(card.verifications) > 1:
+        repeated, episodes = (
+            sum(getattr(part, name) for part in card.verifications) for name in ("repeated", "episodes")
+        )
+        out.print(f"  all verifications: {repeated:,} of {episodes:,} episodes repeated")
     for doubt in card.doubts:
         out.print(f"  {doubt}")
+    if card.core and not (chosen and card.core.missing):
+        _core(out, card.core)
     hint = ""
     if chosen or len(card.groups) == 1:
         for name, protocols in card.groups.items():
@@ -108,6 +122,20 @@ def show_line(out: Console, card: Scorecard) -> None:
         out.print(f"  note: {note}")
     if len(card.notes) > MAX_NOTES:
         out.print(f"  … and {count(len(card.notes) - MAX_NOTES, 'note')} more: --json")
+
+
+def _core(out: Console, core: CoreScore) -> None:
+    """The core score: means over the groups of the core, or why there are none."""
+    runs = f", runs 0 to {core.look - 1} of every group" if core.look else ""
+    out.print()
+    out.print(Text.assemble(("core", "bold"), runs))
+    if any(value.mean is not None for value in core.metrics.values()):
+        table = plain_table("metric, mean over groups", "mean", "95 % interval")
+        for name, value in core.metrics.items():
+            table.add_row(BY_NAME[name].title, number(value.mean), span(value))
+        out.print(table)
+    if core.why:
+        out.print(core.why)
 
 
 def _group(out: Console, name: str, protocol: str, score: GroupScore) -> None:

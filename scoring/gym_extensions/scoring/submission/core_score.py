@@ -171,10 +171,10 @@ def _notes(
     if len(set(counts.values())) > 1:
         parts = ", ".join(f"{name} {count}" for name, count in counts.items())
         notes.append(f"different-numbers-of-runs: The groups have {parts} runs.")
-    beyond = {name: sorted({look, count - 1}) for name, count in counts.items() if count > look > 0}
+    beyond = {name: dict.fromkeys((look, count - 1)) for name, count in counts.items() if count > look > 0}
     if beyond:
         parts = ", ".join(f"{name} {' to '.join(map(str, ends))}" for name, ends in beyond.items())
-        notes.append(f"runs-beyond-the-look: Not compared until the next look: {parts}.")
+        notes.append(f"runs-beyond-the-look: Runs that are not compared until the next look: {parts}.")
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
     if waiting and look:
         parts = ", ".join(f"{name} {', '.join(map(str, runs))}" for name, runs in waiting.items())

@@ -5,7 +5,11 @@ A page that is made from all submissions has ``publish``, one per submission ``p
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from collections.abc import Iterator
+
+from markupsafe import Markup
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
@@ -55,6 +59,22 @@ def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     yield from files.items()
 
 
+ROOT_OF_SITE = (
+    'document.head.append(Object.assign(document.createElement("base"), {href: location.pathname.replace('
+    '/\\/(api|boards|docs|groups|pictures|play|schemas|static|submissions|tasks)\\/.*|\\/[^/]*$/, "/")}))'
+)
+"""The script of the page 404: links begin at the folder above the first of the site's own folders."""
+
+
+def _found_and_lost(_site: Leaderboard, render: Render) -> Iterator[File]:
+    """The page that hosts show for an address without a page, and, with the documentation, the search."""
+    digest = base64.b64encode(hashlib.sha256(ROOT_OF_SITE.encode()).digest()).decode()
+    values = {"script": Markup(ROOT_OF_SITE), "digest": f"sha256-{digest}"}
+    yield "404.html", render("404.html", "404.html", **values)
+    if render.docs:
+        yield "search.html", render("search.html", "search.html")
+
+
 MATRIX = ((0.0, 0.1, 0.0), (0.8, 0.2, 0.1), (0.5, 0.9, 0.3), (0.4, 0.7, 1.0))
 """Of the worked example, p[s][j]: a row per stage from 0, a column per task."""
 SINGLE, JOINT, CUMULATIVE = (0.8, 0.8, 0.9), 0.9, 0.95
@@ -101,6 +121,7 @@ PAGES = (
     Page("Data", "data.html", data.publish, data.publish_submission, in_footer=True),
     Page("Changes", doc=f"{DOCS}changelog.html", in_footer=True),
     Page("Speed", doc=f"{DOCS}speed.html", in_footer=True),
+    Page("Search", publish=_found_and_lost),
     Page("Pictures", publish=tasks.publish_pictures),
 )
 """All kinds of pages in the order of the menu."""

@@ -13,7 +13,7 @@ from gym_extensions.scoring.ranking.boards import CoreBoard, CoreReference, Core
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
-from gym_extensions.site.text import count, ends, fixed, mean, short, split_version
+from gym_extensions.site.text import count, ends, fixed, grouped, mean, short, split_version
 
 FINAL, LEARNED, LOST = (each.name for each in (formulas.FINAL, formulas.LEARNING, formulas.FORGETTING))
 HEADINGS = {
@@ -39,8 +39,23 @@ def state(row: CoreRow | CoreScore) -> str:
 
 
 def notes(row: CoreRow | CoreScore) -> str:
-    """What of a method is not compared, in sentences, without their codes."""
-    return " ".join(note.partition(": ")[2] for note in row.notes)
+    """What of a method is not compared, in sentences, without their codes.
+
+    That groups have different numbers of runs says nothing beside which runs are not compared.
+    """
+    said = {code: text for code, _, text in (note.partition(": ") for note in row.notes)}
+    if "runs-beyond-the-look" in said:
+        said.pop("different-numbers-of-runs", None)
+    return " ".join(said.values())
+
+
+def shared_notes(rows: Sequence[CoreRow]) -> dict[str, list[str]]:
+    """The methods with a score by what of them is not compared: each sentence once."""
+    found: dict[str, list[str]] = {}
+    for row in rows:
+        if row.notes and row.metrics[FINAL].mean is not None:
+            found.setdefault(notes(row), []).append(row.name)
+    return found
 
 
 def scale(rows: Sequence[CoreRow]) -> Scale:
@@ -51,15 +66,17 @@ def scale(rows: Sequence[CoreRow]) -> Scale:
 def cost(card: Scorecard) -> tuple[str, str]:
     """Training steps and processor time of a run, for example ``8.7M steps``, ``21 min in 6 of 7 groups``.
 
-    No time, and a dash, where no run states it.
+    Fewer than 100,000 steps and less than a minute are whole numbers. No time, and a dash, where no run
+    states it.
     """
     if (found := card.cost) is None:
         return "–", ""
     scope = f" in {count(found.groups, 'group')}" if card.core is None or card.core.missing else ""
     minutes, timed = found.cpu_seconds / 60, found.timed_groups
     partly = f" in {timed} of {found.groups} groups" if timed < found.groups else ""
-    time = f"{fixed(minutes, int(minutes < 10))} min{partly}" if timed else ""
-    return f"{fixed(found.steps / 1e6, 1)}M steps{scope}", time
+    spent = f"{fixed(minutes, int(minutes < 10))} min" if minutes >= 1 else f"{fixed(found.cpu_seconds, 0)} s"
+    steps = f"{fixed(found.steps / 1e6, 1)}M" if found.steps >= 1e5 else grouped(round(found.steps))
+    return f"{steps} steps{scope}", f"{spent}{partly}" if timed else ""
 
 
 def answers(board: CoreBoard | None) -> list[Markup]:

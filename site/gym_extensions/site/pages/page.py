@@ -38,7 +38,8 @@ def doc_link(file: str, title: str, root: str | None) -> Markup:
     name, _, anchor = file.partition("#")
     if root is None:
         return Markup("<code>{}{}</code>").format(DOCS, name)
-    address = f"{root}{DOCS}{name.removesuffix('.md')}.html{f'#{anchor}' if anchor else ''}"
+    page = name.replace("README.md", "index.md").replace(".md", ".html")
+    address = f"{root}{DOCS}{page}{f'#{anchor}' if anchor else ''}"
     return Markup('<a href="{}">{}</a>').format(address, title)
 
 

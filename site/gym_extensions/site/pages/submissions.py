@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import unicodedata
+from collections import Counter
 from collections.abc import Iterator
 
 from gym_extensions.scoring.output.board_frames import metrics_frame, to_csv
@@ -48,7 +49,8 @@ def publish_list(site: board_views.Leaderboard, render: Render) -> Iterator[File
     scores = {row.name: row.metrics[core.FINAL] for row in rows}
     levels = ["", *submission_facts.LEVELS]
     submissions = sorted(site.submissions, key=lambda submission: -levels.index(submission.level or ""))
-    values = {"submissions": submissions, "on_boards": on_boards, "scores": scores}
+    found = Counter(submission.level or "refused" for submission in submissions)
+    values = {"submissions": submissions, "levels": found, "on_boards": on_boards, "scores": scores}
     yield "submissions.html", render("submissions.html", "submissions.html", **values)
 
 

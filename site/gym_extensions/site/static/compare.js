@@ -111,6 +111,7 @@ function table(boards, first, second) {
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 
+let unknown = []; // names in the address that are no submission here
 let render; // shows the pair that was chosen last, also when a script of differences comes late
 
 function show(first, second) {
@@ -122,6 +123,10 @@ function show(first, second) {
       return region.replaceChildren();
     }
     place.replaceChildren(answer(first, second, boards));
+    if (unknown.length) {
+      place.prepend(make("p", { className: "note" }, `This site compares no submission ${unknown.map((name) => `“${name}”`).join(" or ")}; shown are others. `,
+        link("All submissions", "submissions.html")));
+    }
     region.replaceChildren(...(boards.length ? [table(boards, first, second)] : []));
   };
   for (const board of first === second ? [] : boards) {
@@ -143,11 +148,14 @@ function start() {
   const best = index.core.final_performance?.[0] || [names.find((name) => name !== "trpo"), names.includes("trpo") ? "trpo" : names[1]];
   const read = () => {
     const given = new URLSearchParams(location.hash.slice(location.hash.startsWith("#?") ? 2 : location.hash.length));
-    first.value = names.includes(given.get("first")) ? given.get("first") : best[0];
-    second.value = names.includes(given.get("second")) ? given.get("second") : best[1];
+    unknown = ["first", "second"].map((side) => given.get(side)).filter((name) => name && !names.includes(name));
+    const known = (side) => (names.includes(given.get(side)) ? given.get(side) : null);
+    first.value = known("first") ?? best.find((name) => name !== known("second"));
+    second.value = known("second") ?? best.find((name) => name !== first.value);
     show(first.value, second.value);
   };
   const changed = () => {
+    unknown = [];
     history.replaceState(null, "", `#?${new URLSearchParams({ first: first.value, second: second.value })}`);
     show(first.value, second.value);
   };
