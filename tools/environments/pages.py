@@ -132,9 +132,7 @@ def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 def _grid(files: Mapping[str, str], columns: int) -> str:
     """A table of pictures: the file of each, by its caption."""
-    cells = [
-        f'<img src="pictures/{file}" alt="{name}" width="{WIDTH}"><br>{name}' for name, file in files.items()
-    ]
+    cells = [f'<img src="pictures/{file}" alt="" width="{WIDTH}"><br>{name}' for name, file in files.items()]
     cells += [""] * (-len(cells) % columns)
     rows = [tuple(cells[start : start + columns]) for start in range(0, len(cells), columns)]
     return _table(("",) * columns, rows)

@@ -256,6 +256,43 @@ def test_the_mouse_pulls_a_body(panel: Page) -> None:
     panel.mouse.up()
 
 
+def test_a_wall_that_is_ticked_stands_in_front_of_the_body_and_stays(panel: Page) -> None:
+    panel.wait_for_function(
+        "() => parseFloat(document.querySelector('.sides figcaption').textContent.split(', ')[2]) > 1"
+    )
+    panel.locator("#play-has-wall").check()
+    ahead = panel.evaluate("() => Number(document.getElementById('play-wall').value)")
+    body = float(caption(panel, 0).split(", ")[2].split(" m")[0])
+    assert body + 0.5 < ahead
+    panel.locator("#play-again").click()
+    assert panel.evaluate("() => Number(document.getElementById('play-wall').value)") == ahead
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
+def test_body_and_return_are_on_the_first_screen_and_a_finger_scrolls_it(
+    panel: Page, width: int, height: int
+) -> None:
+    panel.set_viewport_size({"width": width, "height": height})
+    panel.evaluate("() => scrollTo(0, 0)")
+    for element in (".sides canvas", ".sides figcaption"):
+        box = panel.locator(element).first.bounding_box()
+        assert box
+        assert 0 < box["y"] < box["y"] + box["height"] < height
+    touch = panel.locator(".sides canvas").first.evaluate("(canvas) => getComputedStyle(canvas).touchAction")
+    assert touch == "pan-y pinch-zoom"
+
+
+def test_a_name_in_the_address_that_is_unknown_is_said(page: Page, http_address: str) -> None:
+    page.goto(f"{http_address}play.html#?group=nothing")
+    page.locator("#play-load").click()
+    page.wait_for_function("() => Number(document.querySelector('#play-status').dataset.ratio) > 0")
+    assert (
+        page.locator("#play-status")
+        .inner_text()
+        .startswith("This page has no group nothing; shown is another.")
+    )
+
+
 def test_the_panel_fits_a_narrow_screen_and_is_accessible(panel: Page) -> None:
     panel.evaluate(axe())
     assert panel.evaluate(SERIOUS, ["#none", {}]) == []

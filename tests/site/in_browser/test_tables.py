@@ -128,6 +128,10 @@ def test_the_answer_over_the_core_comes_first(visit: Visit) -> None:
     assert "share no group" in page.locator("#compared").inner_text()
     page.get_by_label("Second").select_option("keeps")
     assert page.locator("#compared").inner_text() == "Choose two different submissions."
+    page = visit("compare.html#?first=nobody&second=keeps")
+    page.reload()
+    assert "no submission “nobody”" in page.locator("#compared .note").inner_text()
+    assert page.locator("#first").input_value() != page.locator("#second").input_value() == "keeps"
 
 
 def shown_panels(page: Page) -> list[str | None]:

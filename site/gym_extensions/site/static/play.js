@@ -32,8 +32,8 @@
       const { startPanel } = await import(new URL("play/panel.js", base));
       const site = new URL("..", base), mujoco = await loadMujoco(index.mujoco, site);
       await startPanel(mujoco, index, site);
-      button.hidden = true;
-      document.getElementById("play-run").focus();
+      button.hidden = document.querySelector("main .lede").hidden = true; // the bodies take its place
+      document.getElementById("play-run").focus({ preventScroll: true });
     } catch {
       document.getElementById("play-panel").hidden = true;
       problem("The simulator did not load.", "A file is missing, or is not the one that this site was built with. "

@@ -24,8 +24,10 @@ class Side {
     this.runs.addEventListener("change", () => this.load().then(() => panel.restart()));
     this.stages.addEventListener("change", () => panel.restart());
     this.canvas.addEventListener("pointerdown", (event) => this.grasp(event));
+    // A finger scrolls the page, unless it is on a body.
+    this.canvas.addEventListener("touchstart", (event) => { if (this.grip) event.preventDefault(); }, { passive: false });
     this.canvas.addEventListener("pointermove", (event) => this.drag(event));
-    for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => this.world?.grasp(null));
+    for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => this.release());
   }
 
   // The policies that fit the task: its expert, and the submissions of the group. Keeps the choice where it can;
@@ -161,6 +163,7 @@ class Side {
   }
 
   grasp(event) {
+    this.grip = null;
     if (!this.running) return;
     const { project, zoom } = this.projection(), pixel = [event.offsetX, event.offsetY];
     let best = [NEAR, null];
@@ -178,6 +181,11 @@ class Side {
     this.released = 0;
     this.world.grasp({ body: this.grip.body, target: this.projection().unproject(...pixel, this.grip.depth) });
     this.panel.touched = true;
+  }
+
+  release() {
+    this.grip = null;
+    this.world?.grasp(null);
   }
 
   drag(event) {
@@ -223,6 +231,7 @@ class Panel {
     by("group").value = group.id;
     by("group").addEventListener("change", () => this.chooseGroup());
     by("task").addEventListener("change", () => this.chooseTask());
+    by("has-wall").addEventListener("input", () => this.putWall());
     for (const name of ["gravity", "factor", "part", "wall", "has-wall"]) by(name).addEventListener("input", () => this.change());
     by("wall").addEventListener("input", () => { this.wallIsDrawn = false; });
     by("run").addEventListener("click", () => this.run(!this.running));
@@ -231,6 +240,9 @@ class Panel {
     by("forward").addEventListener("click", () => this.push(1));
     by("panel").hidden = false;
     await this.chooseGroup(wanted);
+    const known = { group: groups.map(({ id }) => id), task: groups.flatMap(({ tasks }) => tasks) };
+    const [lost] = Object.keys(known).filter((name) => wanted[name] && !known[name].includes(wanted[name]));
+    if (lost) this.missing = `This page has no ${lost} ${wanted[lost]}; shown is another. `;
     const runs = group.submissions.find(({ name }) => name === wanted.submission)?.runs || [];
     if (wanted.submission && !runs.some(([number]) => !wanted.run || String(number) === wanted.run)) {
       this.missing = `This site does not offer ${wanted.run ? `run ${wanted.run} of ` : ""}${wanted.submission} here. `;
@@ -254,6 +266,7 @@ class Panel {
     by("gravity").value = task.gravity;
     by("has-wall").checked = task.wall;
     this.wallIsDrawn = true;
+    by("wall").max = 10;
     this.work = [0, 0];
     this.ready = false; // policies and bodies of two tasks do not fit each other
     try {
@@ -275,6 +288,15 @@ class Panel {
     if (!this.ready) return;
     for (const side of this.sides) side.world.change(this.settings);
     this.describe();
+  }
+
+  // A wall that is ticked by hand stands in front of the first body, and stays there when both start again.
+  putWall() {
+    const wall = by("wall"), [near] = this.index.bodies[this.task.body].wall.range;
+    const at = this.ready ? Math.max(...this.sides.map(({ world }) => world.data.qpos[0])) : 0;
+    wall.max = Math.max(10, Math.ceil(at + near));
+    wall.value = Math.max(at, 0) + near;
+    this.wallIsDrawn = false;
   }
 
   describe() {
