@@ -134,7 +134,7 @@ def complete(protocol: str, metrics: Document) -> Document:
 
 MADE: Document = {
     "run": 0, "command": "", "commit": "", "by": "", "date": None, "versions": {}, "processor": "",
-    "steps": 1_500_000, "cpu_seconds": None, "peak_memory_mb": None, "policies": True,
+    "steps": 1_500_000, "cpu_seconds": None, "peak_memory_mb": None, "policies": True, "reproduced": False,
     "memory": {"stored_steps": 2000, "parameters_first": 1, "parameters_last": 1},
 }  # fmt: skip
 """How a run was trained."""
