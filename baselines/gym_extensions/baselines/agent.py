@@ -1,7 +1,5 @@
 """What an agent is: its methods, what it observes, and its card. No simulator is needed to write one."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

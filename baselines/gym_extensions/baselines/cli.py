@@ -1,7 +1,5 @@
 """The command ``gym-extensions train``, which trains an agent and writes its submission."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import shlex

@@ -3,8 +3,6 @@
 Nothing belongs to two runs, so runs of several machines are joined by copying their files.
 """
 
-from __future__ import annotations
-
 import datetime
 import hashlib
 import platform

@@ -1,7 +1,5 @@
 """Runs jobs in this process or in worker processes with one thread each. A job that fails stops no other."""
 
-from __future__ import annotations
-
 import errno
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """The fingerprints of tasks: seeded episodes, definition and model, compared with the published ones."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import json

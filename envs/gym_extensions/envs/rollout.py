@@ -1,7 +1,5 @@
 """The loop that runs a policy or an agent on given seeds, one episode per environment."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """``gym-extensions check-pr``, and ``gym-extensions maintain`` with what only maintainers do."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

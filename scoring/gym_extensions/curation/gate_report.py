@@ -1,7 +1,5 @@
 """The result of the gate as a JSON document, which the second workflow reads, and as a comment."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The docstring of a rule is its published text.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import time

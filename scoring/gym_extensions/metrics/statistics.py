@@ -4,8 +4,6 @@ The distribution functions are those of ``scipy.special``, which ``scipy.stats``
 ``scipy.stats`` takes .7 s more. Degrees of freedom (``df``) are any number of at least 1, integer or not.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Scores of submissions as data frames: the metrics of each, and the boards that compare them."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace

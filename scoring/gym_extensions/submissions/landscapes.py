@@ -5,8 +5,6 @@ in.
 submission's folder. Loads no simulator.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The folder of a submission: names, limits, and a listing that follows no links."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import functools

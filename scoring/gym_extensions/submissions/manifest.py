@@ -1,7 +1,5 @@
 """submission.toml: who submits, what was run, and how. Every key is declared here, once."""
 
-from __future__ import annotations
-
 import tomllib
 from typing import Annotated, Any, Literal, get_args
 

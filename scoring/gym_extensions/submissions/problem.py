@@ -1,7 +1,5 @@
 """Rules, and the problems that they find: the broken rule, where, what is wrong and what to do."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple

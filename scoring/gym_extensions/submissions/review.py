@@ -1,7 +1,5 @@
 """review.toml: what verifications found, and decisions. It is written on the base branch."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path

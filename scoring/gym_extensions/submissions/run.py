@@ -1,7 +1,5 @@
 """The document of a run (``run3.json``): how it was trained, its curves, and what belongs to it."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

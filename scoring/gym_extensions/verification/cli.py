@@ -1,7 +1,5 @@
 """``gym-extensions verify``: repeats a submission's episodes, and runs its policies on new seeds."""
 
-from __future__ import annotations
-
 import argparse
 import secrets
 import sys

@@ -1,7 +1,5 @@
 """Episodes of stored policies on given seeds. The policies are read and run in the process with limits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager

@@ -1,7 +1,5 @@
 """Measures landscapes: runs stored policies in worlds between and beyond those of their training."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

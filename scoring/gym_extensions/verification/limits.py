@@ -5,8 +5,6 @@ module, limits itself, and writes one line of JSON per answer. Nothing of a subm
 limits are for files that are made to use up memory or time, and for mistakes in the libraries that read them.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import os

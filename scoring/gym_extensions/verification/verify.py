@@ -1,7 +1,5 @@
 """Verifies a submission: repeats logged episodes with the stored policies, and runs these on new seeds."""
 
-from __future__ import annotations
-
 import platform
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence

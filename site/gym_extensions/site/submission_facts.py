@@ -1,7 +1,5 @@
 """Facts of a submission in words: its level, how it was verified, and what its manifest states."""
 
-from __future__ import annotations
-
 from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.text import count, grouped

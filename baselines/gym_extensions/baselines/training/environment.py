@@ -1,7 +1,5 @@
 """The environment of ``learn``: clips actions, counts steps, records returns, shows what was asked for."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

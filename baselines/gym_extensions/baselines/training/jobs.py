@@ -3,8 +3,6 @@
 Each job trains one agent and can run in its own process.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from numbers import Integral

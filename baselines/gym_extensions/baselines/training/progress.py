@@ -1,7 +1,5 @@
 """Events of training, which jobs in any process send to one listener, and how they are shown and logged."""
 
-from __future__ import annotations
-
 import math
 import time
 import warnings

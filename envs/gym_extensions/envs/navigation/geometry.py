@@ -1,7 +1,5 @@
 """Occupancy grids, and points and segments against their closed cells."""
 
-from __future__ import annotations
-
 import csv
 import functools
 import hashlib

@@ -1,7 +1,5 @@
 """What agents observe: the closest obstacle, ranges along beams, pictures from above, and the spaces."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Scorecards and boards as pandas data frames, and from them as CSV. Loads pandas."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 

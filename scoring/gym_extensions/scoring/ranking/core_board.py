@@ -3,8 +3,6 @@
 See docs/metrics.md, "The core", and ``submission.core_score`` on looks.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ A board is made from scorecards and the references alone. What it adds (ranks an
 belongs to the board and may change when a submission joins; the scores are copied and never move.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, product

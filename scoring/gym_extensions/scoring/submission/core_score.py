@@ -6,8 +6,6 @@ looks together keep 5 %. It uses exactly the runs 0 to n − 1 of every group, s
 runs nor their choice can depend on their results.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from statistics import fmean
 

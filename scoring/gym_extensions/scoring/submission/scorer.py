@@ -1,7 +1,5 @@
 """One submission -> its scorecard: every group and protocol, and the suites."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Collection, Sequence
 from dataclasses import replace

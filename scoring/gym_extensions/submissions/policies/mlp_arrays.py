@@ -1,7 +1,5 @@
 """The arrays of a policy: their names, kinds and shapes, and what is wrong with them."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Callable, Iterator, Mapping

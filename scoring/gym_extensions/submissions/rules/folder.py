@@ -1,7 +1,5 @@
 """Rules about the folder: which files a submission may contain, their names and sizes, and which runs."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from functools import partial

@@ -1,7 +1,5 @@
 """Rules about submission.toml and README.md: their keys, values and characters."""
 
-from __future__ import annotations
-
 import math
 import unicodedata
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The answer of the overview: one row per method on the core suite, in sentences and as a figure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import product
 

@@ -1,7 +1,5 @@
 """The pages of a submission with its citation, metrics and commands, and the list of all submissions."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import unicodedata
