@@ -14,7 +14,7 @@ from markupsafe import Markup
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scorecard
-from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, tables, text
+from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import landscapes, line_charts, strips, task_pictures
 from gym_extensions.site.pages.landscapes import TITLES, Landscapes
@@ -61,7 +61,6 @@ def environment() -> Environment:
         paths=paths,
         text=text,
         submission_facts=submission_facts,
-        tables=tables,
         results=submission_results,
         landscape_charts=landscapes,
         landscape_titles=TITLES,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gym_extensions.scoring.scorecard import ReferenceValue, TaskChange
-from gym_extensions.site.tables import change_tint, tint
+from gym_extensions.site.submission_results import change_tint, tint
 
 
 @pytest.mark.parametrize(
