@@ -1,5 +1,7 @@
 """Checks a pull request: what kind it is, which rules it breaks, and a sample of its logged episodes."""
 
+from __future__ import annotations
+
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence, Set

@@ -1,5 +1,7 @@
 """A submission that has been read, and its runs that are identical in every episode."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
