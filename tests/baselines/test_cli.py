@@ -16,6 +16,7 @@ from gym_extensions.__main__ import main
 from gym_extensions.baselines import Parallel, train_agent
 
 OPTIONS = {"--groups": "hopper-gravity", "--budget": "smoke", "--out": "out"}
+TWO_JOBS = {"groups": "hopper-motor-noise", "protocol": "single"}
 
 
 def command(agent: str, **changed: str) -> list[str]:
@@ -70,14 +71,14 @@ class Full:
 
 def test_an_agent_of_the_user_is_named_by_module_and_factory(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(AGENT)
-    words = [sys.executable, "-m", "gym_extensions", *command("mine:Full", protocol="single")]
+    words = [sys.executable, "-m", "gym_extensions", *command("mine:Full", **TWO_JOBS)]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=True)
     lines = done.stdout.splitlines()
-    assert lines[0] == "5 jobs: 5,000 training steps"
-    first = "hopper-gravity single-run0-task0 stage 1: gym_extensions/HopperGravityHalf-v0 mean return"
+    assert lines[0] == "2 jobs: 2,000 training steps"
+    first = "hopper-motor-noise single-run0-task0 stage 1: gym_extensions/Hopper"
     assert lines[1].startswith(first)
     assert lines[-1] == "The submission is in out. Score it with: score out"
-    assert (tmp_path / "out/hopper-gravity/single/run0.csv").exists()
+    assert (tmp_path / "out/hopper-motor-noise/single/run0.csv").exists()
 
 
 class StopsInSecondTask:

@@ -76,7 +76,7 @@ FILES: dict[str, Callable[[Path], bytes]] = {
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_hostile_policy_file(name: str, tmp_path: Path) -> None:
-    submission, trap = copy(honest(), tmp_path / "submission"), tmp_path / "trap"
+    submission, trap = copy(honest(runs=1), tmp_path / "submission"), tmp_path / "trap"
     (submission / FILE).write_bytes(FILES[name](trap))
     assert not trap.exists(), "only reading the file makes the trap snap"
     problems = read(submission, policies=True).problems
@@ -90,8 +90,8 @@ def test_a_hostile_policy_file(name: str, tmp_path: Path) -> None:
 
 
 def test_a_link_in_place_of_the_policies_is_not_followed(tmp_path: Path) -> None:
-    submission = copy(honest(), tmp_path / "submission")
+    submission = copy(honest(runs=1), tmp_path / "submission")
     (submission / FILE).unlink()
-    (submission / FILE).symlink_to(honest() / FILE)
+    (submission / FILE).symlink_to(honest(runs=1) / FILE)
     assert read(submission).problems != ()
     assert main([str(submission), "--seeds", "5e" * 20, "--cache", str(tmp_path / "cache")]) == 1

@@ -11,11 +11,11 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 from gym_extensions import results
-from gym_extensions.catalog.groups import CORE, CORES, SUITES
+from gym_extensions.catalog.groups import CORE, CORES, SUITES, group
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.formulas import BOARD_METRICS, METRICS
 from gym_extensions.references import References
-from gym_extensions.scoring.pipeline import score_folder, score_folders
+from gym_extensions.scoring.pipeline import find_submissions, make_scorer, score_folder, scorecards
 from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.submissions.review import Decision, Review, write_review
@@ -70,9 +70,8 @@ def test_a_suite_has_rows_without_a_number_of_runs(make_submission: Write) -> No
 def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
     paths = [SUBMISSIONS / name for name in ("trpo", "cloning")]
     frame = results.board("halfcheetah-gravity", paths)
-    published = board(
-        score_folders(paths).submissions, BoardKey("halfcheetah-gravity-v0", "sequential", "300k", False)
-    )
+    cards = scorecards(find_submissions(paths), make_scorer(only=["halfcheetah-gravity"]))
+    published = board(list(cards), BoardKey("halfcheetah-gravity-v0", "sequential", "300k", False))
     frame = frame[frame["runs"] > 0]
     assert frame["name"].tolist() == [submission.name for submission in published.rows]
     assert frame["ranked"].tolist() == [submission.ranked for submission in published.rows]
@@ -181,7 +180,7 @@ def test_a_matrix_of_several_groups_has_their_tasks_in_order_and_the_runs_of_all
 @pytest.mark.committed
 def test_a_matrix_of_the_core_or_a_suite_has_the_tasks_of_its_groups() -> None:
     for name, groups in {"core": CORES[CORE], "wall": SUITES["wall"]}.items():
-        tasks = [task for each in groups for task in results.score_matrix(SUBMISSIONS / "trpo", each).columns]
+        tasks = [task for each in groups for task in group(each).task_ids]
         assert [*results.score_matrix(SUBMISSIONS / "trpo", name).columns] == tasks
 
 
