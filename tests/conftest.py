@@ -259,16 +259,20 @@ JOBS = ("curation.gate", "verification.episodes", "verification.limits")
 """The modules that have the function which gives jobs to processes with limits."""
 
 
-@pytest.fixture
-def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Jobs on files of a submission run in this process: starting one with limits takes a second."""
+def run_jobs_here(patch: pytest.MonkeyPatch) -> None:
+    """Runs jobs on files of a submission in this process: starting one with limits takes a second."""
 
     def answers(job: str, call: dict[str, Any], _: object) -> Iterator[Any]:
         module, _, name = job.partition(":")
         yield from getattr(importlib.import_module(module), name)(call)
 
     for module in JOBS:
-        monkeypatch.setattr(f"gym_extensions.{module}.answers", answers)
+        patch.setattr(f"gym_extensions.{module}.answers", answers)
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    run_jobs_here(monkeypatch)
 
 
 @pytest.fixture(scope="session")

@@ -26,6 +26,7 @@ from gym_extensions.submissions.run import read_run
 from gym_extensions.verification.cli import main as verify
 from gym_extensions.verification.git import Repository
 
+from ..conftest import run_jobs_here
 from ..verification import made_submissions as submissions
 from ..verification.made_submissions import (
     GROUP,
@@ -145,8 +146,10 @@ def verified(tmp_path_factory: pytest.TempPathFactory) -> Path:
     manifest = submission / "submission.toml"
     manifest.write_text(manifest.read_text("utf-8").replace('"formula"', '"trpo"'), "utf-8")
     project = Project(folder)
-    project.submit(submission)
-    assert project.review(project.merge()) == "verified"
+    with pytest.MonkeyPatch.context() as patch:
+        run_jobs_here(patch)
+        project.submit(submission)
+        assert project.review(project.merge()) == "verified"
     return folder
 
 
@@ -236,21 +239,26 @@ def test_a_run_of_an_agent_of_a_stranger_is_an_edit(project: Project) -> None:
     assert project.donate("origin/main", 5, 5).kind == "edit"
 
 
-def test_the_job_trains_a_run_of_an_agent_of_this_project_again(project: Project, tmp_path: Path) -> None:
-    train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained")
-    shutil.rmtree(tmp_path / "trained" / ".progress")
-    project.submit(tmp_path / "trained")
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of the agent ``random``."""
+    folder = tmp_path_factory.mktemp("random") / "trained"
+    train("random", GROUP, "sequential", "smoke", 0, out=folder)
+    shutil.rmtree(folder / ".progress")
+    return folder
+
+
+def test_the_job_trains_a_run_of_an_agent_of_this_project_again(project: Project, trained: Path) -> None:
+    project.submit(trained)
     submission = project.merge()
     assert project.review(submission, "--retrain") == "verified"
     assert read_review(submission).verifications[0].retrained == [f"{GROUP}/sequential/run0"]
 
 
 def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
-    project: Project, tmp_path: Path
+    project: Project, trained: Path, tmp_path: Path
 ) -> None:
-    train("random", GROUP, "sequential", "smoke", 0, out=tmp_path / "trained")
-    shutil.rmtree(tmp_path / "trained" / ".progress")
-    manifest = tmp_path / "trained/submission.toml"
+    manifest = copy(trained, tmp_path / "trained") / "submission.toml"
     manifest.write_text(manifest.read_text().replace("[hyperparameters]", "[hyperparameters]\nrate = 1"))
     project.submit(tmp_path / "trained")
     assert project.review(project.merge(), "--retrain") == "verified"

@@ -64,14 +64,16 @@ def anchors() -> pd.DataFrame:
 def matrices(submission: str, name: str, protocol: str = "sequential") -> NDArray[np.float64]:
     """Normalized mean returns, (runs, stages, tasks), by reading CSV files with pandas."""
     folder, tasks = ROOT / "submissions" / submission / name / protocol, list(group(name).task_ids)
-    found = []
-    for run in range(len(list(folder.glob("run*.csv")))):
-        log = pd.read_csv(folder / f"run{run}.csv", usecols=["stage", "task", "return"])
-        means = log.groupby(["stage", "task"])["return"].mean().unstack()[tasks]
-        found.append((means - anchors()["floor"][tasks]) / anchors()["span"][tasks])
-    return np.array(found)
+    logs = {
+        run: pd.read_csv(folder / f"run{run}.csv", usecols=["stage", "task", "return"])
+        for run in range(len(list(folder.glob("run*.csv"))))
+    }
+    rows = pd.concat(logs, names=["run"]).groupby(["run", "stage", "task"])["return"]
+    means = (rows.mean().unstack()[tasks] - anchors()["floor"][tasks]) / anchors()["span"][tasks]
+    return means.to_numpy().reshape(len(logs), -1, len(tasks))
 
 
+@functools.cache
 def parts(submission: str, runs: int) -> Mapping[str, Runs]:
     """What each task adds to the metrics of the core, (runs, tasks), by group."""
     found: dict[str, Runs] = {}

@@ -27,22 +27,23 @@ RUNS = 2
 """A rank needs five; a verification tests any number."""
 
 
+@pytest.fixture(scope="module")
+def verified(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An honest submission that was verified in a process with limits. It must not be changed."""
+    submission = copy(honest(runs=RUNS), tmp_path_factory.mktemp("verified") / "mine")
+    assert level_of(submission) == "claimed"
+    assert verify(submission, "--write") == 0
+    return submission
+
+
 @pytest.fixture
-def limited(tmp_path: Path) -> Path:
-    """A copy of an honest submission with deterministic policies."""
+def submission(tmp_path: Path, in_this_process: None) -> Path:
+    """A copy of an honest submission whose deterministic policies run in this process, without limits."""
     return copy(honest(runs=RUNS), tmp_path / "mine")
 
 
-@pytest.fixture
-def submission(limited: Path, in_this_process: None) -> Path:
-    """The same, whose policies run in this process, without limits."""
-    return limited
-
-
-def test_an_honest_submission_is_verified_and_the_record_says_what_was_done(limited: Path) -> None:
-    submission = limited
-    assert level_of(submission) == "claimed"
-    assert verify(submission, "--write") == 0
+def test_an_honest_submission_is_verified_and_the_record_says_what_was_done(verified: Path) -> None:
+    submission = verified
     (record,) = read_review(submission).verifications
     tasks = len(group(GROUP).tasks)
     assert record.passed
@@ -210,12 +211,8 @@ def test_seeds_that_are_no_such_number_are_named(
     assert "--seeds" in capsys.readouterr().err
 
 
-def test_several_processes_find_the_same(limited: Path, tmp_path: Path) -> None:
-    submission = limited
-    assert verify(submission, "--write") == 0
-    first = read_review(submission)
-    (submission / "review.toml").unlink()
-    options = ["--seeds", VALUE, "--write", "--jobs", "2", "--cache", str(tmp_path / "other")]
-    assert main([str(submission), *options]) == 0
-    (once,), (again,) = first.verifications, read_review(submission).verifications
+def test_several_processes_find_the_same(verified: Path, tmp_path: Path) -> None:
+    submission = copy(honest(runs=RUNS), tmp_path / "mine")
+    assert verify(submission, "--write", "--jobs", "2") == 0
+    (once,), (again,) = (read_review(each).verifications for each in (verified, submission))
     assert msgspec.structs.replace(again, date=once.date) == once
