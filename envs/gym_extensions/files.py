@@ -1,7 +1,5 @@
 """Atomic writes: a file is written completely or not at all, also if several processes write it at once."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from pathlib import Path

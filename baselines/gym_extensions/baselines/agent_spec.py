@@ -21,9 +21,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from msgspec.structs import asdict
 
-from gym_extensions.baselines import agent as agents, algorithms
+from gym_extensions.baselines import agent as agents, algorithms, generators
 from gym_extensions.baselines.agent import Agent, Array, Card, Context, Factory, TaskLabel, VectorEnv
-from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import STANDARD_BUDGET, evaluation_seed
 from gym_extensions.envs import make_vec
@@ -147,9 +146,9 @@ def check_restored(agent: agents.Resumable, other: Agent, act: Callable[[Agent],
         agents.save(agent, saved)
         moved = saved.rename(saved.with_name("agent0.npz"))  # as at the end of a stage
         restored = agents.load(other, moved)  # type: ignore[arg-type]
-        with preserved_global_generators(0):
+        with generators.preserved_global_generators(0):
             expected = act(agent)  # type: ignore[arg-type]
-        with preserved_global_generators(0):
+        with generators.preserved_global_generators(0):
             found = act(restored)
     if not np.allclose(found, expected, rtol=TOLERANCE, atol=TOLERANCE):
         message = "After save() and load() the agent takes other actions, so an interrupted run would go on "

@@ -1,7 +1,5 @@
 """Trains an agent and writes its submission: runs the jobs that are missing, and writes each finished run."""
 
-from __future__ import annotations
-
 import multiprocessing
 import shlex
 import shutil

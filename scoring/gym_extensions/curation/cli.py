@@ -9,19 +9,14 @@ from pathlib import Path
 from typing import get_args
 
 from gym_extensions.catalog.protocol import BUDGETS, STANDARD_BUDGET
-from gym_extensions.curation.gate import check_pull_request
+from gym_extensions.curation import gate, pull_request_rules
 from gym_extensions.curation.gate_report import comment, read_report
-from gym_extensions.curation.pull_request_rules import RULES
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.scoring.cli import print_text
 from gym_extensions.scoring.output.screen import count
-from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions import fetch, manifest, reader, review
 from gym_extensions.submissions.layout import MANIFEST, submission_folders
-from gym_extensions.submissions.manifest import LONG
-from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import Action, Decision, add_to_review
-from gym_extensions.verification import cli as verification, new_seeds, train_here
-from gym_extensions.verification.git import Repository
+from gym_extensions.verification import cli as verification, git, new_seeds, train_here
 from gym_extensions.verification.landscape_recorder import measure_all
 
 
@@ -51,7 +46,7 @@ def check_pr(argv: Sequence[str] | None = None) -> int:
     """Checks a pull request, prints the report, and returns the exit status."""
     options = gate_parser().parse_args(argv)
     if options.rules:
-        print_text("".join(f"{each.name}: {each.text}\n" for each in RULES.values()))
+        print_text("".join(f"{each.name}: {each.text}\n" for each in pull_request_rules.RULES.values()))
         return 0
     if path := options.comment or options.labels:
         try:
@@ -63,9 +58,9 @@ def check_pr(argv: Sequence[str] | None = None) -> int:
     if sys.platform == "win32":
         message = "Windows has no limits on memory and processor time."
         raise BenchError("no-limits", message, "check-pr", "Run it on Linux or macOS.")
-    repository = Repository(options.repository)
+    repository = git.Repository(options.repository)
     with working("checking the pull request"):
-        report = check_pull_request(
+        report = gate.check_pull_request(
             *(repository, options.base, options.head, options.number), try_code=options.try_code
         )
     print_text(report.to_json() if options.json else comment(report))
@@ -83,7 +78,7 @@ def maintain_parser() -> argparse.ArgumentParser:
     )
     add = decide.add_argument
     add("submission", type=Path, metavar="SUBMISSION", help="a submission's folder")
-    add("decision", choices=get_args(Action), help="the decision")
+    add("decision", choices=get_args(review.Action), help="the decision")
     add("--by", required=True, metavar="NAME", help="who decides")
     add("--reason", required=True, metavar="TEXT", help="why")
     landscapes = parts.add_parser(
@@ -136,15 +131,15 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         return _train_here(options)
     if options.command == "decide":
         for option, text in (("--by", options.by), ("--reason", options.reason)):
-            if not text.strip() or len(text) > LONG:
-                message = f"It is empty or has more than {LONG} characters."
+            if not text.strip() or len(text) > manifest.LONG:
+                message = f"It is empty or has more than {manifest.LONG} characters."
                 raise BenchError("no-reason", message, option, "Say who decides, and why.")
         (submission,) = _existing([options.submission])
         today = datetime.now(UTC).date().isoformat()
         stated = {"by": options.by, "date": today, "reason": options.reason}
-        add_to_review(submission, decisions=[Decision(action=options.decision, **stated)])
+        review.add_to_review(submission, decisions=[review.Decision(action=options.decision, **stated)])
         return 0
-    fetcher = Fetcher(options.cache / "policies", options.public_only)
+    fetcher = fetch.Fetcher(options.cache / "policies", options.public_only)
     submissions = _existing(options.submissions)
     for line in measure_all(submissions, options.groups, fetcher, options.jobs, options.again):
         print(line, flush=True)
@@ -154,11 +149,11 @@ def maintain(argv: Sequence[str] | None = None) -> int:
 def _train_here(options: argparse.Namespace) -> int:
     value = new_seeds.require_value(options.value) if options.value else ""
     if options.due:
-        submissions = map(read, _existing([options.submission]))
+        submissions = map(reader.read, _existing([options.submission]))
         print(json.dumps([each.name for each in submissions if train_here.is_due(each, options.runs)]))
         return 0
     (path,) = _existing([options.submission])
-    submission = read(path)
+    submission = reader.read(path)
     if options.take:
         train_here.take(submission, options.take, value)
         return 0

@@ -12,8 +12,7 @@ from typing import Any
 
 import msgspec
 
-from gym_extensions.curation import gate_report as reports
-from gym_extensions.curation.pull_request_rules import RULES, PullRequest, is_data
+from gym_extensions.curation import gate_report as reports, pull_request_rules
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.metrics.formulas import METRICS
@@ -23,9 +22,8 @@ from gym_extensions.submissions import layout, reader, review
 from gym_extensions.submissions.problem import Problem, cut, escape, problems as problems_of
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import new_seeds, train_here, verify
+from gym_extensions.verification import git, new_seeds, train_here, verify
 from gym_extensions.verification.episodes import Cell, played
-from gym_extensions.verification.git import MACHINE_ERRORS, Repository
 from gym_extensions.verification.limits import Limits, answers
 
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
@@ -40,7 +38,7 @@ JUDGED = ("level", "repeated", "episodes", "without_policies", "scores", "notes"
 
 
 def check_pull_request(
-    repository: Repository,
+    repository: git.Repository,
     base: str,
     head: str = "HEAD",
     number: int | None = None,
@@ -56,25 +54,25 @@ def check_pull_request(
     Raises:
         BenchError: a branch does not exist, the folder is not in git, or the clone cannot be read.
     """
-    repository = Repository(repository.top)
+    repository = git.Repository(repository.top)
     base, head = repository.commit(base), repository.commit(head)
     report = reports.GateReport(pull_request=number, base=base, head=head, kind="none", verdict="refused")
     try:
         pull_request = opened(repository, base, head)
-        if not any(map(is_data, pull_request.paths)):
+        if not any(map(pull_request_rules.is_data, pull_request.paths)):
             return replace(report, kind="code", verdict="not-judged")
         name = next(iter(pull_request.submissions), "")
         known = name if layout.NAME.fullmatch(name) else ""
         report = replace(report, kind=pull_request.kind, submission=known)
-        problems = problems_of("pull request", pull_request, rules=RULES)
+        problems = problems_of("pull request", pull_request, rules=pull_request_rules.RULES)
         return _closed(report, problems) if problems else _judged(report, pull_request, limits, try_code)
     except BenchError as error:
-        if error.code in MACHINE_ERRORS:
+        if error.code in git.MACHINE_ERRORS:
             raise
         return _closed(report, [Problem(error.code, error.where, error.message, error.hint)])
 
 
-def opened(repository: Repository, base: str, head: str) -> PullRequest:
+def opened(repository: git.Repository, base: str, head: str) -> pull_request_rules.PullRequest:
     """The pull request from one commit to another. Raises BenchError if it is none."""
     starts = repository.run("merge-base", "--all", base, head, statuses=(0, 1)).decode().split()
     if not starts:
@@ -85,7 +83,7 @@ def opened(repository: Repository, base: str, head: str) -> PullRequest:
         # A merge uses all of them, so that the difference to one of them is not what the merge changes.
         message = f"The two commits have {len(starts)} common ancestors."
         raise BenchError("crossed-history", message, hint="Rebase the branch on the base's branch.")
-    pull_request = PullRequest(repository, starts[0], base, head)
+    pull_request = pull_request_rules.PullRequest(repository, starts[0], base, head)
     if not pull_request.changes:
         raise BenchError("no-change", "It changes nothing.", head, "Commit the submission on a branch.")
     return pull_request
@@ -102,7 +100,7 @@ def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.
 
 
 def _judged(
-    report: reports.GateReport, pull_request: PullRequest, limits: Limits, try_code: bool
+    report: reports.GateReport, pull_request: pull_request_rules.PullRequest, limits: Limits, try_code: bool
 ) -> reports.GateReport:
     """The report with what the files are worth, found out in a process with limits."""
     files = pull_request.files_of(report.submission)

@@ -4,8 +4,6 @@ The base branch writes it. The runs lie in ``trained/2/``, laid out as a submiss
 to the second version of ``agent/`` that was merged. Earlier versions keep theirs: attempts are counted.
 """
 
-from __future__ import annotations
-
 import hashlib
 import tomllib
 from collections.abc import Mapping

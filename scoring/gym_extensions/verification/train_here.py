@@ -4,8 +4,6 @@
 gate calls :func:`repeats` before the merge.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -14,26 +12,21 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from gym_extensions.baselines import Monitor, Parallel, train
-from gym_extensions.baselines.agent import Factory
-from gym_extensions.baselines.cli import isolated
+from gym_extensions.baselines import Monitor, Parallel, agent, cli, train, workers
 from gym_extensions.baselines.training.progress import Event, JobFailed
-from gym_extensions.baselines.workers import JOBS_FAILED
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
-from gym_extensions.submissions import layout
+from gym_extensions.submissions import layout, reader
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
 from gym_extensions.submissions.problem import cut
-from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.submissions.training import Training, training_of, training_text
-from gym_extensions.verification.git import Repository
-from gym_extensions.verification.limits import Limits, answers
+from gym_extensions.verification import git, limits
 from gym_extensions.versions import version
 
 COMMAND, PROTOCOL, FLOOR = "train-here", "sequential", "zero"
@@ -70,7 +63,7 @@ def merge_of(submission: Path) -> str:
 
     Raises ``BenchError`` if the code is not committed as it is, or the clone lacks older commits.
     """
-    repository = Repository(Repository(submission).top)
+    repository = git.Repository(git.Repository(submission).top)
     code = f"{submission.resolve().relative_to(repository.top.resolve()).as_posix()}/{AGENT}"
     changed = repository.run("status", "--porcelain", "--untracked-files=all", "--", code)
     commit = "" if changed else repository.last_change(repository.commit("HEAD"), [code])
@@ -101,9 +94,9 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
     return trained.version, trained.training
 
 
-def boxed(submission: Path, entry: str, groups: Sequence[str], budget: str) -> Factory:
+def boxed(submission: Path, entry: str, groups: Sequence[str], budget: str) -> agent.Factory:
     """The factory of a submission's code, whose agents live in boxes. Raises ``BenchError`` without boxes."""
-    return isolated(f"{submission / AGENT}/{entry}", list(groups), [PROTOCOL], budget)
+    return cli.isolated(f"{submission / AGENT}/{entry}", list(groups), [PROTOCOL], budget)
 
 
 def train_here(
@@ -166,7 +159,7 @@ def train_here(
     except BenchError as raised:
         if raised.code in AGENT_ERRORS:  # no job began, or there is one alone
             keep(dict.fromkeys(missing(), str(raised)))
-        elif raised.code != JOBS_FAILED:
+        elif raised.code != workers.JOBS_FAILED:
             raise
         error = raised
     replace_failed()
@@ -191,13 +184,13 @@ def _write_floor(folder: Path, group: str, run: int, budget: str, seeds: str) ->
 
 
 JOB = f"{__name__}:judge"
-LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
+LIMITS = limits.Limits(cpu_seconds=600, wall_seconds=600)
 """Of the process that reads what the other job wrote."""
 
 
 def judge(request: dict[str, Any]) -> Iterator[Any]:
     """The job of that process: the problems of a folder of runs, and their digests and commands."""
-    runs = read(Path(request["folder"]), policies=True)
+    runs = reader.read(Path(request["folder"]), policies=True)
     documents = {
         run_key(group.group.name, protocol, run): document
         for group in runs.groups.values()
@@ -234,7 +227,7 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     for old, new in ((known.runs, training.runs), (known.failed, training.failed)):
         if not old.items() <= new.items():
             raise refuse("It changes a run that is known.")
-    (found,) = answers(JOB, {"folder": str(source.resolve())}, LIMITS)
+    (found,) = limits.answers(JOB, {"folder": str(source.resolve())}, LIMITS)
     if found["problems"]:
         raise refuse(f"It breaks a rule: {found['problems'][0]}")
     if found["digests"] != training.runs or not training.failed.keys() <= training.runs.keys():

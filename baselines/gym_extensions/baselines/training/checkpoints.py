@@ -1,7 +1,5 @@
 """The state of unfinished jobs on disk: finished stages with their policies, and the agent after the last."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

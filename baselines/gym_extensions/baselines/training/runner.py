@@ -1,7 +1,5 @@
 """Runs one job: trains its stages in order, evaluates after each, and records the results."""
 
-from __future__ import annotations
-
 import hashlib
 import time
 from collections.abc import Callable, Iterator, Sequence

@@ -14,34 +14,30 @@ from gym_extensions.catalog.groups import CORES, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.documents import JsonDocument, about
 from gym_extensions.errors import BenchError
-from gym_extensions.metrics.formulas import METRICS, Metric
-from gym_extensions.metrics.statistics import Summary, subtract, to_interval, zero_mean_p
-from gym_extensions.metrics.values import Estimate, MetricValue
+from gym_extensions.metrics import formulas, statistics, values
 from gym_extensions.scoring.scorecard import CoreGroup, CoreRuns, GroupScore, Scorecard, SuiteScore
 from gym_extensions.scoring.submission.suites import estimate
-from gym_extensions.submissions.manifest import Evaluation, Observes, Steps
-from gym_extensions.submissions.review import LEVELS, TRAINED_HERE, VERIFIED, Level
-from gym_extensions.submissions.run import Memory
+from gym_extensions.submissions import manifest, review, run
 
 
 @dataclass(frozen=True, slots=True)
-class Difference(Estimate):
+class Difference(values.Estimate):
     """The difference of two means, with Welch's 95 % interval and test for this pair alone."""
 
     mean: Annotated[float, about("difference of the means")]
     p_value: Annotated[float | None, about("two-sided p value of no difference; null with one run")] = None
 
     @classmethod
-    def of(cls, first: Summary, second: Summary) -> Difference:
+    def of(cls, first: statistics.Summary, second: statistics.Summary) -> Difference:
         """first − second."""
-        between = subtract(first, second)
-        interval = to_interval(between)
-        p_value = None if interval.low is None else zero_mean_p(between)
+        between = statistics.subtract(first, second)
+        interval = statistics.to_interval(between)
+        p_value = None if interval.low is None else statistics.zero_mean_p(between)
         return cls(interval.mean, interval.low, interval.high, p_value)
 
 
 @dataclass(frozen=True, slots=True)
-class BoardMetric(Estimate):
+class BoardMetric(values.Estimate):
     """A metric of a submission: the scorecard's value, and its rank on this board."""
 
     why: Annotated[str, about("as in the scorecard")] = ""
@@ -49,7 +45,7 @@ class BoardMetric(Estimate):
     rank_note: Annotated[str, about("why it has no rank where its submission has one; else empty")] = ""
 
     @classmethod
-    def of(cls, value: MetricValue, rank_note: str = "") -> BoardMetric:
+    def of(cls, value: values.MetricValue, rank_note: str = "") -> BoardMetric:
         """The value of a scorecard, without a rank yet."""
         return cls(value.mean, value.low, value.high, value.why, rank_note=rank_note)
 
@@ -69,18 +65,18 @@ class BoardRow:
 
     name: Annotated[str, about("as in the scorecard")]
     title: Annotated[str, about("as in the scorecard")]
-    level: Annotated[Level, about("lowest level of the submission's logs on this board")]
+    level: Annotated[review.Level, about("lowest level of the submission's logs on this board")]
     runs: Annotated[int, about("number of runs; on a suite the fewest of its groups")]
     ranked: Annotated[bool, about("whether the board ranks it")]
     why: Annotated[
         str, about("why it has no rank: reported, a copy, not verified, too few runs, no score; else empty")
     ] = ""
-    steps: Annotated[Steps | None, about("as in the scorecard's manifest: `recorded` or `claimed`")]
-    evaluation: Annotated[Evaluation | None, about("as in the scorecard's manifest")]
+    steps: Annotated[manifest.Steps | None, about("as in the scorecard's manifest: `recorded` or `claimed`")]
+    evaluation: Annotated[manifest.Evaluation | None, about("as in the scorecard's manifest")]
     authors: Annotated[tuple[str, ...], about("as in the scorecard's manifest")] = ()
     accepted: Annotated[str, about("date of its last acceptance, YYYY-MM-DD; empty without one")] = ""
-    observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
-    memory: Annotated[Memory | None, about("as in the scorecard's manifest")]
+    observes: Annotated[manifest.Observes | None, about("as in the scorecard's manifest")]
+    memory: Annotated[run.Memory | None, about("as in the scorecard's manifest")]
     metrics: Annotated[dict[str, BoardMetric], about("every metric of the board by name")]
     related: Annotated[
         tuple[str, ...], about("submissions with a common author and family of algorithms")
@@ -167,10 +163,10 @@ class CoreRow(CoreRuns):
 
     name: Annotated[str, about("as in the scorecard")]
     title: Annotated[str, about("as in the scorecard")]
-    level: Annotated[Level, about("lowest level of the submission's logs on the core")]
+    level: Annotated[review.Level, about("lowest level of the submission's logs on the core")]
     ranked: Annotated[bool, about("whether it is compared with the others")]
     why: Annotated[str, about("why it has no rank: claimed, a copy, groups or runs missing; else empty")] = ""
-    observes: Annotated[Observes | None, about("as in the scorecard's manifest")]
+    observes: Annotated[manifest.Observes | None, about("as in the scorecard's manifest")]
     metrics: Annotated[
         dict[str, BoardMetric],
         about("means over groups, over runs 0 to n − 1; ranks of `final_performance` and `forgetting`"),
@@ -284,7 +280,7 @@ def compare(first: Scorecard, second: Scorecard) -> list[Comparison]:
                 if other is None or other.budget != score.budget:
                     continue
                 metrics = {}
-                for metric in METRICS[protocol]:
+                for metric in formulas.METRICS[protocol]:
                     names, cards = SUITES.get(name, (name,)), (first, second)
                     a, b = (estimate(card.groups, names, protocol, metric) for card in cards)
                     if a is not None and b is not None:
@@ -318,15 +314,15 @@ def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
     return score if on_board and is_task_conditioned(card) == key.task_conditioned else None
 
 
-def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> Level:
+def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> review.Level:
     """The lowest level of a submission's logs of a protocol (the board's if empty) on a board."""
     logs = (card.groups.get(name, {}).get(protocol or key.protocol) for name in key.groups)
-    return min((log.level for log in logs if log), key=LEVELS.index, default=VERIFIED)
+    return min((log.level for log in logs if log), key=review.LEVELS.index, default=review.VERIFIED)
 
 
-def is_verified(level: Level | None) -> bool:
+def is_verified(level: review.Level | None) -> bool:
     """Whether a level is at least ``verified``, which a rank needs."""
-    return level in (VERIFIED, TRAINED_HERE)
+    return level in (review.VERIFIED, review.TRAINED_HERE)
 
 
 def is_task_conditioned(card: Scorecard) -> bool:
@@ -334,7 +330,7 @@ def is_task_conditioned(card: Scorecard) -> bool:
     return card.manifest is not None and card.manifest.observes.task_in_evaluation
 
 
-def best_first(submissions: Iterable[AnyRow], metric: Metric) -> list[AnyRow]:
+def best_first(submissions: Iterable[AnyRow], metric: formulas.Metric) -> list[AnyRow]:
     """Ranked submissions, then the others; the best on a metric first, those without a value last."""
 
     def order(submission: AnyRow) -> tuple[bool, float, str]:

@@ -4,8 +4,7 @@ from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.metrics.formulas import BOARD_METRICS, JOINT_GAP, NormalizedRun
-from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval
+from gym_extensions.metrics import formulas, statistics
 from gym_extensions.metrics.values import ALL_OPEN, MetricValue, error_terms
 from gym_extensions.references import ALONE, RULERS, References, trained_alone
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, ComputedRow
@@ -35,7 +34,7 @@ def computed_rows(
         if not all(values):
             continue
         metrics = {}
-        for metric in BOARD_METRICS[key.protocol]:
+        for metric in formulas.BOARD_METRICS[key.protocol]:
             means = [mean for each in values if (mean := each[metric.name]) is not None]
             mean = sum(means) / len(means) if len(means) == len(values) else None
             metrics[metric.name] = BoardMetric(mean, None, None, FROM_FLOORS)
@@ -59,15 +58,15 @@ def floor_values(
     p = {j: each.normalize(each.floor.agents[agent].mean) for j, each in scored.items()}
     T = len(task_ids)
     stages = {(s, j): value for s in range(T + 1) for j, value in p.items()}
-    run = NormalizedRun(T=T, scored=tuple(p), normalized_returns=stages, single_task=p)
+    run = formulas.NormalizedRun(T=T, scored=tuple(p), normalized_returns=stages, single_task=p)
     values: dict[str, float | None] = {}
-    for metric in BOARD_METRICS[protocol]:
+    for metric in formulas.BOARD_METRICS[protocol]:
         try:
             values[metric.name] = metric.of_run(run)
         except KeyError:
             values[metric.name] = None
-    if JOINT_GAP.name in values and p:
-        values[JOINT_GAP.name] = 0.0
+    if formulas.JOINT_GAP.name in values and p:
+        values[formulas.JOINT_GAP.name] = 0.0
     return values
 
 
@@ -82,20 +81,20 @@ def alone_values(
     known = trained_alone()
     if any(task not in references.tasks or task not in known for tasks in groups for task in tasks):
         return {}
-    scores: list[dict[str, Summary]] = []
+    scores: list[dict[str, statistics.Summary]] = []
     for tasks in groups:
         scored = {task: references.tasks[task] for task in tasks if not references.tasks[task].open}
         runs = {task: [each.normalize(run.mean) for run in known[task].runs] for task, each in scored.items()}
-        scores.append({task: summary(means) for task, means in runs.items()})
-    has_value = {metric.name: "alone" in metric.shown for metric in BOARD_METRICS[protocol]}
+        scores.append({task: statistics.summary(means) for task, means in runs.items()})
+    has_value = {metric.name: "alone" in metric.shown for metric in formulas.BOARD_METRICS[protocol]}
     values = {name: MetricValue(why=ALL_OPEN if has else ONLY_FINAL) for name, has in has_value.items()}
     if all(scores):
-        score = mean_of_groups([mean_of_groups(list(part.values())) for part in scores])
+        score = statistics.mean_of_groups([statistics.mean_of_groups(list(part.values())) for part in scores])
         errors: dict[str, float] = defaultdict(float)
         for part in scores:
             for task, each in part.items():
                 errors[task] += each.mean / len(part) / len(scores) * references.tasks[task].expert_error[0]
         terms = error_terms(errors.values(), [references.tasks[task].expert_error for task in errors])
-        value = MetricValue.of(to_interval(score, terms))
+        value = MetricValue.of(statistics.to_interval(score, terms))
         values |= {name: value for name, has in has_value.items() if has}
     return values

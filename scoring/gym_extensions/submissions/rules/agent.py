@@ -4,8 +4,6 @@ They bound what a text can carry: a network of 64 times 64 weights does not fit,
 agent is one short text that a reader can judge (docs/security.md).
 """
 
-from __future__ import annotations
-
 import ast
 import sys
 from collections.abc import Iterator, Mapping

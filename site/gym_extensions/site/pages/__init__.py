@@ -3,8 +3,6 @@
 A page that is made from all submissions has ``publish``, one per submission ``publish_submission``.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 from collections.abc import Iterator
