@@ -10,15 +10,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, Card, Setting, VectorEnv
 from gym_extensions.baselines.generators import acting_and_learning, restore_generator, saved_generator
-from gym_extensions.baselines.trust_region import policy as policies, update
-from gym_extensions.baselines.trust_region.policy import Architecture, Batch, Moments
-from gym_extensions.baselines.trust_region.values import (
-    Collector,
-    Transitions,
-    ValueFit,
-    ValueFunction,
-    advantages,
-)
+from gym_extensions.baselines.trust_region import policy as policies, update, values
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.mlp import Policy
 
@@ -37,7 +29,7 @@ class TrpoSettings:
     discount: float  # γ
     gae_lambda: float  # λ of generalized advantage estimation
     trust_region: update.TrustRegion
-    value: ValueFit = field(default_factory=ValueFit)
+    value: values.ValueFit = field(default_factory=values.ValueFit)
 
 
 REFERENCE = TrpoSettings(
@@ -124,7 +116,7 @@ class Trpo:
         self._middle, self._half = (high + low) / 2, (high - low) / 2
         inputs, outputs = int(np.prod(observation_space.shape)), int(np.prod(action_space.shape))
         sizes = (inputs, *settings.hidden, outputs)
-        self._architecture = Architecture(sizes, settings.activation, settings.tanh_mean)
+        self._architecture = policies.Architecture(sizes, settings.activation, settings.tanh_mean)
         self._batch_steps = 0
         self._initialize()
 
@@ -133,7 +125,7 @@ class Trpo:
         inputs = self._architecture.sizes[0]
         self._theta = self._initial_policy()
         self._moments = policies.no_moments(inputs)
-        self._value = ValueFunction(inputs, self._learning, self._settings.value)
+        self._value = values.ValueFunction(inputs, self._learning, self._settings.value)
 
     def _initial_policy(self) -> Array:
         start = (self._settings.last_layer_scale, self._settings.initial_log_sigma)
@@ -143,7 +135,7 @@ class Trpo:
         """Mean or sampled actions (num_envs, a), depending on the settings. The moments do not change."""
         return self._act(observations, self._theta, self._moments)
 
-    def _act(self, observations: Array, theta: Array, moments: Moments) -> Array:
+    def _act(self, observations: Array, theta: Array, moments: policies.Moments) -> Array:
         seen = np.asarray(observations, np.float32)
         mean, log_sigma = self._mean_and_log_sigma(seen, theta, moments)
         is_best = self._settings.deterministic_evaluation
@@ -152,9 +144,9 @@ class Trpo:
     def learn(self, env: VectorEnv, steps: int) -> None:
         """One update per batch until ``steps`` transitions are taken; episodes continue across batches."""
         self._batch_steps = int(env.batch_steps)  # type: ignore[attr-defined]
-        self._train(Collector(env), steps)
+        self._train(values.Collector(env), steps)
 
-    def _train(self, collector: Collector, steps: int) -> int:
+    def _train(self, collector: values.Collector, steps: int) -> int:
         """Returns the transitions taken. A batch is skipped if those of the batches before suffice for it."""
         taken, target = 0, 0
         while target < steps:
@@ -170,17 +162,17 @@ class Trpo:
         policy = self._mean_and_log_sigma(observations, self._theta, self._moments)
         return policies.sampled(*policy, self._learning)
 
-    def _update(self, transitions: Transitions) -> None:
+    def _update(self, transitions: values.Transitions) -> None:
         settings, valid = self._settings, transitions.valid
         flat = transitions.observations.reshape(-1, self._architecture.sizes[0])
-        values = self._value.predict(flat).reshape(transitions.observations.shape[:2])
+        predicted = self._value.predict(flat).reshape(transitions.observations.shape[:2])
         rewards, ends = transitions.rewards, (transitions.terminated, transitions.truncated)
         discount, gae_lambda = settings.discount, settings.gae_lambda
-        estimates = advantages(rewards, values, *ends, discount=discount, gae_lambda=gae_lambda)
-        targets, chosen = (estimates + values[:-1])[valid], estimates[valid]
+        estimates = values.advantages(rewards, predicted, *ends, discount=discount, gae_lambda=gae_lambda)
+        targets, chosen = (estimates + predicted[:-1])[valid], estimates[valid]
         scaled = ((chosen - chosen.mean()) / (chosen.std() + 1e-8)).astype(np.float32)
         observations = self._observations_of(transitions)
-        batch = Batch(self._policy_inputs(observations), transitions.actions[valid], scaled)
+        batch = policies.Batch(self._policy_inputs(observations), transitions.actions[valid], scaled)
         self._theta = update.updated(
             self._architecture,
             self._theta,
@@ -202,7 +194,7 @@ class Trpo:
         """1 for the parameters that the next update may change, 0 for the others (p,); by default all may."""
         return None
 
-    def _observations_of(self, transitions: Transitions) -> Array:
+    def _observations_of(self, transitions: values.Transitions) -> Array:
         """The observations of the transitions, (n, o)."""
         valid = transitions.observations[:-1][transitions.valid]
         return valid.reshape(-1, self._architecture.sizes[0])
@@ -211,7 +203,9 @@ class Trpo:
         """The inputs of the policy network (n, o); raw observations until the first batch is complete."""
         return policies.network_inputs(self._moments, observations)
 
-    def _mean_and_log_sigma(self, observations: Array, theta: Array, moments: Moments) -> tuple[Array, Array]:
+    def _mean_and_log_sigma(
+        self, observations: Array, theta: Array, moments: policies.Moments
+    ) -> tuple[Array, Array]:
         inputs = policies.network_inputs(moments, observations.reshape(len(observations), -1))
         return policies.mean_and_log_sigma(self._architecture, theta, inputs)
 
@@ -254,12 +248,12 @@ class Trpo:
             "batch_steps": np.array(self._batch_steps),
             "acting": np.array(saved_generator(self._acting)),
             "learning": np.array(saved_generator(self._learning)),
-            **{f"value_{name}": values for name, values in self._value.state.items()},
+            **{f"value_{name}": array for name, array in self._value.state.items()},
         }
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
         self._theta, self._batch_steps = arrays["policy"], int(arrays["batch_steps"])
-        self._moments = Moments(float(arrays["count"]), arrays["mean"], arrays["squares"])
+        self._moments = policies.Moments(float(arrays["count"]), arrays["mean"], arrays["squares"])
         self._value.state = {name: arrays[f"value_{name}"] for name in self._value.state}
         restore_generator(self._acting, str(arrays["acting"]))
         restore_generator(self._learning, str(arrays["learning"]))

@@ -16,14 +16,7 @@ from gym_extensions.catalog.groups import SUITES
 from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import BY_NAME, METRICS
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.scoring.scorecard import (
-    PAPER_COLUMNS,
-    CoreScore,
-    GroupScore,
-    PaperCell,
-    Scorecard,
-    SuiteScore,
-)
+from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.submission.stages import task_name
 
 if TYPE_CHECKING:
@@ -75,7 +68,7 @@ def plain_table(*columns: str) -> Table:
     return table
 
 
-def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
+def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
     """One screen: level and review, the core score, then a line per suite and group, or groups in full.
 
     In full are the only group, and groups that the user has ``chosen``.
@@ -109,7 +102,7 @@ def show(out: Console, card: Scorecard, chosen: bool = False) -> None:
     out.print()
 
 
-def show_line(out: Console, card: Scorecard) -> None:
+def show_line(out: Console, card: scorecard.Scorecard) -> None:
     """One line per submission, with all its problems and notes."""
     state = (count(len(card.problems), "problem"), "red") if card.problems else (str(card.level), "green")
     out.print(Text.assemble((card.name, "bold"), f"  {card.title}  (", state, ")"))
@@ -124,7 +117,7 @@ def show_line(out: Console, card: Scorecard) -> None:
         out.print(f"  … and {count(len(card.notes) - MAX_NOTES, 'note')} more: --json")
 
 
-def _core(out: Console, core: CoreScore) -> None:
+def _core(out: Console, core: scorecard.CoreScore) -> None:
     """The core score: means over the groups of the core, or why there are none."""
     runs = f", runs 0 to {core.look - 1} of every group" if core.look else ""
     out.print()
@@ -138,7 +131,7 @@ def _core(out: Console, core: CoreScore) -> None:
         out.print(core.why)
 
 
-def _group(out: Console, name: str, protocol: str, score: GroupScore) -> None:
+def _group(out: Console, name: str, protocol: str, score: scorecard.GroupScore) -> None:
     runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
     custom = "" if score.published else ", custom group (not published)"
     facts = f", budget {score.budget}{runs}, {score.level}{custom}"
@@ -160,7 +153,8 @@ def _group(out: Console, name: str, protocol: str, score: GroupScore) -> None:
         out.print(f"{', '.join(titles)}: none. {why}")
     if score.paper_table:
         table = plain_table(
-            "task, mean ± deviation", *("\n".join(title.rsplit(" ", 1)) for title in PAPER_COLUMNS.values())
+            "task, mean ± deviation",
+            *("\n".join(title.rsplit(" ", 1)) for title in scorecard.PAPER_COLUMNS.values()),
         )
         rows = [(task_name(row.task), row.cells()) for row in score.paper_table]
         totals = (("total", score.paper_total), ("printed total", score.printed_total))
@@ -173,7 +167,7 @@ def _group(out: Console, name: str, protocol: str, score: GroupScore) -> None:
         out.print(f"! {note}")
 
 
-def _returns(cell: PaperCell | None) -> str:
+def _returns(cell: scorecard.PaperCell | None) -> str:
     """Mean and deviation of raw returns, in thousands where they would be too wide."""
     if cell is None:
         return "–"
@@ -182,10 +176,13 @@ def _returns(cell: PaperCell | None) -> str:
     return f"{cell.mean:.0f} ± {cell.std:.0f}"
 
 
-def _overview(out: Console, card: Scorecard) -> None:
+def _overview(out: Console, card: scorecard.Scorecard) -> None:
     table = plain_table("first metric ± half of its 95 % interval", *METRICS)
     suites = {f"suite {name}": protocols for name, protocols in card.suites.items()}
-    parts: list[tuple[str, Mapping[str, GroupScore | SuiteScore]]] = [*suites.items(), *card.groups.items()]
+    parts: list[tuple[str, Mapping[str, scorecard.GroupScore | scorecard.SuiteScore]]] = [
+        *suites.items(),
+        *card.groups.items(),
+    ]
     shown = parts if len(parts) <= MAX_ROWS else parts[: MAX_ROWS - 1]
     for name, protocols in shown:
         scores = ((protocols.get(protocol), metrics[0].name) for protocol, metrics in METRICS.items())
