@@ -1,7 +1,5 @@
 """What training knows of an agent, made and checked once, before anything runs."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import sys
@@ -14,7 +12,7 @@ from importlib import metadata
 from numbers import Number
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Self
 
 import msgspec
 import numpy as np
@@ -73,7 +71,7 @@ class AgentSpec:
     autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP
 
     @classmethod
-    def of(cls, agent: str | Factory, logs: Sequence[tuple[TaskGroup, str]]) -> AgentSpec:
+    def of(cls, agent: str | Factory, logs: Sequence[tuple[TaskGroup, str]]) -> Self:
         """The spec of an agent for logs of these groups and protocols.
 
         One agent is created for it, which acts once; a second one if it can be saved. The runs create their

@@ -1,11 +1,9 @@
 """The value of a metric over runs: a mean with its interval, to which the errors of experts contribute."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Self
 
 from gym_extensions.documents import about
 from gym_extensions.metrics.formulas import LEARNING, Metric, NormalizedRun
@@ -50,9 +48,7 @@ class MetricValue(Estimate):
     ] = ()
 
     @classmethod
-    def of(
-        cls, interval: Interval, runs: Sequence[float] = (), expert_errors: Sequence[float] = ()
-    ) -> MetricValue:
+    def of(cls, interval: Interval, runs: Sequence[float] = (), expert_errors: Sequence[float] = ()) -> Self:
         """The value of an interval over runs, which a single run does not have."""
         why = ONE_RUN if interval.low is None else ""
         return cls(interval.mean, interval.low, interval.high, tuple(runs), why, tuple(expert_errors))

@@ -78,22 +78,6 @@ def where(log: Log, index: int) -> str:
     return f"{path}, line {index - int(np.argmax(runs == run)) + 2}"
 
 
-def _stated(rows: pd.DataFrame, log: Log, index: int) -> dict[str, object]:
-    """What the message about a row may name."""
-    row: dict[Any, Any] = rows.iloc[[index]].to_dict("records")[0]
-    names = {value: cell for cell, value in FLAGS.items()}
-    last = stages(log.protocol, len(log.group.tasks))[-1]
-    return {
-        **row,
-        "stages": f"0 to {last}" if log.protocol == "sequential" else "1",
-        "task": row["task"][:MAX_QUOTE],
-        "group": log.group.id,
-        "last_episode": EVALUATION_EPISODES - 1,
-        "terminated": names[row["terminated"]],
-        "success": names[bool(row["success"])],
-    }
-
-
 class RowRule(NamedTuple):
     """A rule about single rows: its text, the mask of rows that break it, the message, what to do."""
 
@@ -105,8 +89,18 @@ class RowRule(NamedTuple):
     def check(self, rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
         """A finding for each of the first rows that break the rule, then one that counts the rest."""
         indices = np.flatnonzero(self.mask(rows, log)).tolist()
+        names = {value: cell for cell, value in FLAGS.items()}
+        last = stages(log.protocol, len(log.group.tasks))[-1]
         for index in indices[:ROWS_LISTED]:
-            stated = _stated(rows, log, index)
+            row: dict[Any, Any] = rows.iloc[[index]].to_dict("records")[0]
+            stated = row | {
+                "stages": f"0 to {last}" if log.protocol == "sequential" else "1",
+                "task": row["task"][:MAX_QUOTE],
+                "group": log.group.id,
+                "last_episode": EVALUATION_EPISODES - 1,
+                "terminated": names[row["terminated"]],
+                "success": names[bool(row["success"])],
+            }
             closest = did_you_mean(str(stated["task"]), log.group.task_ids)
             yield Finding(where(log, index), self.message.format_map(stated), self.hint or closest)
         if more := len(indices[ROWS_LISTED:]):
