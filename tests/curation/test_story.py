@@ -234,9 +234,9 @@ def test_a_donation_from_before_an_edit_is_judged_with_the_edited_submission(
 
 
 def test_a_run_of_an_agent_of_a_stranger_is_an_edit(project: Project) -> None:
-    project.submit(honest())
+    project.submit(honest(runs=2))
     project.merge()
-    assert project.donate("origin/main", 5, 5).kind == "edit"
+    assert project.donate("origin/main", 2, 5).kind == "edit"
 
 
 @pytest.fixture(scope="module")
@@ -265,7 +265,7 @@ def test_a_training_that_cannot_be_repeated_leaves_what_was_verified(
 
 
 def test_a_maintainer_decides_by_name_and_reason(tmp_path: Path) -> None:
-    submission = copy(honest(), tmp_path / "new")
+    submission = copy(honest(runs=2), tmp_path / "new")
     for action in ("accepted", "challenged"):
         assert maintain(["decide", str(submission), action, *REASON]) == 0
     assert maintain(["decide", str(submission), "withdrawn", "--by", "A. Maintainer", "--reason", " "]) == 2
@@ -279,7 +279,7 @@ def higher(submission: Path) -> None:
 
 
 def test_a_forgery_on_this_machine_is_refused_by_the_gate(tmp_path: Path, project: Project) -> None:
-    submission = copy(honest(), tmp_path / "new")
+    submission = copy(honest(runs=2), tmp_path / "new")
     higher(submission)
     report = project.submit(submission)
     assert {problem.rule for problem in report.problems} == {"not-repeated"}
@@ -288,7 +288,7 @@ def test_a_forgery_on_this_machine_is_refused_by_the_gate(tmp_path: Path, projec
 def test_a_forged_log_from_elsewhere_is_refused_by_new_seeds_and_stays_refused(
     project: Project, tmp_path: Path
 ) -> None:
-    submission = copy(honest(), tmp_path / "new")
+    submission = copy(honest(runs=2), tmp_path / "new")
     higher(submission)
     submissions.move_elsewhere(submission)
     report = project.submit(submission)
@@ -307,7 +307,7 @@ def test_a_forged_log_from_elsewhere_is_refused_by_new_seeds_and_stays_refused(
 def test_a_record_of_other_files_or_seeds_is_not_taken(
     project: Project, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    project.submit(honest())
+    project.submit(honest(runs=2))
     submission = project.merge()
     verify([str(submission), *project.options, "--record", str(project.records)])
     record = project.records / "new.toml"
