@@ -1,35 +1,45 @@
-"""Records the submission ``snapshots`` from the stored policies of another one, without training.
+"""Assembles the submission ``snapshots`` from the stages that another one stored, without simulating.
 
     python -m tools.snapshots submissions/trpo --groups core --runs 0-9 --out submissions/snapshots
 
 After stage s, a task that was learned has the policy that the source stored right after learning it; every
 other task has the source's present policy. That is what the agent ``snapshots`` has after it learned as the
-source did. Each policy is evaluated anew; the curves are the source's. An interrupted command goes on
-with the runs that are missing.
+source did. Its policies are deterministic and its evaluation episodes start from the same seeds after every
+stage, so that these episodes are already in the source's log: those of stage j for a learned task j, those
+of stage s for another one. ``gym-extensions verify`` runs the policies and compares.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections import defaultdict
+import hashlib
 from collections.abc import Sequence
 from dataclasses import fields
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
+import tomli_w
 
-from gym_extensions.baselines import Card, Observes, record
 from gym_extensions.baselines.cli import parse_runs
 from gym_extensions.baselines.training.jobs import parse_groups
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.files import write_text
 from gym_extensions.policies import Policy, load
-from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, run_file
-from gym_extensions.submissions.manifest import Manifest, manifest_of, parse
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, POLICIES, run_file
+from gym_extensions.submissions.manifest import parse
+from gym_extensions.submissions.policies.files import (
+    AnyPolicy,
+    Key,
+    content_sha256,
+    run_arrays,
+    write_policies,
+)
 from gym_extensions.submissions.policies.mlp_arrays import KEYS, LAYER_FIELDS
-from gym_extensions.submissions.run import read_run
-
-OBSERVES = Observes(task_in_training=True, task_in_evaluation=True, boundaries=True)
+from gym_extensions.submissions.run import PolicyFile, read_run, write_run
 
 
 def stacked(policies: Sequence[Policy]) -> Policy:
@@ -45,59 +55,65 @@ def stacked(policies: Sequence[Policy]) -> Policy:
     return Policy(**values)
 
 
-def policies_until(source: Path, group: TaskGroup, run: int, stage: int) -> list[Policy]:
-    """The policies that a run stored after the stages 1 to ``stage``; that of stage 0 for stage 0."""
-    numbers = range(1, stage + 1) if stage else [0]
-    found = [load(source, group, run=run, stage=number) for number in numbers]
-    if not all(isinstance(policy, Policy) for policy in found):
+def assembled_log(text: str, tasks: int) -> str:
+    """The log of the snapshots, from the log of their source: rows by stage, task and episode."""
+    header, *rows = text.splitlines()
+    lines = [header]
+    for stage, task in product(range(tasks + 1), range(1, tasks + 1)):
+        acts = task if task <= stage else stage  # the stage whose policy acts in the task
+        at = (acts * tasks + task - 1) * EVALUATION_EPISODES
+        lines += [f"{stage},{row.partition(',')[2]}" for row in rows[at : at + EVALUATION_EPISODES]]
+    return "\n".join([*lines, ""])
+
+
+def write_run_of(source: Path, group: TaskGroup, run: int, out: Path) -> None:
+    """Writes the policies, the document and, last, the log of a run."""
+    tasks = len(group.tasks)
+    stored = [load(source, group, run=run, stage=stage) for stage in range(tasks + 1)]
+    plain = [policy for policy in stored if isinstance(policy, Policy)]
+    if len(plain) < len(stored):
         raise SystemExit(f"{source} has networks in {group.name}; only plain policies can be stacked.")
-    return found  # type: ignore[return-value]
+    policies: dict[Key, AnyPolicy] = {
+        (stage, None): stacked(plain[1 : stage + 1]) if stage else plain[0] for stage in range(tasks + 1)
+    }
 
+    def place(folder: Path, suffix: str) -> Path:
+        return folder / run_file(group.name, "sequential", run, suffix)
 
-def card_from(manifest: Manifest, parameters: int) -> Card:
-    """The card of the snapshots of a submission, with its hyperparameters and tuning."""
-    title = manifest.title
-    return Card(
-        "snapshots",
-        title=f"{title} + snapshots",
-        description=f"{title} with a copy of its policy per learned task; recorded from its stored policies.",
-        evaluation=manifest.protocol.evaluation,
-        hyperparameters=manifest.hyperparameters,
-        tuning_steps=manifest.tuning.steps if manifest.tuning else 0,
-        tuning_tasks=tuple(manifest.tuning.tasks) if manifest.tuning else (),
-        parameters=parameters,
-        parent=manifest.protocol.algorithm,
+    document = read_run(place(source, DOCUMENT))
+    copy = sum(array.size for array in (*plain[0].weights, *plain[0].biases)) + plain[0].num_actions
+    parameters = document.memory.parameters_first + (tasks - 1) * copy
+    log = assembled_log(place(source, LOG).read_text("ascii"), tasks)
+    write_policies(place(out, POLICIES), policies)
+    digest, size = content_sha256(run_arrays(policies)), place(out, POLICIES).stat().st_size
+    document = msgspec.structs.replace(
+        document,
+        command=f"python -m tools.snapshots {source} --groups {group.name} --runs {run}",
+        memory=msgspec.structs.replace(document.memory, parameters_last=parameters),
+        log=hashlib.sha256(log.encode()).hexdigest(),
+        policies=PolicyFile(sha256=digest, size=size),
     )
+    write_run(place(out, DOCUMENT), document)
+    write_text(place(out, LOG), log)
 
 
-def record_run(source: Path, group: TaskGroup, run: int, out: Path) -> None:
-    """Records all stages of a run."""
-    manifest = manifest_of(parse((source / MANIFEST).read_bytes()))
-    document = read_run(source / run_file(group.name, "sequential", run, DOCUMENT))
-    curves: dict[int, dict[str, list[tuple[int, float]]]] = defaultdict(dict)
-    for curve in document.curves:
-        curves[curve.stage][curve.task] = list(zip(curve.steps, curve.returns, strict=True))
-    for stage in range(len(group.tasks) + 1):
-        policies = policies_until(source, group, run, stage)
-        copy = (
-            sum(array.size for array in (*policies[0].weights, *policies[0].biases)) + policies[0].num_actions
-        )
-        card = card_from(manifest, document.memory.parameters_first + (len(policies) - 1) * copy)
-        record(
-            stacked(policies) if stage else policies[0],
-            *(group, "sequential"),
-            run=run,
-            stage=stage,
-            out=out,
-            budget=manifest.protocol.budget,
-            card=card,
-            observes=OBSERVES,
-            curves=curves[stage],
-        )
+def manifest_from(tables: dict[str, Any]) -> dict[str, Any]:
+    """The manifest of the snapshots of a submission, with its settings and its tuning."""
+    protocol, title = tables["protocol"], tables["title"]
+    if protocol["evaluation"] != "deterministic":
+        raise SystemExit("Sampled actions differ between stages; these episodes have to be simulated.")
+    return tables | {
+        "title": f"{title} + snapshots (assembled)",
+        "description": f"{title} with a copy of its policy per learned task, picked by the task label; "
+        f"not trained: assembled from the stages that the submission {protocol['algorithm']} stored.",
+        "protocol": protocol
+        | {"algorithm": "snapshots", "parent": protocol["algorithm"], "steps": "claimed"},
+        "observes": {"task_in_training": True, "task_in_evaluation": True, "boundaries": True},
+    }
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Records the runs of every group and prints a line for each."""
+    """Writes the manifest and the runs of every group, and prints a line for each."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -106,11 +122,12 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--runs", default="0-9")
     parser.add_argument("--out", type=Path, default=Path("submissions/snapshots"))
     options = parser.parse_args(argv)
+    tables = manifest_from(parse((options.source / MANIFEST).read_bytes()))
+    write_text(options.out / MANIFEST, tomli_w.dumps(tables))
     for run in parse_runs(options.runs):
         for group in parse_groups(options.groups.split(",")):
-            if not (options.out / run_file(group.name, "sequential", run, LOG)).exists():
-                record_run(options.source, group, run, options.out)
-                print(f"{group.name}, run {run}: recorded", flush=True)
+            write_run_of(options.source, group, run, options.out)
+            print(f"{group.name}, run {run}: assembled", flush=True)
 
 
 if __name__ == "__main__":

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from gym_extensions.metrics.formulas import iqm
 from gym_extensions.metrics.statistics import (
     ALPHA,
+    Array,
     Interval,
     Summary,
     critical_value,
@@ -19,9 +21,11 @@ from gym_extensions.metrics.statistics import (
     holm,
     holm_adjusted,
     interval,
+    iqm_shares,
     mean,
     mean_of_groups,
     rank_intervals,
+    ratio_of_groups,
     rounded_quantile,
     significant_pairs,
     summary,
@@ -214,3 +218,30 @@ def test_without_errors_of_anchors_the_interval_is_that_over_runs() -> None:
     runs = summary([0.1, 0.2, 0.4])
     assert to_interval(runs, []) == to_interval(runs, [(0.0, 99.0)]) == to_interval(runs)
     assert to_interval(summary([1.0]), [(1.0, 9.0)]) == Interval(1.0)
+
+
+def test_a_ratio_of_groups_has_the_interval_of_its_linearization() -> None:
+    first, second = (1.0, 3.0, 2.0), (2.0, 4.0, 3.0)
+    found = ratio_of_groups([(first, second)])
+    residuals = [(a - 2 / 3 * b) / 3 for a, b in zip(first, second, strict=True)]
+    assert found.mean == pytest.approx(2 / 3)
+    assert found.standard_error == pytest.approx(np.std(residuals, ddof=1) / math.sqrt(3))
+    both = ratio_of_groups([(first, second), ((5.0, 5.0, 5.0), (5.0, 5.0, 5.0))])
+    assert both.mean == pytest.approx(7 / 8), "of the means over groups, not the mean of the ratios"
+
+
+def test_shares_of_the_interquartile_mean_have_its_mean_and_its_standard_error() -> None:
+    rng = np.random.default_rng(0)
+
+    def draw() -> list[Array]:
+        return [rng.normal(0, 1, (10, 1)) + rng.normal(0, 0.3, (10, tasks)) for tasks in (5, 2)]
+
+    groups = draw()
+    shares = iqm_shares(groups)
+    scores = np.concatenate([each.ravel() for each in groups])
+    assert np.mean([np.mean(each) for each in shares]) == pytest.approx(iqm(scores), rel=1e-12)
+    means = [iqm(np.concatenate([each.ravel() for each in draw()])) or 0.0 for _ in range(2000)]
+    errors = [
+        mean_of_groups([summary(each) for each in iqm_shares(draw())]).squared_error for _ in range(400)
+    ]
+    assert np.mean(errors) ** 0.5 == pytest.approx(np.std(means), rel=0.1)

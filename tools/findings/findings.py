@@ -22,11 +22,12 @@ from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board
+from gym_extensions.scoring.submission.core_score import retention
 from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
-from gym_extensions.site.text import fixed
+from gym_extensions.site.text import fixed, rank
 from gym_extensions.submissions.landscapes import best, landscapes_of
-from tools.findings import tables
+from tools.findings import claims, tables
 from tools.findings.costs import hours
 from tools.findings.figures import draw_groups, draw_retention, write_picture
 from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
@@ -44,11 +45,11 @@ NOT_COMPARED = {
 }
 
 
-def forgetting_of_runs(folder: Path) -> dict[str, Sequence[float]]:
-    """Forgetting of every run of a submission, by group id."""
+def of_runs(folder: Path, metric: str = LOST) -> dict[str, Sequence[float]]:
+    """A metric of every run of a submission, by group id."""
     groups = score_folder(folder).groups
     logs = {group: protocols.get("sequential") for group, protocols in groups.items()}
-    return {group: log.metrics[LOST].runs for group, log in logs.items() if log and LOST in log.metrics}
+    return {group: log.metrics[metric].runs for group, log in logs.items() if log and metric in log.metrics}
 
 
 def by_ruler_alone(folder: Path) -> dict[str, list[tables.Value]]:
@@ -74,10 +75,11 @@ def main() -> None:
     cards = list(valid_scorecards(submissions, make_scorer(only=("core",))).values())
     board = core_board(cards)
     core, metrics = core_frame(board), results.metrics(submissions)
-    methods = tables.methods(core, core_pairs_frame(board))
+    pairs = core_pairs_frame(board)
+    methods = tables.methods(core, pairs)
     names = [name for name in core["name"] if name not in NOT_COMPARED]
     finals = dict(tables.by_group(metrics, names, FINAL))
-    groups = tables.fine_tuning(metrics, forgetting_of_runs(submissions / FINE_TUNING))
+    groups = tables.fine_tuning(metrics, of_runs(submissions / FINE_TUNING))
     learned = [row for row in groups if row.is_learned]
     other_ways = [tables.Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()]
     assert board is not None
@@ -94,14 +96,17 @@ def main() -> None:
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
     )
     templates.filters.update(hours=hours)
-    templates.globals.update(fmt=partial(fixed, digits=2))
+    templates.globals.update(
+        fmt=partial(fixed, digits=2), rank=rank, Value=tables.Value, percent=tables.percent
+    )
+    templates.globals.update(pair_of=partial(tables.against, pairs, FINAL))
     text = templates.get_template("page.md.jinja").render(
         budget=STANDARD_BUDGET,
         fine_tuning=FINE_TUNING,
         core=[group.name for group in CORE],
         methods=methods,
         descriptions={card.name: card.manifest.description for card in cards if card.manifest},
-        over_tasks=tables.over_tasks(methods, submissions),
+        improvements=tables.improvements(methods, submissions),
         other_ways=other_ways,
         incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
         VERDICTS={"separated": "**significant**", "equivalent": "equivalent", "open": "not significant"},
@@ -123,7 +128,23 @@ def main() -> None:
         transfer_titles=[BY_NAME[name].title for name in tables.TRANSFERS],
         transfers=tables.transfers(metrics),
         practice=tables.practice_by_other_runs(evaluations),
-        replay=tables.replay({name: forgetting_of_runs(submissions / name) for name in REPLAY}),
+        replay={
+            metric: tables.replay({name: of_runs(submissions / name, metric) for name in REPLAY})
+            for metric in (LEARNED, FINAL, LOST)
+        },
+        tuning={card.name: card.manifest.tuning for card in cards if card.manifest},
+        variants=board.variants,
+        kept={
+            group: tables.Value.of(retention([log], len(log.runs)))
+            for group, logs in score_folder(submissions / FINE_TUNING).groups.items()
+            if (log := logs.get("sequential")) and log.metrics[LOST].runs
+        },
+        **claims.facts(board, {card.name: card for card in cards}),
+        positions={
+            group.name: claims.positions(results.scores(submissions / FINE_TUNING, group, stage=-1))
+            for group in CORE
+            if group.id in SUITES["gravity"]
+        },
         landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
         missing={
             group.name: [name for name, values in finals.items() if math.isnan(values[place].mean)]

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from gym_extensions import results
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.files import write_text
@@ -30,6 +31,8 @@ from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 from gym_extensions.scoring.submission.stages import task_name
 from gym_extensions.site.text import fixed, interval
 from tools.findings.figures import draw_reproduction
+from tools.findings.statements import Statement, statements
+from tools.findings.tables import FINE_TUNING
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "reproduction.md"
@@ -156,7 +159,7 @@ def verdict(group: Group, shown: Table) -> str:
     return f"{'no' if is_refuted else agrees}: {count}"
 
 
-def page(groups: Sequence[Group]) -> str:
+def page(groups: Sequence[Group], further: Sequence[Statement]) -> str:
     """The text of the page."""
     templates = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
@@ -169,18 +172,21 @@ def page(groups: Sequence[Group]) -> str:
         task_name=task_name,
     )
     template = templates.get_template("reproduction.md.jinja")
-    return template.render(groups=groups, verdict=verdict, episodes=EVALUATION_EPISODES) + "\n"
+    return (
+        template.render(groups=groups, further=further, verdict=verdict, episodes=EVALUATION_EPISODES) + "\n"
+    )
 
 
 def main() -> None:
     """Writes the page and its figure."""
     submissions = ROOT / "submissions"
     scorer = make_scorer()
-    printed = scorer(submissions / PRINTED).groups
+    cards = {name: scorer(submissions / name) for name in (PRINTED, FINE_TUNING, *(row[2] for row in CLAIMS))}
+    printed = cards[PRINTED].groups
     groups = []
     for name, is_forgotten, submission in CLAIMS:
         group_id = GROUPS[name].id
-        ours = scorer(submissions / submission).groups[group_id]["sequential"]
+        ours = cards[submission].groups[group_id]["sequential"]
         if len(ours.return_matrix) > 1:
             # Its episodes would count as independent, although the run is the statistical unit.
             raise SystemExit(f"{submission}: the page compares one run per group.")
@@ -195,4 +201,6 @@ def main() -> None:
         )
     shown = [(group.name, group.printed.rows, group.reproduced.rows) for group in groups]
     draw_reproduction(shown, FOLDER / "reproduction.svg")
-    write_text(PAGE, page(groups))
+    episodes = results.episodes(submissions / FINE_TUNING)
+    further = statements(cards[PRINTED], cards[CLAIMS[0][2]], cards[FINE_TUNING], episodes)
+    write_text(PAGE, page(groups, further))

@@ -14,9 +14,9 @@ import pandas as pd
 from gym_extensions import results
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, STANDARD_BUDGET
-from gym_extensions.metrics import iqm, probability_of_improvement
+from gym_extensions.metrics import probability_of_improvement
 from gym_extensions.metrics.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
-from gym_extensions.metrics.values import MetricValue
+from gym_extensions.metrics.values import Estimate
 from gym_extensions.references import load_references, trained_alone
 from gym_extensions.scoring.submission.core_score import last_look
 from gym_extensions.site.text import fixed, interval
@@ -47,7 +47,7 @@ class Value(NamedTuple):
     high: float
 
     @classmethod
-    def of(cls, each: Interval | MetricValue) -> Value:
+    def of(cls, each: Interval | Estimate) -> Value:
         """The value of an interval or a metric."""
         return cls(*(math.nan if end is None else end for end in (each.mean, each.low, each.high)))
 
@@ -62,6 +62,12 @@ class Value(NamedTuple):
     def interval(self) -> str:
         """The interval alone."""
         return interval(self.low, self.high, 2)
+
+
+def percent(share: Value) -> str:
+    """A share in percent, with its interval."""
+    mean, low, high = (100 * each for each in share)
+    return "–" if math.isnan(mean) else f"{fixed(mean, 0)} % ({interval(low, high, 0)})"
 
 
 class Against(NamedTuple):
@@ -83,42 +89,54 @@ class Method:
         return Value(*(self.row[f"{metric}{end}"] for end in ("", "_low", "_high")))
 
     @property
+    def kept(self) -> str:
+        """The share of what was learned that is kept, in percent, with its interval."""
+        return percent(Value(*(self.row[f"retention{end}"] for end in ("", "_low", "_high"))))
+
+    @property
     def rank(self) -> str:
         """The possible ranks, such as ``1–3``."""
         first, last = self.row["rank_first"], self.row["rank_last"]
         return f"{first}" if first == last else f"{first}–{last}"
 
 
+def against(pairs: pd.DataFrame, metric: str, name: str, other: str) -> Against:
+    """A method minus another one. Raises ``IndexError`` if they are not compared."""
+    both = pairs[
+        (pairs["metric"] == metric) & pairs["first"].isin([name, other]) & pairs["second"].isin([name, other])
+    ]
+    pair = both.iloc[0]
+    mean, low, high = pair["mean"], pair["low"], pair["high"]
+    value = Value(mean, low, high) if pair["first"] == name else Value(-mean, -high, -low)
+    return Against(value, pair["verdict"])
+
+
 def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
     """The ranked methods of the core, best first."""
-    found = []
-    for _, row in core[core["ranked"]].iterrows():
-        against = {}
-        for _, pair in pairs.iterrows():
-            if {pair["first"], pair["second"]} == {row["name"], FINE_TUNING}:
-                mean, low, high = pair["mean"], pair["low"], pair["high"]
-                value = Value(mean, low, high) if pair["first"] == row["name"] else Value(-mean, -high, -low)
-                against[pair["metric"]] = Against(value, pair["verdict"])
-        found.append(Method(row, against))
-    return found
+    compared = {(row["metric"], row[side]) for _, row in pairs.iterrows() for side in ("first", "second")}
+    return [
+        Method(
+            row,
+            {
+                metric: against(pairs, metric, row["name"], FINE_TUNING)
+                for metric in pairs["metric"].unique()
+                if row["name"] != FINE_TUNING and (metric, row["name"]) in compared
+            },
+        )
+        for _, row in core[core["ranked"]].iterrows()
+    ]
 
 
-def over_tasks(methods: Sequence[Method], submissions: Path) -> list[tuple[str, float, float, float]]:
-    """Name, mean, interquartile mean and probability of improvement over fine-tuning of every method.
-
-    Means are over the tasks of the core and the runs of the method's last look. The probability is over the
-    runs of the last look that both have.
-    """
+def improvements(methods: Sequence[Method], submissions: Path) -> list[tuple[str, float]]:
+    """The probability of improvement over fine-tuning, by name, over the runs of the last look of both."""
     looks = {method.row["name"]: int(method.row["look"]) for method in methods}
     scores = {name: results.score_matrix(submissions / name, "core") for name in looks}
     found = []
     for name, look in looks.items():
-        own = scores[name].loc[: look - 1]
-        both = (scores[each].loc[: min(look, looks[FINE_TUNING]) - 1] for each in (name, FINE_TUNING))
-        improvement = probability_of_improvement(*both) if name != FINE_TUNING else math.nan
-        middle = iqm(own)
-        assert middle is not None
-        found.append((name, float(own.to_numpy().mean()), middle, improvement))
+        if name != FINE_TUNING:
+            runs = min(look, looks[FINE_TUNING])
+            both = (scores[each].loc[: runs - 1] for each in (name, FINE_TUNING))
+            found.append((name, probability_of_improvement(*both)))
     return found
 
 
@@ -207,10 +225,10 @@ def practice_by_other_runs(evaluations: pd.DataFrame) -> list[tuple[str, Value]]
 
 
 def replay(runs: dict[str, dict[str, Sequence[float]]]) -> list[tuple[str, Value, float]]:
-    """Forgetting of SAC with its replay buffer minus SAC without: group, difference, p value (Welch).
+    """A metric of SAC with its replay buffer minus SAC without: group, difference, p value (Welch).
 
     Args:
-        runs: forgetting of each run, by submission and group id.
+        runs: the metric of each run, by submission and group id.
     """
     rows = []
     for group in CORE:

@@ -6,7 +6,7 @@ The distribution functions are those of ``scipy.special``, which ``scipy.stats``
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
 
@@ -104,6 +104,38 @@ def mean_of_groups(groups: Sequence[Summary]) -> Summary:
     """The summary of the mean over independent groups, with SE² = Σ SE_g² / G² and Welch–Satterthwaite df."""
     count = len(groups)
     return _combine(math.fsum(group.mean for group in groups) / count, groups, count)
+
+
+def ratio_of_groups(groups: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Interval:
+    """The mean over groups of a first value, divided by that of a second one, both known for every run.
+
+    The interval is that of the linearized ratio r: the standard error of the mean of (first − r · second),
+    divided by the mean of the second, which is not 0 (Cochran 1977, "Sampling Techniques", section 6.4).
+    """
+    first, second = (mean_of_groups([summary(pair[at]) for pair in groups]).mean for at in (0, 1))
+    ratio = first / second
+    residuals = [[(a - ratio * b) / second for a, b in zip(*pair, strict=True)] for pair in groups]
+    spread = mean_of_groups(list(map(summary, residuals)))
+    return to_interval(replace(spread, mean=ratio))
+
+
+def iqm_shares(groups: Sequence[Array]) -> list[list[float]]:
+    """A value per run whose mean over runs, then over groups, is the interquartile mean of all scores.
+
+    They are the scores, with those outside of the middle half moved to its ends, scaled and shifted: the
+    influence of each run (Huber & Ronchetti 2009, "Robust Statistics", section 3.3). So their spread gives
+    the standard error of the interquartile mean, and it is compared as a mean over groups is.
+
+    Args:
+        groups: the scores of each group, (runs, tasks).
+    """
+    every = np.sort(np.concatenate([scores.ravel() for scores in groups]))
+    cut = every.size // 4
+    low, high, kept = every[cut], every[-cut - 1], every.size - 2 * cut
+    scales = [len(groups) * len(scores) / kept for scores in groups]
+    sums = [np.clip(scores, low, high).sum(axis=1) for scores in groups]
+    shift = cut * (low + high) / kept
+    return [(scale * each - shift).tolist() for scale, each in zip(scales, sums, strict=True)]
 
 
 def subtract(first: Summary, second: Summary) -> Summary:

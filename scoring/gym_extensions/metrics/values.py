@@ -14,6 +14,7 @@ NO_TERM = "No task with an expert meets the formula's condition on j."
 TOO_FEW_POINTS = "A training curve that it needs is missing or has fewer than 10 points."
 ONE_RUN = "One run has no interval."
 NOTHING_LEARNED = "nothing learned to forget"
+LITTLE_LEARNED = "little learned: less than each task alone"
 LEAST_LEARNED = 0.1
 """Learning performance from which a single run, which has no interval, counts as having learned."""
 
@@ -64,6 +65,18 @@ def learned_nothing(metrics: Mapping[str, Estimate]) -> bool:
     if learning.mean is None:
         return False
     return learning.mean < LEAST_LEARNED if learning.low is None else learning.low <= 0
+
+
+def retention_note(metrics: Mapping[str, Estimate], alone: Estimate) -> str:
+    """Why little forgetting of a submission is no retention; empty if it is.
+
+    It learned nothing, or little: the interval of its learning performance lies below that of ``alone``, the
+    reference agent that is trained on each task alone.
+    """
+    if learned_nothing(metrics):
+        return NOTHING_LEARNED
+    learning, least = metrics.get(LEARNING.name, Estimate()).ends, alone.ends
+    return LITTLE_LEARNED if learning and least and learning[1] < least[0] else ""
 
 
 def over_runs(

@@ -9,12 +9,22 @@
 
 from gym_extensions.results.frames import curves, episodes, evaluations
 from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
-from gym_extensions.results.scores import board, core, core_pairs, landscapes, metrics, score_matrix, scores
+from gym_extensions.results.scores import (
+    board,
+    core,
+    core_pairs,
+    core_variants,
+    landscapes,
+    metrics,
+    score_matrix,
+    scores,
+)
 
 __all__ = [
     "board",
     "core",
     "core_pairs",
+    "core_variants",
     "curves",
     "episodes",
     "evaluations",

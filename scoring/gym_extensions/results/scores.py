@@ -141,8 +141,10 @@ def _scorer_of(
 def core(submissions: Paths = "submissions") -> pd.DataFrame:
     """The core board: one row per method, over all groups of the core (docs/metrics.md).
 
-    Ranked methods come first, best first. The last rows, ``joint`` and ``alone``, are ``trpo``
-    trained on all tasks at once and on each alone; they have no rank. Only the groups of the core are read.
+    First the list without the task label in evaluation, then that with it (``observes_task``), which are
+    ranked apart. In each, ranked methods come first, best first. The last rows, ``joint`` and ``alone``, are
+    ``trpo`` trained on all tasks at once and on each alone; they have no rank. Only the groups of the core
+    are read.
 
     =====================  =======  ================================================================
     column                 dtype    value
@@ -153,9 +155,11 @@ def core(submissions: Paths = "submissions") -> pd.DataFrame:
     look                   int64    n: runs 0 to n − 1 of every group are compared
     next_look              Int64    the next look; missing after the last
     ranked, why            bool     whether the method is compared; why it is not (str)
-    vs_first               str      ``separated``, ``equivalent`` or ``open``: against the first row
+    vs_first               str      ``separated``, ``equivalent`` or ``open``: against the first of its list
     vs_reference           str      the same against ``trpo``
     ``METRIC``             float64  mean over groups; also ``METRIC_low`` and ``METRIC_high``
+    retention              float64  share of what was learned that is kept; also with ``_low`` and ``_high``
+    forgetting_note        str      why little forgetting is no retention; else empty
     ``GROUP``              float64  final performance on each group, by its id; may be missing
     steps, cpu_seconds     float64  what one run of all groups takes; missing where it is not stated
     peak_memory_mb         float64  largest memory of a process
@@ -179,6 +183,17 @@ def core_pairs(submissions: Paths = "submissions") -> pd.DataFrame:
     more. ``submissions`` and the errors are those of :func:`metrics`.
     """
     return board_frames.core_pairs_frame(_core_board(submissions))
+
+
+def core_variants(submissions: Paths = "submissions") -> pd.DataFrame:
+    """How far the core board depends on its groups: scores and ranks without some, and by another mean.
+
+    One row per variant and ranked method: ``variant`` (``without-Hopper``, ``without-wall``, …,
+    ``interquartile-mean``), its ``title``, ``name``, ``observes_task``, the ``place`` by the mean in its
+    list, ``rank_first`` and ``rank_last`` there, and the score as ``mean``, ``low`` and ``high`` (95 %).
+    ``submissions`` and the errors are those of :func:`metrics`.
+    """
+    return board_frames.core_variants_frame(_core_board(submissions))
 
 
 LANDSCAPE_DTYPES = {"submission": "str", "group": "str", "share": "str", "runs": "int64"}

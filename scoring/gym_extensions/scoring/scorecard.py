@@ -338,6 +338,9 @@ class CoreRuns:
     groups: Annotated[dict[str, CoreGroup], about("final performance by group id")]
     trained_here: Annotated[bool, about("whether these are runs that the project trained")] = False
     claim: Annotated[Claim | None, about("the author's own runs beside them; null without")] = None
+    retention: Annotated[
+        Estimate, about("share of what was learned on all tasks but the last that is left at the end")
+    ] = field(default_factory=Estimate)
     cost: CoreCost
     notes: Annotated[tuple[str, ...], about("what is not compared, and a code for each")] = ()
 

@@ -45,6 +45,12 @@ class Row:
         """The metric that sorts the board."""
         return self.result.metric(formulas.COLUMNS[self.result.protocol][0])
 
+    @property
+    def little_learned(self) -> str:
+        """Why little forgetting is no retention, where the submission learned less than each task alone."""
+        lost = self.submission.metrics.get(formulas.FORGETTING.name)
+        return lost.rank_note if lost is not None and lost.rank_note == values.LITTLE_LEARNED else ""
+
     def rank(self, metric: str) -> tuple[int, int] | None:
         """Best and worst possible rank on a metric; None if it has none, or if it alone is ranked."""
         return self.submission.metrics[metric].rank if self.ranked_on[metric] > 1 else None

@@ -25,8 +25,10 @@ from gym_extensions.scoring.ranking.core_board import (
     pooled_difference,
     ranks,
 )
-from gym_extensions.scoring.scorecard import GroupScore, RunProvenance, Scorecard
+from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, RunProvenance, Scorecard
+from gym_extensions.scoring.submission import core_score as core_score_module
 from gym_extensions.scoring.submission.core_score import LOOKS, core_score, last_look, next_look
+from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.run import Memory, consecutive
 
 from ..made_submissions import Enter, at_level
@@ -130,12 +132,13 @@ def on_core(enter: Enter) -> OnCore:
         }
         for name in (FINAL, "learning_performance"):
             metrics[name] = MetricValue(mean=1.0, runs=tuple(values))
-        matrix = tuple(((float(starts),), (float(starts + run),), (0.0,)) for run in runs)
+        matrix = tuple(((float(starts),) * 2, (float(starts + run),) * 2, (0.0, 0.0)) for run in runs)
         provenance = tuple(replace(log.provenance[0], run=run) for run in runs)
         return replace(
             log,
             budget="300k",
             runs=runs,
+            tasks=log.tasks[:2],
             metrics=metrics,
             return_matrix=matrix,
             provenance=provenance,
@@ -302,6 +305,78 @@ def test_forgetting_is_compared_among_those_that_learned(on_core: OnCore) -> Non
     assert {(pair.first, pair.second) for pair in board.pairs["forgetting"]} in ({("a", "b")}, {("b", "a")})
     assert row(board, "idle").metrics["forgetting"].rank_note == "nothing learned to forget"
     assert len(board.pairs[FINAL]) == 3
+
+
+def test_methods_with_the_task_label_are_ranked_apart_and_compared_with_all(on_core: OnCore) -> None:
+    levels = {"low": 0.2, "high": 0.9, "labelled": 0.95, "poor": 0.1}
+    cards = [on_core(name, normal(seed, mean)) for seed, (name, mean) in enumerate(levels.items())]
+    board = board_of([observing(card) if card.name in ("labelled", "poor") else card for card in cards])
+    without, with_label = board.lists
+    assert (without.task_conditioned, [each.name for each in without.rows]) == (False, ["high", "low"])
+    assert (with_label.task_conditioned, [each.name for each in with_label.rows]) == (
+        True,
+        ["labelled", "poor"],
+    )
+    ranked = {each.name: each.metrics[FINAL].rank for each in board.rows}
+    assert ranked == {"high": (1, 1), "low": (2, 2), "labelled": (1, 1), "poor": (2, 2)}
+    assert len(board.pairs[FINAL]) == 6, "also across the lists"
+
+
+def observing(card: Scorecard) -> Scorecard:
+    assert card.manifest is not None
+    return replace(card, manifest=replace(card.manifest, observes=Observes(task_in_evaluation=True)))
+
+
+def test_a_variant_has_the_score_and_the_ranks_of_the_groups_that_are_left(on_core: OnCore) -> None:
+    """The better one is ahead in the walls alone; without them it is behind."""
+    levels = {"walls": {True: 0.9, False: 0.2}, "others": {True: 0.1, False: 0.5}}
+    rng = np.random.default_rng(0)
+    cards = [
+        on_core(name, {group: rng.normal(mean["-wall-" in group], 0.01, 5) for group in GROUPS})
+        for name, mean in levels.items()
+    ]
+    board = board_of(cards)
+    variants = {variant.name: variant for variant in board.variants}
+    assert [name.partition("-")[2] for name in variants][:6] == [
+        *("Hopper", "Walker2d", "HalfCheetah"),
+        *("gravity", "body", "wall"),
+    ]
+    assert [each.name for each in board.rows] == ["walls", "others"]
+    left = variants["without-wall"]
+    assert left.groups == tuple(group for group in GROUPS if "-wall-" not in group)
+    assert (left.scores["others"].place, left.scores["walls"].place) == (1, 2)
+    assert (left.scores["others"].rank, left.scores["walls"].rank) == ((1, 1), (2, 2))
+    assert left.scores["walls"].mean == pytest.approx(0.2, abs=0.02)
+    middle = variants["interquartile-mean"].scores["walls"]
+    scores = core_score_module.final_scores(core_score_module.core_logs(cards[0]).values(), 5)
+    assert middle.mean == pytest.approx(stats.trim_mean(np.concatenate(scores).ravel(), 0.25))
+
+
+def test_what_is_kept_is_a_share_of_what_was_learned(on_core: OnCore) -> None:
+    card = on_core("a", normal(1, 0.5), starts=5)
+    for each in card.groups.values():
+        log = each["sequential"]
+        reference = {log.tasks[0]: ReferenceValue(0.0, 1.0)}
+        matrix = tuple(((0.0, 0.0), (2.0 + run, 0.0), (1.0 + run, 0.0)) for run in range(5))
+        each["sequential"] = replace(log, reference=log.reference | reference, return_matrix=matrix)
+    kept = row(board_of([card]), "a").retention
+    assert kept.mean == pytest.approx(3.0 / 4.0)
+    assert kept.low is not None and kept.low < 0.75 < (kept.high or 0.0)
+
+
+def test_who_learned_less_than_each_task_alone_has_no_rank_for_forgetting(on_core: OnCore) -> None:
+    base = on_core("trpo", normal(0, 0.5))
+    single = MetricValue(mean=0.5, runs=(0.49, 0.5, 0.51, 0.5, 0.5))
+    groups = {}
+    for name, logs in base.groups.items():
+        alone = replace(logs["sequential"], metrics={"single_task_performance": single}, runs=tuple(range(5)))
+        groups[name] = {**logs, "single": alone}
+    cards = [on_core("poor", normal(1, 0.1)), on_core("good", normal(2, 0.6))]
+    board = board_of([replace(base, groups=groups), *cards])
+    poor, good = (row(board, name).metrics["forgetting"] for name in ("poor", "good"))
+    assert (poor.rank, poor.rank_note.partition(":")[0]) == (None, "little learned")
+    assert (good.rank, good.rank_note) == ((1, 2), "")
+    assert board.pair("forgetting", "poor", "good") is None
 
 
 def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:

@@ -6,8 +6,9 @@ from typing import Any
 import pandas as pd
 
 from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.metrics.formulas import BOARD_METRICS, CORE_METRICS, FINAL, METRICS
-from gym_extensions.scoring.ranking.boards import Board, BoardMetric, CoreBoard
+from gym_extensions.metrics.formulas import BOARD_METRICS, CORE_METRICS, FINAL, FORGETTING, METRICS
+from gym_extensions.metrics.values import Estimate
+from gym_extensions.scoring.ranking.boards import Board, CoreBoard
 from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 
@@ -24,6 +25,7 @@ SUBMISSION_DTYPES = NAMED_DTYPES | {"evaluation": "str", "runs": "int64", "ranke
 CORE_DTYPES = NAMED_DTYPES | {"observes_task": "bool", "look": "int64", "next_look": "Int64"}
 CORE_DTYPES |= {"ranked": "bool", "why": "str", "vs_first": "str", "vs_reference": "str"}
 CORE_DTYPES |= dict.fromkeys([f"{metric}{end}" for metric in CORE_METRICS for end in ENDS], "float64")
+CORE_DTYPES |= dict.fromkeys([f"retention{end}" for end in ENDS], "float64") | {"forgetting_note": "str"}
 CORE_DTYPES |= dict.fromkeys((*CORES[CORE], "steps", "cpu_seconds", "peak_memory_mb"), "float64")
 CORE_DTYPES |= {"stored_steps": "Int64", "parameters": "Int64", "notes": "str"}
 """The columns of :func:`core_frame`."""
@@ -32,6 +34,11 @@ PAIR_DTYPES = {"metric": "str", "first": "str", "second": "str", "look": "int64"
 PAIR_DTYPES |= dict.fromkeys(("mean", "low", "high", "p_value"), "float64")
 PAIR_DTYPES |= {"verdict": "str", "exploratory": "bool", "next_look": "Int64"}
 """The columns of :func:`core_pairs_frame`."""
+
+VARIANT_DTYPES = {"variant": "str", "title": "str", "name": "str", "observes_task": "bool", "place": "int64"}
+VARIANT_DTYPES |= {"rank_first": "Int64", "rank_last": "Int64"}
+VARIANT_DTYPES |= dict.fromkeys(("mean", "low", "high"), "float64")
+"""The columns of :func:`core_variants_frame`."""
 
 FORMULA = r"^([=+\-@\t\r])"
 """The beginning of a text that a spreadsheet would take for a formula."""
@@ -74,7 +81,7 @@ def metrics_frame(cards: Iterable[Scorecard]) -> pd.DataFrame:
     return typed((row for card in cards for row in _metric_rows(card)), METRIC_DTYPES)
 
 
-def _ends(metrics: Iterable[BoardMetric]) -> list[float | None]:
+def _ends(metrics: Iterable[Estimate]) -> list[float | None]:
     return [end for value in metrics for end in (value.mean, value.low, value.high)]
 
 
@@ -99,23 +106,24 @@ def board_frame(board: Board) -> pd.DataFrame:
 
 
 def core_frame(board: CoreBoard | None) -> pd.DataFrame:
-    """One row per method in the order of the core board, then the reference agent trained in other ways.
+    """One row per method in the order of the two lists, then the reference agent trained in other ways.
 
     The columns are those of ``CORE_DTYPES``.
     """
     if board is None:
         return typed((), CORE_DTYPES)
     rows: list[Row] = []
-    for row in board.rows:
-        against = (board.pair(FINAL.name, row.name, other) for other in (board.rows[0].name, REFERENCE))
+    for first, row in ((each.rows[0].name, row) for each in board.lists for row in each.rows):
+        against = (board.pair(FINAL.name, row.name, other) for other in (first, REFERENCE))
         cost = row.cost
         rows.append(
             (
                 *(row.metrics[FINAL.name].rank or (None, None)),
-                *(row.name, row.title, row.level, bool(row.observes and row.observes.task_in_evaluation)),
+                *(row.name, row.title, row.level, row.task_conditioned),
                 *(row.look, row.next_look, row.ranked, row.why),
                 *(pair.verdict if pair else None for pair in against),
-                *_ends(row.metrics[name] for name in CORE_METRICS),
+                *_ends([*(row.metrics[name] for name in CORE_METRICS), row.retention]),
+                row.metrics[FORGETTING.name].rank_note,
                 *(value.mean if (value := row.groups.get(name)) else None for name in CORES[CORE]),
                 *(cost.steps, cost.cpu_seconds, cost.peak_memory_mb, cost.stored_steps, cost.parameters),
                 " ".join(row.notes),
@@ -145,6 +153,20 @@ def core_pairs_frame(board: CoreBoard | None) -> pd.DataFrame:
         (metric, *(getattr(pair, name) for name in columns)) for metric, pairs in families for pair in pairs
     )
     return typed(rows, PAIR_DTYPES)
+
+
+def core_variants_frame(board: CoreBoard | None) -> pd.DataFrame:
+    """One row per variant of the core and ranked method, with the columns of ``VARIANT_DTYPES``."""
+    rows = (
+        (
+            *(variant.name, variant.title, row.name, row.task_conditioned, score.place),
+            *(*(score.rank or (None, None)), *_ends([score])),
+        )
+        for variant in (board.variants if board else ())
+        for row in (board.rows if board else ())
+        if (score := variant.scores.get(row.name))
+    )
+    return typed(rows, VARIANT_DTYPES)
 
 
 def to_csv(frame: pd.DataFrame) -> str:

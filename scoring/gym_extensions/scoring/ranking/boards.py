@@ -172,6 +172,42 @@ class CoreRow(CoreRuns):
         about("means over groups, over runs 0 to n − 1; ranks of `final_performance` and `forgetting`"),
     ]
 
+    @property
+    def task_conditioned(self) -> bool:
+        """Whether the agent observes the task in evaluation, which decides on its list."""
+        return self.observes is not None and self.observes.task_in_evaluation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreList:
+    """One of the two ranked lists of the core. Ranks count the methods of the list alone."""
+
+    task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
+    ranked: Annotated[int, about("M, the number of ranked submissions")]
+    rows: Annotated[
+        tuple[CoreRow, ...], about("ranked submissions by the core score, best first; then others")
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class VariantScore(Estimate):
+    """A ranked submission on a variant of the core."""
+
+    place: Annotated[int, about("its place by the mean in its list, from 1; ties share one")] = 1
+    rank: Annotated[
+        tuple[int, int] | None, about("`[first, last]` possible rank in its list; null without a test")
+    ] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreVariant:
+    """The core without some groups, or with another mean: how far the answer depends on them."""
+
+    name: Annotated[str, about("`without-Hopper`, `without-wall`, …; `interquartile-mean`")]
+    title: Annotated[str, about("the same in words")]
+    groups: Annotated[tuple[str, ...], about("ids of the groups that count")]
+    scores: Annotated[dict[str, VariantScore], about("of every ranked submission by name")]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoreReference:
@@ -209,7 +245,7 @@ class CorePair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoreBoard:
-    """One row per method, over all groups of the core, and every pair of ranked methods."""
+    """One row per method, over all groups of the core, in two lists, and every pair of ranked methods."""
 
     suite: Annotated[str, about("name of the list of groups, with its version")]
     edition: Annotated[int, about("of the comparisons; those of 1 are exploratory up to 20 runs")]
@@ -220,15 +256,28 @@ class CoreBoard:
     margin: Annotated[
         float, about("methods are equivalent if the interval of their difference lies between ± this")
     ]
-    ranked: Annotated[int, about("M, the number of ranked submissions")]
-    rows: Annotated[
-        tuple[CoreRow, ...], about("ranked submissions by the core score, best first; then others")
+    lists: Annotated[
+        tuple[CoreList, ...], about("without the task label in evaluation, then with it; none is empty")
     ]
     references: Annotated[tuple[CoreReference, ...], about("`trpo` trained in other ways")] = ()
     pairs: Annotated[
         dict[str, tuple[CorePair, ...]],
-        about("of ranked submissions by metric: `final_performance`, and `forgetting` of those that learned"),
+        about(
+            "of ranked submissions of both lists by metric: `final_performance`, and `forgetting` of those "
+            "that learned"
+        ),
     ]
+    variants: Annotated[tuple[CoreVariant, ...], about("scores and ranks without some groups")] = ()
+
+    @property
+    def rows(self) -> tuple[CoreRow, ...]:
+        """The submissions of both lists."""
+        return tuple(row for each in self.lists for row in each.rows)
+
+    @property
+    def ranked(self) -> int:
+        """The number of ranked submissions of both lists."""
+        return sum(each.ranked for each in self.lists)
 
     def pair(self, metric: str, first: str, second: str) -> CorePair | None:
         """The pair of two submissions, in any order; None if they are not compared."""

@@ -1,4 +1,4 @@
-"""The core board: one row per method, and all pairs of methods compared over all groups at prescribed looks.
+"""The core board: one row per method in two lists, and all pairs of methods at prescribed looks.
 
 See docs/metrics.md, "The core", and ``submission.core_score`` on looks.
 """
@@ -10,16 +10,18 @@ from itertools import combinations
 
 import numpy as np
 
+from gym_extensions.catalog import groups as catalog
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.documents import filled
 from gym_extensions.metrics import statistics, values
 from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, FORGETTING, METRICS
 from gym_extensions.metrics.statistics import ALPHA, Summary, summary
+from gym_extensions.references import ALONE
 from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.boards import BoardMetric, CorePair, CoreRow
 from gym_extensions.scoring.ranking.copies import COPY, duplicates
-from gym_extensions.scoring.scorecard import CoreScore, Scorecard
+from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
 from gym_extensions.scoring.submission import core_score
 from gym_extensions.scoring.submission.core_score import LOOK_LEVELS
 from gym_extensions.submissions.review import TRAINED_HERE, VERIFIED
@@ -31,7 +33,7 @@ MARGIN = 0.05
 """Two methods are equivalent if the interval of their difference lies between ± this."""
 IN_OTHER_WAYS = {
     "joint": ("joint", FINAL.name, "TRPO, all tasks at once"),
-    "alone": ("single", METRICS["single"][0].name, "TRPO, each task alone"),
+    ALONE: ("single", METRICS["single"][0].name, "TRPO, each task alone"),
 }
 """The rows of the reference agent without a rank: protocol, metric of the score, title."""
 REFERENCE = "trpo"
@@ -131,10 +133,13 @@ def decided(pair: CorePair) -> CorePair:
 
 
 def ranks(names: Sequence[str], pairs: Sequence[CorePair], better: str) -> dict[str, tuple[int, int]]:
-    """The first and last possible rank of each method: 1 + (better ones), M − (worse ones), as separated."""
+    """The first and last possible rank of each method: 1 + (better ones), M − (worse ones), as separated.
+
+    Pairs with another method do not count.
+    """
     above, below = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
     for pair in pairs:
-        if pair.verdict == "separated":
+        if pair.verdict == "separated" and pair.first in above and pair.second in above:
             is_first = (pair.mean > 0) == (better == "higher")
             winner, loser = (pair.first, pair.second) if is_first else (pair.second, pair.first)
             below[winner] += 1
@@ -186,31 +191,36 @@ def _row(card: Scorecard, core: CoreScore, original: str | None, edition: int) -
 
 
 def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
-    """The core board of the scorecards; None without a submission on it. Agents that observe the task are on
-    it.
+    """The core board of the scorecards; None without a submission on it.
 
-    Withdrawn submissions, and those without runs on the core with its budget, are left out.
+    It has two ranked lists: agents that observe the task in evaluation are compared with each other. All
+    pairs of both lists are one family, so that a method can be compared with every other one. Withdrawn
+    submissions, and those without runs on the core with its budget, are left out.
     """
     scored = [(card, card.core) for card in cards if card.core]
     if not scored:
         return None
     copies = duplicates([card for card, _ in scored], KEY)
+    by_name = {card.name: card for card, _ in scored}
     methods = {card.name: method_of(card, core) for card, core in scored}
     # The second edition, of runs that were trained here alone, begins with those of the reference agent.
     edition = 1 + any(core.trained_here for card, core in scored if card.name == REFERENCE)
-    made = [_row(card, core, copies.get(card.name), edition) for card, core in scored]
-    rows = boards.best_first(made, FINAL)
-    ranked = [(row, method) for row in rows if row.ranked and (method := methods[row.name])]
-    learners = [method for row, method in ranked if not values.learned_nothing(row.metrics)]
-    pairs = {}
+    unsorted = [_row(card, core, copies.get(card.name), edition) for card, core in scored]
+    made = boards.best_first(unsorted, FINAL)
+    parts = [[row for row in made if row.task_conditioned == conditioned] for conditioned in (False, True)]
+    rows = [row for part in parts for row in part]
+    references = tuple(row for card, _ in scored if card.name == REFERENCE for row in _in_other_ways(card))
+    alone = next((each.value for each in references if each.name == ALONE), values.Estimate())
+    ranked = {row.name: method for row in rows if row.ranked and (method := methods[row.name])}
+    notes = {row.name: values.retention_note(row.metrics, alone) for row in rows if row.name in ranked}
+    learners = [method for name, method in ranked.items() if not notes[name]]
     # Two families of pairs, each at 5 %.
-    for metric, members in ((FINAL, [method for _, method in ranked]), (FORGETTING, learners)):
-        pairs[metric.name] = tuple(compared_pairs(members, metric.name, edition))
-        found = ranks([method.name for method in members], pairs[metric.name], metric.better)
-        for at, row in enumerate(rows):
-            note = values.NOTHING_LEARNED if row.ranked and row.name not in found else ""
-            value = replace(row.metrics[metric.name], rank=found.get(row.name), rank_note=note)
-            rows[at] = replace(row, metrics=row.metrics | {metric.name: value})
+    pairs = {
+        FINAL.name: tuple(compared_pairs(list(ranked.values()), FINAL.name, edition)),
+        FORGETTING.name: tuple(compared_pairs(learners, FORGETTING.name, edition)),
+    }
+    lists = [_ranked_list(part, pairs, notes) for part in parts if part]
+    members = [[row.name for row in each.rows if row.ranked] for each in lists]
     return boards.CoreBoard(
         suite=CORE,
         edition=edition,
@@ -219,8 +229,96 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         looks=core_score.LOOKS,
         levels=tuple(LOOK_LEVELS.values()),
         margin=MARGIN,
-        ranked=len(ranked),
-        rows=tuple(rows),
-        references=tuple(row for card, _ in scored if card.name == REFERENCE for row in _in_other_ways(card)),
+        lists=tuple(lists),
+        references=references,
         pairs=pairs,
+        variants=tuple(_variants({name: by_name[name] for name in ranked}, ranked, members)),
     )
+
+
+def _ranked_list(
+    rows: Sequence[CoreRow], pairs: Mapping[str, Sequence[CorePair]], notes: Mapping[str, str]
+) -> boards.CoreList:
+    """A list with its ranks, and why little forgetting is no rank, from the notes of ranked submissions."""
+    ranked = [row.name for row in rows if row.ranked]
+    found = dict[str, dict[str, tuple[int, int]]]()
+    for metric in (FINAL, FORGETTING):
+        names = ranked if metric is FINAL else [name for name in ranked if not notes[name]]
+        found[metric.name] = ranks(names, pairs[metric.name], metric.better)
+    made = []
+    for row in rows:
+        values = {
+            name: replace(value, rank=found[name].get(row.name)) if name in found else value
+            for name, value in row.metrics.items()
+        }
+        lost = replace(values[FORGETTING.name], rank_note=notes.get(row.name, ""))
+        made.append(replace(row, metrics=values | {FORGETTING.name: lost}))
+    return boards.CoreList(task_conditioned=rows[0].task_conditioned, ranked=len(ranked), rows=tuple(made))
+
+
+def left_out(logs: Mapping[str, GroupScore]) -> Iterator[tuple[str, list[str]]]:
+    """What is left out in turn, and the groups of the core with it: each body, each kind of change, and each
+    group with a provisional expert. ``logs`` are those of a submission, by group id.
+    """
+    bodies = {name: catalog.group(name).tasks[0].body.name for name in logs}
+    for body in dict.fromkeys(bodies.values()):
+        yield body, [name for name in logs if bodies[name] == body]
+    for kind, names in catalog.SUITES.items():
+        if found := [name for name in logs if name in names]:
+            yield kind, found
+    for name, log in logs.items():
+        if any(task.provisional for task in log.reference.values()):
+            yield name, [name]
+
+
+def _variants(
+    cards: Mapping[str, Scorecard], methods: Mapping[str, Method], lists: Sequence[Sequence[str]]
+) -> Iterator[boards.CoreVariant]:
+    """The core without some groups; and by the interquartile mean over runs and tasks, each weighed alike."""
+    logs = {name: core_score.core_logs(card) for name, card in cards.items()}
+    for key, absent in left_out(next(iter(logs.values()), {})):
+        kept = [at for at, name in enumerate(CORES[CORE]) if name not in absent]
+        members, means = {}, {}
+        for name, method in methods.items():
+            runs = {FINAL.name: tuple(method.values[FINAL.name][at] for at in kept)}
+            members[name] = replace(method, values=runs, starts=tuple(method.starts[at] for at in kept))
+            own = [logs[name][CORES[CORE][at]] for at in kept]
+            means[name] = core_score.over_groups(own, FINAL, method.look)
+        yield boards.CoreVariant(
+            name=f"without-{key}",
+            title=f"without {key.rpartition('-v')[0]}, whose expert is provisional"
+            if key in CORES[CORE]
+            else f"without {key}",
+            groups=tuple(CORES[CORE][at] for at in kept),
+            scores=_in_lists(members, means, lists),
+        )
+    if not methods:
+        return
+    members, middles = {}, dict[str, values.Estimate]()
+    for name, method in methods.items():
+        shares = statistics.iqm_shares(core_score.final_scores(logs[name].values(), method.look))
+        members[name] = replace(method, values={FINAL.name: tuple(map(tuple, shares))})
+        interval = statistics.to_interval(statistics.mean_of_groups(list(map(summary, shares))))
+        middles[name] = values.Estimate(interval.mean, interval.low, interval.high)
+    yield boards.CoreVariant(
+        name="interquartile-mean",
+        title="interquartile mean over runs and tasks",
+        groups=CORES[CORE],
+        scores=_in_lists(members, middles, lists),
+    )
+
+
+def _in_lists(
+    methods: Mapping[str, Method],
+    means: Mapping[str, values.Estimate],
+    lists: Sequence[Sequence[str]],
+) -> dict[str, boards.VariantScore]:
+    """The scores of a variant with places and ranks in the lists, which name their members."""
+    pairs, found = compared_pairs(list(methods.values()), FINAL.name), {}
+    for members in lists:
+        possible = ranks(members, pairs, FINAL.better)
+        for name in members:
+            own = means[name]
+            place = 1 + sum((means[other].mean or 0.0) > (own.mean or 0.0) for other in members)
+            found[name] = boards.VariantScore(own.mean, own.low, own.high, place, possible[name])
+    return found

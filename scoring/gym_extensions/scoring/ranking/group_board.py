@@ -14,7 +14,7 @@ from gym_extensions.metrics import values
 from gym_extensions.metrics.formulas import BOARD_METRICS, COLUMNS, FORGETTING, NEEDS, Metric
 from gym_extensions.metrics.statistics import Summary, rank_intervals, significant_pairs, summary
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.references import References, load_references
+from gym_extensions.references import ALONE, References, load_references
 from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, TaskBest
 from gym_extensions.scoring.ranking.computed_rows import computed_rows
@@ -83,10 +83,14 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         }
         for metric in metrics
     }
+    with_logs = next((card for card in by_name.values() if card.level != REPORTED), None)
+    tasks = {name: with_logs.groups[name][key.protocol].tasks for name in key.groups} if with_logs else {}
+    computed = computed_rows(key, references, tasks, by_name) if tasks else ()
+    alone = next((row.metrics[first.name] for row in computed if row.name == ALONE), values.Estimate())
     made = []
     for name, card in by_name.items():
-        own = {metric: values[name] for metric, values in summaries.items()}
-        made.append(_submission(card, key, copies.get(name), related[name], own))
+        own = {metric: of_metric[name] for metric, of_metric in summaries.items()}
+        made.append(_submission(card, key, copies.get(name), related[name], own, alone=alone))
     made = _sorted(made, first)
     ranks: dict[str, dict[str, tuple[int, int]]] = {}
     for metric in reversed(metrics):  # the first one last: its order is that of the board
@@ -115,8 +119,6 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         for row in rows
         if (value := row.metrics.get(FORGETTING.name)) and value.rank
     ]
-    with_logs = next((card for card in by_name.values() if card.level != REPORTED), None)
-    tasks = {name: with_logs.groups[name][key.protocol].tasks for name in key.groups} if with_logs else {}
     return documents.Board(
         group=key.group,
         published=key.group in SUITES or key.group in {group.id for group in GROUPS.values()},
@@ -125,7 +127,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         task_conditioned=key.task_conditioned,
         ranked=sum(row.ranked for row in rows),
         rows=tuple(rows),
-        computed=computed_rows(key, references, tasks, by_name) if tasks else (),
+        computed=computed,
         pairs=_pairs(rows, summaries),
         lead=_lead(rows, first),
         least_forgetting=min(forgetting)[1] if forgetting else None,
@@ -220,11 +222,11 @@ def _why_not_ranked(logs: Sequence[GroupScore], level: Level, first: MetricValue
 
 
 def _rank_note(
-    card: Scorecard, key: BoardKey, metric: Metric, summary: Summary | None, is_unlearned: bool
+    card: Scorecard, key: BoardKey, metric: Metric, summary: Summary | None, retention_note: str
 ) -> str:
     """Why a submission with a rank and a value has no rank on this metric; empty if it has one."""
-    if is_unlearned and metric is FORGETTING:
-        return values.NOTHING_LEARNED
+    if retention_note and metric is FORGETTING:
+        return retention_note
     for protocol in metric.needs:
         if protocol in PROTOCOLS and not documents.is_verified(documents.board_level(card, key, protocol)):
             return f"the {NEEDS[protocol]} are not verified"
@@ -239,12 +241,14 @@ def _submission(
     copied: str | None,
     related: tuple[str, ...],
     summaries: Mapping[str, Summary | None],
+    *,
+    alone: values.Estimate,
 ) -> BoardRow:
     logs, score = [card.groups[name][key.protocol] for name in key.groups], documents.lookup(card, key)
     assert score is not None, "it is on the board"
     level, metrics = documents.board_level(card, key), BOARD_METRICS[key.protocol]
     why = _why_not_ranked(logs, level, score.metrics[metrics[0].name], copied)
-    is_unlearned = values.learned_nothing(score.metrics)
+    retained = values.retention_note(score.metrics, alone)
     manifest = card.manifest
     return BoardRow(
         name=card.name,
@@ -261,7 +265,7 @@ def _submission(
         memory=manifest.memory if manifest else None,
         metrics={
             each.name: BoardMetric.of(
-                score.metrics[each.name], _rank_note(card, key, each, summaries[each.name], is_unlearned)
+                score.metrics[each.name], _rank_note(card, key, each, summaries[each.name], retained)
             )
             for each in metrics
         },

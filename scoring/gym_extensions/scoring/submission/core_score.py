@@ -9,14 +9,25 @@ runs nor their choice can depend on their results.
 from collections.abc import Collection, Mapping, Sequence
 from statistics import fmean
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, Metric
-from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval, zero_mean_p
-from gym_extensions.metrics.values import MetricValue
+from gym_extensions.metrics.statistics import (
+    Summary,
+    mean_of_groups,
+    ratio_of_groups,
+    summary,
+    to_interval,
+    zero_mean_p,
+)
+from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.scorecard import Claim, CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
 from gym_extensions.scoring.submission.suites import suite_expert_errors
+from gym_extensions.submissions.manifest import CLAIMED
 from gym_extensions.submissions.review import TRAINED_HERE
 from gym_extensions.submissions.run import consecutive
 
@@ -117,6 +128,30 @@ def over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> Metr
     return MetricValue.of(to_interval(mean, suite_expert_errors(logs, metric)))
 
 
+def final_scores(logs: Collection[GroupScore], runs: int) -> list[NDArray[np.float64]]:
+    """The scores at the end of the first runs of each group, (runs, tasks), without open tasks."""
+    scored = ([log.scores(at) for at in range(len(log.tasks))] for log in logs)
+    return [np.array([[run[-1] for run in task[:runs]] for task in tasks if task]).T for tasks in scored]
+
+
+def retention(logs: Collection[GroupScore], runs: int) -> Estimate:
+    """The score that is left of all tasks but the last, as a share of their score right after training.
+
+    Both are means over tasks, then over groups, of the first runs. Empty if these tasks were not learned: the
+    interval of their score right after training is not above 0.
+    """
+    pairs = []
+    for log in logs:
+        scores = {at + 1: scores for at in range(len(log.tasks) - 1) if (scores := log.scores(at))}
+        left = [fmean(task[run][-1] for task in scores.values()) for run in range(runs)]
+        learned = [fmean(task[run][stage] for stage, task in scores.items()) for run in range(runs)]
+        pairs.append((left, learned))
+    if (to_interval(mean_of_groups([summary(learned) for _, learned in pairs])).low or 0.0) <= 0:
+        return Estimate()
+    ratio = ratio_of_groups(pairs)
+    return Estimate(ratio.mean, ratio.low, ratio.high)
+
+
 def core_score(card: Scorecard) -> CoreScore | None:
     """The core score of a submission; None if it is withdrawn, or has no runs on the core with its budget."""
     logs = core_logs(card)
@@ -143,11 +178,12 @@ def core_score(card: Scorecard) -> CoreScore | None:
         next_look=next_look(look),
         missing=missing,
         metrics=metrics,
+        retention=retention(logs.values(), look) if look else Estimate(),
         groups={name: on_group(log, look) for name, log in logs.items()},
         trained_here=is_trained_here(card),
         claim=claim(card),
         cost=scorecard.CoreCost() if missing else _cost(logs),
-        notes=_notes(logs, counts, missing, look),
+        notes=_notes(logs, counts, missing, look, bool(protocol and protocol.steps == CLAIMED)),
     )
 
 
@@ -162,9 +198,13 @@ def _why(logs: Mapping[str, GroupScore], missing: Sequence[str], without: Sequen
 
 
 def _notes(
-    logs: Mapping[str, GroupScore], counts: Mapping[str, int], missing: Sequence[str], look: int
+    logs: Mapping[str, GroupScore],
+    counts: Mapping[str, int],
+    missing: Sequence[str],
+    look: int,
+    is_claimed: bool,
 ) -> tuple[str, ...]:
-    """What of a submission is not compared, in words, with the name of the case."""
+    """What of a submission is not compared or not trained, in words, with the name of the case."""
     notes = [f"partial-core: It has no sequential runs of {', '.join(missing)}."] if missing else []
     if len(set(counts.values())) > 1:
         parts = ", ".join(f"{name} {count}" for name, count in counts.items())
@@ -173,6 +213,10 @@ def _notes(
     if beyond:
         parts = ", ".join(f"{name} {' to '.join(map(str, ends))}" for name, ends in beyond.items())
         notes.append(f"runs-beyond-the-look: Runs that are not compared until the next look: {parts}.")
+    if is_claimed:
+        notes.append(
+            "steps-claimed: Its training steps are claimed; its page says where its policies are from."
+        )
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
     if waiting and look:
         parts = ", ".join(f"{name} {', '.join(map(str, runs))}" for name, runs in waiting.items())

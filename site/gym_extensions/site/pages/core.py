@@ -21,8 +21,8 @@ HEADINGS = {
     "zero_shot_transfer": ("Zero-shot transfer", "before the training on a task"),
 }
 """What the table calls a metric, and the words below it; of others, its title and which way is better."""
-FIRST = 20
-"""Methods on the overview."""
+FIRST, OF_LIST = 20, 9
+"""Methods in the figure, and of each list on the overview."""
 MOST_ROWS, MOST_PAIRS = 200, 400
 """Most methods, and pairs per metric, on the page of the core."""
 MOST_NAMED = 3
@@ -34,6 +34,19 @@ def state(row: CoreRow | CoreScore) -> str:
     if row.missing:
         return f"lacks {', '.join(split_version(group)[0] for group in row.missing)}"
     return row.why
+
+
+LISTS = ("Without the task label at test time", "With the task label at test time")
+
+
+def share(row: CoreRow) -> str:
+    """Beside forgetting: the share of what was learned that is kept, or why there is none."""
+    kept = row.retention
+    if kept.mean is None or kept.ends is None:
+        return row.metrics[LOST].rank_note
+    low, high = kept.ends
+    text = f"{fixed(100 * kept.mean, 0)}\u202f% kept ({fixed(100 * low, 0)} to {fixed(100 * high, 0)})"
+    return "; ".join(filter(None, (text, row.metrics[LOST].rank_note)))
 
 
 def notes(row: CoreRow | CoreScore) -> str:
@@ -56,9 +69,10 @@ def shared_notes(rows: Sequence[CoreRow]) -> dict[str, list[str]]:
     return found
 
 
-def scale(rows: Sequence[CoreRow]) -> Scale:
-    """The scale of the drawn column, with every interval and 0."""
-    return scale_around(_ends(rows), MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
+def scale(board: CoreBoard) -> Scale:
+    """The scale of the drawn column, the same in both lists, with every interval and 0."""
+    levels = [each.value.mean or 0.0 for each in board.references]
+    return scale_around([*_ends(board.rows), *levels], MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
 
 
 def cost(card: Scorecard) -> tuple[str, str]:
@@ -78,31 +92,31 @@ def cost(card: Scorecard) -> tuple[str, str]:
 
 
 def answers(board: CoreBoard | None) -> list[Markup]:
-    """Who leads, who forgets least, and how certain either is, in sentences."""
-    ranked = [row for row in board.rows if row.ranked] if board else []
-    if board is None or not ranked:
+    """Who leads each list, who forgets least without the label, and how certain that is, in sentences."""
+    ranked = [[row for row in each.rows if row.ranked] for each in board.lists] if board else []
+    if board is None or not any(ranked):
         return [Markup("No method has all runs of the core suite yet. Each row says what is missing.")]
-    if len(ranked) == 1:
-        only = Markup("{} is the only method with all runs of the core suite so far; it keeps {} ({}).")
-        kept = ranked[0].metrics[FINAL]
-        return [only.format(NAME.format(short(ranked[0].title, 40)), mean(kept), ends(kept))]
-    sentences = [_answer(board, ranked, FINAL, "")]
-    learned = [row for row in ranked if row.metrics[LOST].rank]
-    learned.sort(key=lambda row: (row.metrics[LOST].mean or 0.0, row.name))
-    if learned:
-        sentences.append(_answer(board, learned, LOST, LEARNERS))
-    if learned and task_conditioned(learned[0]):
-        sentences[-1] += BY_CONSTRUCTION
-        if others := [row for row in learned if not task_conditioned(row)]:
-            sentences.append(_answer(board, others, LOST, "Without the task label, "))
+    sentences = []
+    for each, rows in zip(board.lists, ranked, strict=True):
+        if not rows:
+            continue
+        label = WITH_LABEL if each.task_conditioned else ""
+        if len(rows) == 1:
+            only = Markup("{}{} is the only method with all runs of the core suite so far; it keeps {} ({}).")
+            kept = rows[0].metrics[FINAL]
+            name = NAME.format(short(rows[0].title, 40))
+            sentences.append(only.format(label, name, mean(kept), ends(kept)))
+            continue
+        sentences.append(_answer(board, rows, FINAL, label))
+        learned = [row for row in rows if row.metrics[LOST].rank]
+        if learned and not each.task_conditioned:
+            learned.sort(key=lambda row: (row.metrics[LOST].mean or 0.0, row.name))
+            sentences.append(_answer(board, learned, LOST, LEARNERS))
     return sentences
 
 
 LEARNERS = Markup('Of those that <a href="metrics.html#reading">learned</a>, ')
-BY_CONSTRUCTION = Markup(
-    ' It is <a href="metrics.html#observes">task-conditioned</a>: it is given the task label at test time. '
-    "With separate weights for each task, as in PackNet, such an agent cannot forget by construction."
-)
+WITH_LABEL = Markup('Given the <a href="metrics.html#core">task label</a> at test time: ')
 NAME = Markup("<strong><bdi>{}</bdi></strong>")
 PRELIMINARY = Markup(' (<a href="metrics.html#core">preliminary</a>)')
 WORDS = {
@@ -110,11 +124,6 @@ WORDS = {
     LOST: ("forgets least:", "has the lowest mean forgetting,", "less"),
 }
 """By metric: of a significant lead, of the best mean without one, and the relation to the others."""
-
-
-def task_conditioned(row: CoreRow) -> bool:
-    """Whether the agent is given the task label at test time."""
-    return row.observes is not None and row.observes.task_in_evaluation
 
 
 def _answer(board: CoreBoard, methods: Sequence[CoreRow], metric: str, of: str | Markup) -> Markup:
@@ -150,6 +159,8 @@ SIDE, LEFT, TOP, BOTTOM = 400.0, 46.0, 16.0, 44.0
 """Side of the square of the figure, and the space around it for labels."""
 CHARACTER = 6.4
 """About the width of a label's character."""
+LABEL = "*"
+"""Follows the name of a method that is given the task label."""
 MAX_LABEL, BESIDE = 22, (-8, 17, 4)
 """Most characters of a label, and the lines beside a point, which need no line that leads there."""
 Box = tuple[float, float, float, float]
@@ -226,7 +237,8 @@ def _points(rows: Sequence[CoreRow], across: Sequence[Estimate], words: str, x: 
             f'<circle class="method {kind}" cx="{px(left)}" cy="{px(up)}">'
             f"<title>{escape(title)}</title></circle>"
         )
-    return parts + _labels([short(row.name, MAX_LABEL) for row in rows], places, bars)
+    names = [short(row.name, MAX_LABEL) + LABEL * row.task_conditioned for row in rows]
+    return parts + _labels(names, places, bars)
 
 
 def _ends(rows: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:

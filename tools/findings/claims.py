@@ -1,0 +1,141 @@
+"""What docs/findings.md says beyond the boards: gains by group, positions, the task label, and chance.
+
+Differences are Welch's, with 95 % intervals for the one comparison, over the runs of the last look of each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+import pandas as pd
+from scipy.integrate import quad
+
+from gym_extensions.catalog.groups import CORE, CORES, SUITES
+from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.metrics.statistics import mean_of_groups, subtract, summary, to_interval
+from gym_extensions.scoring.ranking.boards import CoreBoard
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.core_score import core_logs, last_look, verified_runs
+from tools.findings.tables import FINAL, FINE_TUNING, LEARNED, LOST, Value
+
+ALONE = METRICS["single"][0].name
+CLONING, PACKNET, SNAPSHOTS = "cloning", "packnet", "snapshots"
+VARIANTS = (10, 100)
+"""Equal variants that are tried on the public seeds."""
+GroupRuns = Mapping[str, Sequence[float]]
+"""The values of the runs of the last look, by group id of the core."""
+
+
+def runs_of(card: Scorecard, metric: str, protocol: str = "sequential") -> GroupRuns:
+    """A metric of a submission on the groups of the core; empty where it lacks a group."""
+    logs = core_logs(card, protocol)
+    look = last_look(min(map(verified_runs, logs.values()), default=0))
+    return {name: log.metrics[metric].runs[:look] for name, log in logs.items()} if look else {}
+
+
+def minus(first: GroupRuns, second: GroupRuns, groups: Sequence[str] = CORES[CORE]) -> Value:
+    """The mean over groups of first − second; NaN if one of both lacks runs."""
+    if not all(first.get(name) and second.get(name) for name in groups):
+        return Value(math.nan, math.nan, math.nan)
+    parts = [subtract(summary(first[name]), summary(second[name])) for name in groups]
+    return Value.of(to_interval(mean_of_groups(parts)))
+
+
+def correlation(first: Sequence[float], second: Sequence[float]) -> Value:
+    """Pearson's correlation with Fisher's 95 % interval."""
+    r = float(np.corrcoef(first, second)[0, 1])
+    half = NormalDist().inv_cdf(0.975) / math.sqrt(len(first) - 3)
+    return Value(r, *(math.tanh(math.atanh(r) + sign * half) for sign in (-1, 1)))
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What cloning adds to fine-tuning at the end of a group, and what fine-tuning forgets there."""
+
+    group: str
+    gain: Value
+    lost: float
+
+
+def gains(cards: Mapping[str, Scorecard]) -> tuple[list[Gain], Value]:
+    """The gains by group, and their correlation with what fine-tuning forgets, over groups."""
+    cloned, tuned = (runs_of(cards[name], FINAL) for name in (CLONING, FINE_TUNING))
+    lost = runs_of(cards[FINE_TUNING], LOST)
+    rows = [
+        Gain(name.rpartition("-v")[0], minus(cloned, tuned, (name,)), summary(lost[name]).mean)
+        for name in CORES[CORE]
+    ]
+    return rows, correlation([row.gain.mean for row in rows], [row.lost for row in rows])
+
+
+def positions(scores: pd.DataFrame) -> list[Value]:
+    """The score at the end by position of the task, from ``results.scores`` of the last stage."""
+    by_task = scores.groupby("task", sort=False)["normalized"]
+    return [Value.of(to_interval(summary(list(values)))) for _, values in by_task]
+
+
+def best_of(number: int) -> float:
+    """The mean of the highest of so many standard normal values."""
+    normal = NormalDist()
+    return quad(lambda x: x * number * normal.pdf(x) * normal.cdf(x) ** (number - 1), -10, 10)[0]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What the choice among equal variants adds to a core score: number of variants, mean, over methods."""
+
+    number: int
+    low: float
+    middle: float
+    high: float
+
+
+def selections(board: CoreBoard, cards: Mapping[str, Scorecard]) -> list[Selection]:
+    """The mean gain of the best of equal variants of ten runs, from the lowest, median and highest standard
+    error over runs of the ranked methods.
+    """
+    errors = []
+    for row in board.rows:
+        if row.ranked:
+            parts = [summary(runs[:10]) for runs in runs_of(cards[row.name], FINAL).values()]
+            errors.append(math.sqrt(mean_of_groups(parts).squared_error))
+    ends = (min(errors), float(np.median(errors)), max(errors))
+    return [Selection(number, *(best_of(number) * error for error in ends)) for number in VARIANTS]
+
+
+def differences(cards: Mapping[str, Scorecard]) -> dict[str, Value]:
+    """The differences that the page states in sentences, by name."""
+    alone = runs_of(cards[FINE_TUNING], ALONE, "single")
+    final = {name: runs_of(cards[name], FINAL) for name in (CLONING, PACKNET, SNAPSHOTS, FINE_TUNING)}
+    without_walls = [name for name in CORES[CORE] if name not in SUITES["wall"]]
+    return {
+        "snapshots": minus(final[SNAPSHOTS], final[CLONING]),
+        "alone": minus(alone, final[PACKNET]),
+        "packnet": minus(final[PACKNET], final[FINE_TUNING]),
+        "packnet_without_walls": minus(final[PACKNET], final[FINE_TUNING], without_walls),
+        "ppo": minus(runs_of(cards["ppo"], LEARNED), alone),
+    }
+
+
+def is_learned_score(cards: Mapping[str, Scorecard]) -> bool:
+    """Whether the snapshots end, in every run, to the last bit where fine-tuning was after each training."""
+    ends, learned = runs_of(cards[SNAPSHOTS], FINAL), runs_of(cards[FINE_TUNING], LEARNED)
+    return bool(ends) and all(values == learned[name][: len(values)] for name, values in ends.items())
+
+
+def facts(board: CoreBoard, cards: Mapping[str, Scorecard]) -> dict[str, object]:
+    """What the page says of these cards, by the names that its template uses."""
+    rows, correlated = gains(cards)
+    second, fourth = (board.lists[0].rows[place].metrics[FINAL].mean or 0.0 for place in (1, 3))
+    return {
+        "gains": rows,
+        "correlated": correlated,
+        "differences": differences(cards),
+        "is_learned_score": is_learned_score(cards),
+        "selections": selections(board, cards),
+        "second_minus_fourth": second - fourth,
+    }
