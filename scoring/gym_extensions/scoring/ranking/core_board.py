@@ -232,7 +232,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         lists=tuple(lists),
         references=references,
         pairs=pairs,
-        variants=tuple(_variants({name: by_name[name] for name in ranked}, ranked, members)),
+        variants=tuple(_variants([by_name[name] for name in ranked], list(ranked.values()), members)),
     )
 
 
@@ -247,12 +247,11 @@ def _ranked_list(
         found[metric.name] = ranks(names, pairs[metric.name], metric.better)
     made = []
     for row in rows:
-        values = {
-            name: replace(value, rank=found[name].get(row.name)) if name in found else value
-            for name, value in row.metrics.items()
-        }
-        lost = replace(values[FORGETTING.name], rank_note=notes.get(row.name, ""))
-        made.append(replace(row, metrics=values | {FORGETTING.name: lost}))
+        metrics = dict(row.metrics)
+        for name, possible in found.items():
+            note = notes.get(row.name, "") if name == FORGETTING.name else ""
+            metrics[name] = replace(metrics[name], rank=possible.get(row.name), rank_note=note)
+        made.append(replace(row, metrics=metrics))
     return boards.CoreList(task_conditioned=rows[0].task_conditioned, ranked=len(ranked), rows=tuple(made))
 
 
@@ -272,53 +271,50 @@ def left_out(logs: Mapping[str, GroupScore]) -> Iterator[tuple[str, list[str]]]:
 
 
 def _variants(
-    cards: Mapping[str, Scorecard], methods: Mapping[str, Method], lists: Sequence[Sequence[str]]
+    cards: Sequence[Scorecard], methods: Sequence[Method], lists: Sequence[Sequence[str]]
 ) -> Iterator[boards.CoreVariant]:
-    """The core without some groups; and by the interquartile mean over runs and tasks, each weighed alike."""
-    logs = {name: core_score.core_logs(card) for name, card in cards.items()}
-    for key, absent in left_out(next(iter(logs.values()), {})):
-        kept = [at for at, name in enumerate(CORES[CORE]) if name not in absent]
-        members, means = {}, {}
-        for name, method in methods.items():
-            runs = {FINAL.name: tuple(method.values[FINAL.name][at] for at in kept)}
-            members[name] = replace(method, values=runs, starts=tuple(method.starts[at] for at in kept))
-            own = [logs[name][CORES[CORE][at]] for at in kept]
-            means[name] = core_score.over_groups(own, FINAL, method.look)
-        yield boards.CoreVariant(
-            name=f"without-{key}",
-            title=f"without {key.rpartition('-v')[0]}, whose expert is provisional"
-            if key in CORES[CORE]
-            else f"without {key}",
-            groups=tuple(CORES[CORE][at] for at in kept),
-            scores=_in_lists(members, means, lists),
-        )
-    if not methods:
+    """The core without some groups; and by the interquartile mean over runs and tasks, each weighed alike.
+
+    ``cards`` and ``methods`` are those of the ranked submissions, whose names ``lists`` has.
+    """
+    if not cards:
         return
-    members, middles = {}, dict[str, values.Estimate]()
-    for name, method in methods.items():
-        shares = statistics.iqm_shares(core_score.final_scores(logs[name].values(), method.look))
-        members[name] = replace(method, values={FINAL.name: tuple(map(tuple, shares))})
-        interval = statistics.to_interval(statistics.mean_of_groups(list(map(summary, shares))))
-        middles[name] = values.Estimate(interval.mean, interval.low, interval.high)
-    yield boards.CoreVariant(
-        name="interquartile-mean",
-        title="interquartile mean over runs and tasks",
-        groups=CORES[CORE],
-        scores=_in_lists(members, middles, lists),
-    )
+    logs = [core_score.core_logs(card) for card in cards]
+    for key, absent in left_out(logs[0]):
+        kept = [at for at, name in enumerate(CORES[CORE]) if name not in absent]
+        groups = tuple(CORES[CORE][at] for at in kept)
+        of_kept, means = [], []
+        for log, method in zip(logs, methods, strict=True):
+            runs = tuple(method.values[FINAL.name][at] for at in kept)
+            starts = tuple(method.starts[at] for at in kept)
+            of_kept.append(replace(method, values={FINAL.name: runs}, starts=starts))
+            means.append(core_score.over_groups([log[name] for name in groups], FINAL, method.look))
+        title = f"{key.rpartition('-v')[0]} (provisional expert)" if key in absent else key
+        scores = _in_lists(of_kept, means, lists)
+        yield boards.CoreVariant(
+            name=f"without-{key}", title=f"without {title}", groups=groups, scores=scores
+        )
+    of_middle, middles = [], []
+    for log, method in zip(logs, methods, strict=True):
+        shares = statistics.iqm_shares(core_score.final_scores(log.values(), method.look))
+        of_middle.append(replace(method, values={FINAL.name: tuple(map(tuple, shares))}))
+        middles.append(statistics.to_interval(statistics.mean_of_groups(list(map(summary, shares)))))
+    title, scores = "interquartile mean over runs and tasks", _in_lists(of_middle, middles, lists)
+    yield boards.CoreVariant(name="interquartile-mean", title=title, groups=CORES[CORE], scores=scores)
 
 
 def _in_lists(
-    methods: Mapping[str, Method],
-    means: Mapping[str, values.Estimate],
+    methods: Sequence[Method],
+    means: Sequence[values.Estimate | statistics.Interval],
     lists: Sequence[Sequence[str]],
 ) -> dict[str, boards.VariantScore]:
     """The scores of a variant with places and ranks in the lists, which name their members."""
-    pairs, found = compared_pairs(list(methods.values()), FINAL.name), {}
+    pairs, found = compared_pairs(methods, FINAL.name), {}
+    of = {method.name: value for method, value in zip(methods, means, strict=True)}
     for members in lists:
         possible = ranks(members, pairs, FINAL.better)
         for name in members:
-            own = means[name]
-            place = 1 + sum((means[other].mean or 0.0) > (own.mean or 0.0) for other in members)
+            own = of[name]
+            place = 1 + sum((of[other].mean or 0.0) > (own.mean or 0.0) for other in members)
             found[name] = boards.VariantScore(own.mean, own.low, own.high, place, possible[name])
     return found
