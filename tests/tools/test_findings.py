@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from gym_extensions.metrics.statistics import Interval
 from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 
 pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
 
-from tools.findings import findings, reproduction, tables
+from tools.findings import claims, findings, reproduction, statements, tables
 from tools.findings.figures import write_picture
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -68,6 +71,40 @@ def test_replay_needs_five_runs_of_both_kinds() -> None:
     assert gap.mean == pytest.approx(-1.0)
     assert p_value < 1e-4
     assert tables.replay(runs | {"sac": {"hopper-gravity-v0": kept[:4]}}) == []
+
+
+def test_the_expected_best_of_equal_variants_is_that_of_normal_values() -> None:
+    assert claims.best_of(1) == pytest.approx(0.0, abs=1e-9)
+    assert claims.best_of(2) == pytest.approx(math.pi**-0.5)
+    draws = np.random.default_rng(0).normal(size=(20_000, 10)).max(axis=1)
+    assert claims.best_of(10) == pytest.approx(draws.mean(), abs=0.02)
+
+
+def test_a_correlation_has_fishers_interval() -> None:
+    first, second = np.random.default_rng(0).normal(size=(2, 7)).tolist()
+    expected = stats.pearsonr(first, second)
+    found = claims.correlation(first, second)
+    assert found == pytest.approx((expected.statistic, *expected.confidence_interval()))
+
+
+def test_a_difference_over_groups_needs_runs_in_all_of_them() -> None:
+    first, second = {"a": (1.0, 2.0), "b": (4.0, 4.0)}, {"a": (0.0, 1.0), "b": (1.0, 1.0)}
+    assert claims.minus(first, second, ("a", "b")).mean == pytest.approx(2.0)
+    assert math.isnan(claims.minus(first, {"a": (0.0, 1.0)}, ("a", "b")).mean)
+
+
+def test_a_decline_is_read_from_the_last_task_back() -> None:
+    assert statements.falling([259.0, 414.0, 300.0]) == "300 < 414 > 259"
+    assert statements.rises([1.0, 2.0, 3.0]) and not statements.rises([1.0, 3.0, 2.0])
+
+
+def test_what_an_interval_says_of_a_statement() -> None:
+    above, around, below = (tables.Value(mean, mean - 1, mean + 1) for mean in (2.0, 0.0, -2.0))
+    assert [statements.found(above, each) for each in (above, around, below)] == [
+        "holds",
+        "not found",
+        "fails",
+    ]
 
 
 def test_an_end_of_exactly_0_is_shown() -> None:

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.policies import Policy
-from tools.snapshots import stacked
+from tools.snapshots import assembled_log, stacked
 
 
 def policy(seed: int) -> Policy:
@@ -36,3 +37,17 @@ def test_every_task_acts_as_its_policy_bit_by_bit_and_later_tasks_as_the_last() 
 def test_what_is_absent_stays_absent() -> None:
     bare = [replace(policy(seed), observation_mean=None, observation_scale=None) for seed in range(2)]
     assert stacked(bare).observation_mean is None
+
+
+def test_a_learned_task_has_the_episodes_of_its_own_stage_and_others_those_of_the_present_one() -> None:
+    header = "stage,task,rest"
+    rows = [
+        f"{stage},{task},{stage}{task}{episode}"
+        for stage in range(3)
+        for task in "ab"
+        for episode in range(EVALUATION_EPISODES)
+    ]
+    found = assembled_log("\n".join([header, *rows, ""]), 2).splitlines()
+    firsts = [line for line in found[1:] if line.endswith(("a0", "b0"))]
+    assert firsts == ["0,a,0a0", "0,b,0b0", "1,a,1a0", "1,b,1b0", "2,a,1a0", "2,b,2b0"]
+    assert (found[0], len(found)) == (header, 1 + len(rows))
