@@ -190,7 +190,7 @@ class CoreList:
 
 
 @dataclass(frozen=True, slots=True)
-class VariantScore(Estimate):
+class VariantScore(values.Estimate):
     """A ranked submission on a variant of the core."""
 
     place: Annotated[int, about("its place by the mean in its list, from 1; ties share one")] = 1
