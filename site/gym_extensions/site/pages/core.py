@@ -40,13 +40,12 @@ LISTS = ("Without the task label at test time", "With the task label at test tim
 
 
 def share(row: CoreRow) -> str:
-    """Beside forgetting: the share of what was learned that is kept, or why there is none."""
+    """The share of what was learned that is kept, beside forgetting; empty without one."""
     kept = row.retention
     if kept.mean is None or kept.ends is None:
-        return row.metrics[LOST].rank_note
+        return ""
     low, high = kept.ends
-    text = f"{fixed(100 * kept.mean, 0)}\u202f% kept ({fixed(100 * low, 0)} to {fixed(100 * high, 0)})"
-    return "; ".join(filter(None, (text, row.metrics[LOST].rank_note)))
+    return f"{fixed(100 * kept.mean, 0)}\u202f% kept ({fixed(100 * low, 0)} to {fixed(100 * high, 0)})"
 
 
 def notes(row: CoreRow | CoreScore) -> str:
@@ -100,7 +99,7 @@ def answers(board: CoreBoard | None) -> list[Markup]:
     for each, rows in zip(board.lists, ranked, strict=True):
         if not rows:
             continue
-        label = WITH_LABEL if each.task_conditioned else ""
+        label = SCOPES[each.task_conditioned] if all(ranked) and len(ranked) > 1 else ""
         if len(rows) == 1:
             only = Markup("{}{} is the only method with all runs of the core suite so far; it keeps {} ({}).")
             kept = rows[0].metrics[FINAL]
@@ -116,7 +115,11 @@ def answers(board: CoreBoard | None) -> list[Markup]:
 
 
 LEARNERS = Markup('Of those that <a href="metrics.html#reading">learned</a>, ')
-WITH_LABEL = Markup('Given the <a href="metrics.html#core">task label</a> at test time: ')
+SCOPES = (
+    Markup('Without the <a href="metrics.html#core">task label</a> at test time, '),
+    Markup('With the <a href="metrics.html#core">task label</a>, '),
+)
+"""What begins the sentences of the two lists, where both have a ranked method."""
 NAME = Markup("<strong><bdi>{}</bdi></strong>")
 PRELIMINARY = Markup(' (<a href="metrics.html#core">preliminary</a>)')
 WORDS = {
