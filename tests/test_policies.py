@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -134,51 +133,3 @@ def test_a_policy_without_layers_is_not_converted(submission: Path) -> None:
     assert isinstance(policy, Policy)
     with pytest.raises(BenchError, match="The policy is uniform"):
         policy.to_torch()
-
-
-def test_recurrent_and_attention_modules_become_networks() -> None:
-    torch = pytest.importorskip("torch")
-    pytest.importorskip("onnxruntime", reason="needs the extra onnx")
-
-    class Attention(torch.nn.Module):  # type: ignore[misc, name-defined]
-        """Attends to the last eight observations, which are its state."""
-
-        def __init__(self) -> None:
-            super().__init__()
-            self.inputs, self.outputs = torch.nn.Linear(4, 16), torch.nn.Linear(16, 2)
-            self.layer = torch.nn.TransformerEncoderLayer(16, 2, 32, batch_first=True)
-
-        def forward(self, observation: object, state: object) -> object:
-            state = torch.cat([state[:, 1:], observation[:, None]], 1)  # type: ignore[index]
-            return self.outputs(self.layer(self.inputs(state))[:, -1]), state
-
-    module = Attention().eval()
-    policy = policies.from_torch(module, (4,), state_shape=(8, 4))
-    state = torch.zeros(3, 8, 4)
-    for seed in range(3):
-        observations = np.random.default_rng(seed).normal(size=(3, 4)).astype(np.float32)
-        expected, state = module(torch.tensor(observations), state)
-        np.testing.assert_allclose(policy.act(observations), expected.detach(), rtol=1e-3, atol=1e-5)
-
-
-def test_a_module_that_cannot_be_exported_is_named() -> None:
-    torch = pytest.importorskip("torch")
-    pytest.importorskip("onnxruntime", reason="needs the extra onnx")
-
-    class Sampling(torch.nn.Module):  # type: ignore[misc, name-defined]
-        def forward(self, observation: object) -> object:
-            return observation + torch.randn(2, 4)
-
-    class Deciding(torch.nn.Module):  # type: ignore[misc, name-defined]
-        def forward(self, observation: Any) -> object:
-            return observation[:, :3] if observation.sum() > 0 else observation[:, 3:6]
-
-    facts: list[Any] = [
-        (Sampling(), (4,), "RandomNormal"),
-        (Deciding(), (6,), r"its network acts otherwise.*torch\.where"),
-        (torch.nn.Linear(4, 2), 4, r" and 4\. Give a torch.nn.Module and the shape"),
-        ("net", (4,), "They are net and"),
-    ]
-    for module, shape, fact in facts:
-        with pytest.raises(BenchError, match=fact):
-            policies.from_torch(module, shape)

@@ -15,6 +15,7 @@ import torch
 from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+from stable_baselines3.sac.policies import Actor, SACPolicy
 from torch import nn
 
 from gym_extensions.baselines import sb3
@@ -51,6 +52,27 @@ class Own(ActorCriticPolicy):
         super().__init__(*arguments, **(settings | {"features_extractor_class": Extractor}))
 
 
+class Bounded(ActorCriticPolicy):
+    """An own class that bounds its mean action."""
+
+    def _predict(self, observation: Any, deterministic: bool = False) -> Any:
+        return torch.tanh(5 * super()._predict(observation, deterministic))
+
+
+class BoundedActor(Actor):
+    """An own actor of SAC."""
+
+    def forward(self, obs: Any, deterministic: bool = False) -> Any:
+        return 0.5 * super().forward(obs, deterministic)
+
+
+class BoundedSac(SACPolicy):
+    """With this actor."""
+
+    def make_actor(self, features_extractor: Any = None) -> Actor:
+        return BoundedActor(**self._update_features_extractor(self.actor_kwargs, features_extractor))
+
+
 EXTRACTED: dict[str, Any] = {"policy_kwargs": {"features_extractor_class": Extractor}}
 PLAIN: dict[str, tuple[Any, dict[str, Any]]] = {
     "PPO": (PPO, {}),
@@ -62,6 +84,8 @@ NETWORKS: dict[str, tuple[Any, dict[str, Any], gym.spaces.Box]] = {
     "PPO, own extractor": (PPO, EXTRACTED, OBSERVATIONS),
     "PPO, own extractor, normalized": (PPO, EXTRACTED | {"normalize_observations": True}, OBSERVATIONS),
     "PPO, own class": (PPO, {"policy": Own}, OBSERVATIONS),
+    "PPO, own actions": (PPO, {"policy": Bounded}, OBSERVATIONS),
+    "SAC, own actor": (SAC, {"policy": BoundedSac, "buffer_size": 10}, OBSERVATIONS),
     "SAC, own extractor": (SAC, EXTRACTED | {"buffer_size": 10}, OBSERVATIONS),
     "TD3, own extractor": (TD3, EXTRACTED | {"buffer_size": 10}, OBSERVATIONS),
     "PPO, images": (PPO, {"policy": "CnnPolicy"}, IMAGES),
@@ -159,6 +183,9 @@ def test_a_policy_that_cannot_be_expressed_trains_without_one_and_is_named_on_ex
         assert agent.policy() is None
     with pytest.raises(BenchError, match="use_sde"):
         exported(agent._model)
+    own: Any = sb3(PPO, policy=Bounded, deterministic=False)(OBSERVATIONS, ACTIONS, 0)
+    with pytest.warns(UserWarning, match="Bounded, overrides _predict, which a network cannot follow"):
+        assert own.policy() is None
 
 
 @pytest.mark.parametrize("settings", [EXTRACTED, {"policy_kwargs": {"activation_fn": nn.GELU}}])

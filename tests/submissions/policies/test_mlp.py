@@ -119,3 +119,10 @@ def test_later_changes_of_the_agents_arrays_do_not_change_the_policy() -> None:
 def test_what_cannot_be_done_is_reported(call: Any, fact: str) -> None:
     with pytest.raises(BenchError, match=fact):
         call()
+
+
+def test_tensors_that_are_trained_or_in_bfloat16_become_arrays() -> None:
+    torch = pytest.importorskip("torch")
+    weight = torch.nn.Parameter(torch.ones(2, 1, dtype=torch.bfloat16))
+    policy = Policy(torch.zeros(1), torch.ones(1), weights=(weight,), biases=(torch.zeros(1),))
+    assert policy.act(np.array([[2.0, 3.0]])).tolist() == [[5.0]]

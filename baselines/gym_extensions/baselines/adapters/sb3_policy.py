@@ -24,6 +24,8 @@ ACTIVATIONS: dict[type[torch.nn.Module], str] = {
     torch.nn.SiLU: "silu",
 }
 """The name in a policy of each activation, with PyTorch's default settings."""
+LIBRARIES = ("stable_baselines3", "sb3_contrib", "sbx", "torch", "builtins", "abc", "typing")
+ACTING = ("predict", "_predict", "forward", "forward_actor", "get_distribution", "get_action_dist_params")
 SUPPORTED = ", ".join(["Linear", *(kind.__name__ for kind in ACTIVATIONS)])
 
 
@@ -120,6 +122,10 @@ def exported(
     reason = ""
     if getattr(model, "use_sde", False):
         reason = f"{name} uses state-dependent exploration (use_sde)."
+    elif (own := _overridden(policy)) and (
+        "predict" in own or not deterministic or hasattr(policy, "lstm_actor")
+    ):
+        reason = f"{name} overrides {', '.join(own)}, which a network cannot follow."
     else:
         try:
             parts = _plain_parts(model)
@@ -144,6 +150,8 @@ def _plain_parts(model: BaseAlgorithm) -> Parts:
     """Arguments of a ``Policy``. Raises ``NOT_PLAIN`` if the policy is not a multilayer perceptron."""
     policy: Any = model.policy
     parts = _flax(model) if hasattr(policy, "actor_state") else _torch(model)
+    if own := _overridden(policy):
+        raise ValueError(f"its class overrides {', '.join(own)}")
     is_flat = parts["weights"][0].shape[:1] == model.observation_space.shape
     # Observations may go through other layers than a flattening before the actor.
     owners = [policy] if hasattr(policy, "actor_state") else [policy, getattr(policy, "actor", None)]
@@ -153,6 +161,14 @@ def _plain_parts(model: BaseAlgorithm) -> Parts:
     if not is_flat or has_extractor or hasattr(policy, "lstm_actor"):
         raise ValueError("it has a features extractor or an LSTM, or its observations are not flat")
     return parts
+
+
+def _overridden(policy: Any) -> list[str]:
+    """The methods that choose actions which classes of the user override, so that layers do not tell all."""
+    parts = [policy, getattr(policy, "actor", None), getattr(policy, "mlp_extractor", None)]
+    kinds = {kind for part in parts for kind in type(part).__mro__}
+    own = [kind for kind in kinds if kind.__module__.partition(".")[0] not in LIBRARIES]
+    return sorted({name for kind in own for name in ACTING if name in vars(kind)})
 
 
 class _Acting(torch.nn.Module):
@@ -237,7 +253,7 @@ def _torch(model: BaseAlgorithm) -> Parts:
     policy: Any = model.policy
     if hasattr(policy, "mlp_extractor"):  # PPO, A2C, TRPO
         layers = policy_layers(policy.mlp_extractor.policy_net, policy.action_net)
-        return layers | _unscaled(policy.log_std.detach().numpy())
+        return layers | _unscaled(_array(policy.log_std))
     if hasattr(policy.actor, "latent_pi"):  # SAC, TQC
         sigma = policy_layers(policy.actor.log_std)
         layers = policy_layers(policy.actor.latent_pi, policy.actor.mu)

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import copy
 import io
+import logging
+import os
+import re
+import sys
 import warnings
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.policies.onnx import OnnxPolicy, required
+from gym_extensions.submissions.policies.onnx import MISSING, OnnxPolicy, required
 
 if TYPE_CHECKING:
     import torch
 
 OPSET = 17
-"""Of the networks that are written: old enough for every runtime that is supported."""
+"""Of the exporter that traces: old enough for every runtime that is supported."""
 SCALES, TOLERANCE = (0.01, 0.1, 1.0, 10.0, 100.0) * 3, 1e-3
 """Of the random batches on which a module and its network are compared; the difference that is rounding."""
+OPERATOR = re.compile(r"(?:operator|namespace) '?(\w+::\w+)|op='([\w.]+)'")
+"""The operator in an exporter's error that ONNX does not have."""
+OUTPUTS = ("action", "next_state")
 
 
 def from_torch(
@@ -30,18 +40,21 @@ def from_torch(
     """The policy of a PyTorch module as an ONNX network.
 
     The module maps observations (k, …), then noise (k, m) if there is any, then the state (k, …) if there is
-    one, to actions (k, a); with a state it returns actions and the next state.
+    one, to actions (k, a); with a state it returns actions and the next state. If it returns more, the
+    actions are the first element of a tuple, or the element ``action`` or ``actions`` of a dictionary. A
+    compiled module and a ``DataParallel`` are unwrapped; on another device, a copy is exported.
 
     Args:
-        module: the network.
+        module: the network, which is exported as in evaluation (``module.eval()``) and stays as it is.
         observation_shape: of one observation.
         state_shape: of the state of one episode; None without.
         noise: the number of standard normal numbers that the module reads, for a policy that samples.
         dtype: of observations: float32, float64 or uint8. States and noise are of the type of the parameters.
 
     Raises:
-        BenchError: the module cannot be exported, has an operator that is not allowed, or decides by values
-            of a tensor in Python (``if x.sum() > 0``), so that its network acts otherwise.
+        BenchError: the module returns something else, cannot be exported, has an operator that is not
+            allowed, or decides by values of a tensor in Python (``if x.sum() > 0``), so that its network acts
+            otherwise.
 
     Example:
         >>> import numpy as np
@@ -55,57 +68,186 @@ def from_torch(
     if not hasattr(module, "modules") or not hasattr(observation_shape, "__len__"):
         hint = "Give a torch.nn.Module and the shape of an observation, such as (11,)."
         raise BenchError("bad-argument", f"They are {module} and {observation_shape}.", "from_torch()", hint)
-    inputs = {"observation": torch.zeros((2, *observation_shape), dtype=getattr(torch, dtype))}
-    kind, outputs = next((each.dtype for each in module.parameters()), torch.float32), ["action"]
-    if noise:
-        inputs["noise"] = torch.zeros((2, noise), dtype=kind)
-    if state_shape is not None:
-        inputs["state"] = torch.zeros((2, *state_shape), dtype=kind)
-        outputs.append("next_state")
-    onnx = required("onnx")
-    file, fast = io.BytesIO(), torch.backends.mha.get_fastpath_enabled()
-    torch.backends.mha.set_fastpath_enabled(False)  # fused attention has no operator in ONNX
+    required("onnx")
+    parallel = (torch.nn.DataParallel, torch.nn.parallel.DistributedDataParallel)
+    while isinstance(module, parallel) or hasattr(module, "_orig_mod"):
+        inner: Any = module.module if isinstance(module, parallel) else module._orig_mod
+        module = inner
+    name, tensors = type(module).__name__, [*module.parameters(), *module.buffers()]
+    if unfit := {each.dtype for each in tensors if each.is_floating_point() and each.element_size() < 4}:
+        found = " and ".join(sorted(str(each).removeprefix("torch.") for each in unfit))
+        raise _refused(name, f"it has numbers in {found}", "Pass module.float().")
+    number = next((each.dtype for each in module.parameters()), torch.float32)
+    shapes = {"observation": observation_shape, "noise": (noise,) if noise else None, "state": state_shape}
+    sizes = {key: (2, *shape) for key, shape in shapes.items() if shape is not None}
+    types = {key: getattr(torch, dtype) if key == "observation" else number for key in sizes}
+    zeros = {key: torch.zeros(size, dtype=types[key]) for key, size in sizes.items()}
     modes = {each: each.training for each in module.modules()}
-    module.eval()
-    try:
-        with warnings.catch_warnings(), torch.no_grad():
-            # This exporter needs no further package; the newer one needs onnxscript.
-            warnings.simplefilter("ignore")
-            torch.onnx.export(
-                module,
-                tuple(inputs.values()),
-                file,  # type: ignore[arg-type]
-                input_names=list(inputs),
-                output_names=outputs,
-                dynamic_axes={name: {0: "batch"} for name in (*inputs, *outputs)},
-                opset_version=OPSET,
-                dynamo=False,
-            )
-            model = onnx.load_model_from_string(file.getvalue())
-            results = module(*inputs.values())
-            results = results if len(outputs) > 1 else [results]
-            for value, result in zip(model.graph.output, results, strict=True):
-                # The exporter loses shapes that it cannot derive.
-                kind, shape = value.type.tensor_type.elem_type, ("batch", *result.shape[1:])
-                value.CopyFrom(onnx.helper.make_tensor_value_info(value.name, kind, shape))
-            policy = OnnxPolicy(model.SerializeToString())
+    with _eager():
+        try:
+            if any(each.device.type != "cpu" for each in tensors):
+                module = copy.deepcopy(module).to("cpu")
+            acting = _acting(module, with_state=state_shape is not None).eval()
+            with torch.nn.utils.parametrize.cached():  # normalized weights become constants
+                results = acting(*zeros.values())
+                return _network(acting, zeros, results, name)
+        except (
+            AttributeError,
+            IndexError,
+            NotImplementedError,
+            RuntimeError,
+            TypeError,
+            ValueError,
+        ) as error:
+            raise _refused(name, f"it fails on zeros: {_reason(error)}") from error
+        finally:
+            for each, is_training in modes.items():
+                each.training = is_training
+
+
+def _network(
+    acting: torch.nn.Module, zeros: dict[str, torch.Tensor], results: tuple[Any, ...], name: str
+) -> OnnxPolicy:
+    """The network of a module's results for zeros, by the first exporter whose network acts as the module."""
+    import torch
+
+    if not all(isinstance(each, torch.Tensor) for each in results) or results[0].ndim != 2:
+        shapes = [tuple(each.shape) if hasattr(each, "shape") else type(each).__name__ for each in results]
+        shown = ", ".join(map(str, shapes))
+        raise _refused(name, f"for two observations it returns {shown}; expected actions of shape (2, a)")
+    reasons = []
+    for dynamo in (False, True) if find_spec("onnxscript") else (False,):
+        try:
+            policy = OnnxPolicy(_exported(acting, zeros, results, dynamo))
             seeded = torch.Generator().manual_seed(0)
-            for number, scale in enumerate(SCALES):  # of an `if`, the exporter keeps one branch
-                sizes = {name: (1 + number % 3, *inputs[name].shape[1:]) for name in inputs}
-                drawn = {name: torch.randn(sizes[name], generator=seeded) for name in inputs}
-                feeds = {name: (scale * drawn[name]).to(inputs[name].dtype) for name in inputs}
-                results = module(*feeds.values())
-                found = policy.run({name: feeds[name].numpy() for name in policy.network.inputs})
-                for output, result in zip(found, results if len(outputs) > 1 else [results], strict=True):
-                    rounding = TOLERANCE, TOLERANCE * max(1.0, scale)
+            for index, scale in enumerate(SCALES):  # of an `if`, an exporter keeps one branch
+                feeds = {
+                    key: (scale * torch.randn((1 + index % 3, *each.shape[1:]), generator=seeded)).to(
+                        each.dtype
+                    )
+                    for key, each in zeros.items()
+                }
+                found = policy.run({key: feeds[key].numpy() for key in policy.network.inputs})
+                rounding = TOLERANCE, TOLERANCE * max(1.0, scale)
+                for output, result in zip(found, acting(*feeds.values()), strict=True):
                     if not torch.allclose(torch.from_numpy(output), result, *rounding, equal_nan=True):
                         raise ValueError("its network acts otherwise; decide with torch.where, not with if")
-    except (RuntimeError, TypeError, ValueError) as error:
-        reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        hint = "Export it yourself, and read it with policies.OnnxPolicy.load."
-        raise BenchError("unsupported-policy", f"PyTorch cannot export it: {reason}.", "", hint) from error
+        except Exception as error:  # an exporter may raise anything
+            if isinstance(error, BenchError) and error.code == MISSING:
+                raise
+            reasons.append(_reason(error))
+        else:
+            return policy
+    raise _refused(name, reasons[0], "Export it yourself, and read it with policies.OnnxPolicy.load.")
+
+
+def _exported(
+    acting: torch.nn.Module, zeros: dict[str, torch.Tensor], results: tuple[Any, ...], dynamo: bool
+) -> bytes:
+    """The file of a network, from the exporter that traces, or from PyTorch's current one.
+
+    The first is quick and exports scripted modules. The second knows more operators and needs onnxscript.
+    """
+    import torch
+
+    onnx, file, inputs = required("onnx"), io.BytesIO(), tuple(zeros.values())
+    names: dict[str, Any] = {"input_names": list(zeros), "output_names": list(OUTPUTS[: len(results)])}
+    with _silence():
+        if dynamo:
+            batch = (tuple({0: torch.export.Dim.AUTO} for _ in inputs),)
+            program = torch.onnx.export(acting, inputs, dynamo=True, dynamic_shapes=batch, **names)
+            assert program is not None
+            model = program.model_proto
+        else:
+            if any(isinstance(each, torch.jit.ScriptModule) for each in acting.modules()):
+                acting = torch.jit.trace(acting, inputs, check_trace=False)  # type: ignore[no-untyped-call]
+            axes = {name: {0: "batch"} for each in names.values() for name in each}
+            options: Any = {"opset_version": OPSET, "dynamic_axes": axes, "dynamo": False}
+            torch.onnx.export(acting, inputs, file, **names, **options)  # type: ignore[arg-type]
+            model = onnx.load_model_from_string(file.getvalue())
+    for value, result in zip(model.graph.output, results, strict=True):
+        # An exporter loses shapes that it cannot derive.
+        kind, shape = value.type.tensor_type.elem_type, ("batch", *result.shape[1:])
+        value.CopyFrom(onnx.helper.make_tensor_value_info(value.name, kind, shape))
+    data: bytes = model.SerializeToString()
+    return data
+
+
+def _acting(module: torch.nn.Module, with_state: bool) -> torch.nn.Module:
+    """The module with a tuple of the actions, and of the next state if there is one, as its results."""
+    import torch
+
+    class Acting(torch.nn.Module):
+        def __init__(self) -> None:
+            super().__init__()
+            self.module = module
+
+        def forward(self, *inputs: torch.Tensor) -> tuple[Any, ...]:
+            results = self.module(*inputs)
+            if isinstance(results, dict):
+                results = results.get("action", results.get("actions", results))
+            if with_state:
+                actions, state, *_ = results
+                return actions, state
+            return (results[0] if isinstance(results, tuple | list) and results else results,)
+
+    return Acting()
+
+
+def _refused(
+    name: str, reason: str, hint: str = "docs/policies.md says what a module returns."
+) -> BenchError:
+    return BenchError("unsupported-policy", f"{name} cannot become a policy: {reason}.", "from_torch()", hint)
+
+
+def _reason(error: Exception) -> str:
+    """An error in one line; the operator, if it is one that ONNX does not have."""
+    if isinstance(error, BenchError) and error.code == "onnx-failed":
+        return "its network fails for other batches than two; use x.shape[0], not len(x)"
+    if isinstance(error, BenchError):
+        return error.message.rstrip(".")
+    if operator := OPERATOR.search(f"{error}\n{error.__cause__}"):
+        return f"ONNX has no operator {operator[1] or operator[2]}"
+    return (
+        str(error).strip().splitlines()[0][:200].rstrip(".") if str(error).strip() else type(error).__name__
+    )
+
+
+@contextmanager
+def _eager() -> Iterator[None]:
+    """Modules are called as they are written, without gradients.
+
+    They are not compiled, and use no fused attention, which has no operator in ONNX. Distributions do not
+    check values, on which a graph cannot depend.
+    """
+    import torch
+
+    attention, distributions = torch.backends.mha, torch.distributions.Distribution
+    fast, checks = attention.get_fastpath_enabled(), distributions._validate_args
+    attention.set_fastpath_enabled(False)
+    distributions.set_default_validate_args(False)
+    try:
+        with torch.no_grad(), torch.compiler.set_stance("force_eager"):
+            yield
     finally:
-        torch.backends.mha.set_fastpath_enabled(fast)
-        for each, is_training in modes.items():
-            each.training = is_training
-    return policy
+        attention.set_fastpath_enabled(fast)
+        distributions.set_default_validate_args(checks)
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Exporters write graphs and advice, also from C++, which nobody sees."""
+    sys.stdout.flush()
+    with ExitStack() as stack:
+        nothing = stack.enter_context(open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123
+        stack.callback(logging.disable, logging.root.manager.disable)
+        logging.disable()
+        saved = os.dup(1)
+        stack.callback(os.close, saved)
+        stack.callback(os.dup2, saved, 1)
+        os.dup2(nothing.fileno(), 1)
+        stack.enter_context(warnings.catch_warnings())
+        warnings.simplefilter("ignore")
+        stack.enter_context(redirect_stdout(nothing))
+        stack.enter_context(redirect_stderr(nothing))
+        yield
