@@ -127,7 +127,7 @@ def test_the_documented_way_to_a_policy_leads_to_an_action(
 
 
 def test_the_page_on_submitting_has_every_budget() -> None:
-    text = (ROOT / "docs/submit.md").read_text("utf-8")
+    text = (ROOT / "docs/agents.md").read_text("utf-8")
     rows = {
         row[0]: row[1:]
         for row in re.findall(r"^\| `(\w+)`.* \| ([\d,]+).*? \| ([\d,]+) \| (\d+) \|$", text, re.M)

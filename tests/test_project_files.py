@@ -105,8 +105,11 @@ def test_a_workflow_that_runs_on_untrusted_input_starts_without_permissions_and_
     }
     assert privileged == {"gate.yml", "gate-comment.yml"}
     assert all("\npermissions: {}\n" in texts[name] for name in privileged)
-    assert "write" not in re.findall("^    permissions:\n((?:      .*\n)+)", texts["gate.yml"], re.M)[0]
-    assert re.findall("ref: (.*)", texts["gate.yml"]) == ["${{ github.event.pull_request.base.sha }}"]
+    for name, writing in (("gate.yml", []), ("train.yml", ["record"])):
+        parts = re.split(r"^  (\w+):$", texts[name].partition("\njobs:\n")[2], flags=re.MULTILINE)[1:]
+        jobs = dict(zip(parts[::2], parts[1::2], strict=True))
+        assert [job for job, text in jobs.items() if ": write" in text or "GH_TOKEN" in text] == writing
+    assert set(re.findall("ref: (.*)", texts["gate.yml"])) == {"${{ github.event.pull_request.base.sha }}"}
     assert "github.event.pull_request.title" not in texts["gate.yml"]
 
 

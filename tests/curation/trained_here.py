@@ -1,7 +1,8 @@
 """Plays, as an ordinary user: a stranger's fork with one file, the gate, the merge, the training, the rank.
 
-``python trained_here.py FOLDER ENTRY FILES`` prints as JSON what became of it. ``FILES`` are the files of
-agent/ as JSON. A core of one small group and a small budget stand for the whole.
+``python trained_here.py FOLDER ENTRY FILES PACKAGES`` prints as JSON what became of it. ``FILES`` are the
+files of agent/ and ``PACKAGES`` what [agent] states, as JSON. A core of one small group and a small budget
+stand for the whole. With ``--interrupt``, the machine dies after the first run.
 """
 
 from __future__ import annotations
@@ -11,8 +12,11 @@ import io
 import json
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import msgspec
 
 from gym_extensions.catalog import groups, protocol
 
@@ -20,13 +24,17 @@ groups.CORES[groups.CORE] = ("pusher-v0",)
 protocol.BUDGETS["300k"] = protocol.Budget("300k", batches=5, batch_steps=200, num_envs=2)
 
 from gym_extensions.__main__ import main  # noqa: E402
+from gym_extensions.baselines import JobFinished, Monitor  # noqa: E402
 from gym_extensions.curation.gate import check_pull_request  # noqa: E402
+from gym_extensions.metrics.formulas import CORE_METRICS  # noqa: E402
 from gym_extensions.references import load_references  # noqa: E402
 from gym_extensions.scoring.ranking.group_board import boards  # noqa: E402
 from gym_extensions.scoring.submission.scorer import score  # noqa: E402
 from gym_extensions.submissions.reader import read  # noqa: E402
+from gym_extensions.verification import train_here  # noqa: E402
 from gym_extensions.verification.git import Repository  # noqa: E402
 
+NEW = "submissions/new"
 IDENTITY = ("-c", "user.name=Tester", "-c", "user.email=tester@example.org", "-c", "commit.gpgsign=false")
 MANIFEST = """format = 1
 title = "A stranger's agent"
@@ -80,7 +88,7 @@ class Story:
     def submit(self, files: dict[str, str], *, try_code: bool = True) -> dict[str, Any]:
         """The gate's report on a branch of the fork with these files of ``submissions/new``."""
         for name, text in files.items():
-            path = self.fork / "submissions" / "new" / name
+            path = self.fork / NEW / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
         git(self.fork, "add", "--all")
@@ -94,21 +102,30 @@ class Story:
         git(self.main, "merge", "--quiet", "--no-ff", "--no-edit", "refs/gate/head")
         return git(self.main, "rev-parse", "HEAD")
 
-    def train(self, *options: str) -> tuple[int, str]:
-        """Both jobs after a merge: one trains in a clone, the other checks and commits what that wrote."""
-        git(self.main, "clone", "--quiet", str(self.main), str(self.job))
-        new = "submissions/new"
-        status, text = command("maintain", "train-here", str(self.job / new), *options)
-        taken, more = command(
-            *("maintain", "train-here", str(self.main / new), "--take", str(self.job / new / "trained"))
+    def train(self) -> tuple[int, str]:
+        """The job that trains after a merge, in a clone."""
+        if not self.job.exists():
+            git(self.main, "clone", "--quiet", str(self.main), str(self.job))
+        return command("maintain", "train-here", str(self.job / NEW))
+
+    def take(self) -> str:
+        """The job that checks and commits what the other one wrote; what it changes."""
+        status, text = command(
+            *("maintain", "train-here", str(self.main / NEW), "--take", str(self.job / NEW / "trained"))
         )
+        assert status == 0, text
+        changed = git(self.main, "status", "--porcelain")
         git(self.main, "add", "--all")
-        git(self.main, "commit", "--quiet", "--allow-empty", "-m", "trained")
-        return status or taken, text + more
+        git(self.main, "commit", "--quiet", "-m", "trained")
+        return changed
+
+    def due(self) -> str:
+        """What the first job would train."""
+        return command("maintain", "train-here", str(self.main / "submissions"), "--due")[1].strip()
 
     def result(self) -> dict[str, Any]:
         """Level, rank and failures of the submission."""
-        card = score(read(self.main / "submissions" / "new"), load_references())
+        card = score(read(self.main / NEW), load_references())
         core = boards([card]).core
         row = core.rows[0] if core else None
         return {
@@ -117,21 +134,48 @@ class Story:
             "ranked": bool(row and row.ranked),
             "core_level": row and row.level,
             "why": row and row.why,
-            "mean": row and row.metrics["final_performance"].mean,
-            "attempts": card.training and card.training.attempts,
-            "failed": card.training and card.training.failed,
-            "value": card.training and card.training.commit,
+            "means": {name: row and row.metrics[name].mean for name in CORE_METRICS},
+            "scores": next(iter(card.trained.values())).metrics["final_performance"].runs,
+            "training": msgspec.to_builtins(card.training),
         }
+
+
+class MachineDies(BaseException):
+    """As if the power were cut."""
+
+
+def dying(event: object) -> None:
+    if isinstance(event, JobFinished):
+        raise MachineDies
+
+
+def dead(train: Any, *words: Any, **options: Any) -> Any:
+    return train(*words, **options | {"monitor": Monitor(callback=dying)})
+
+
+def interrupted(story: Story) -> dict[str, bytes]:
+    """Trains until the machine dies, after one run. Returns the files that are finished then."""
+    train = train_here.train
+    train_here.train = partial(dead, train)  # type: ignore[assignment]
+    with contextlib.suppress(MachineDies):
+        story.train()
+    train_here.train = train
+    runs = story.job / NEW / "trained"
+    return {str(path): path.read_bytes() for path in runs.glob("1/pusher/*/*")}
 
 
 if __name__ == "__main__":
     story, found = Story(Path(sys.argv[1])), dict[str, Any]()
     sources = {f"agent/{name}": text for name, text in json.loads(sys.argv[3]).items()}
-    packages = json.dumps(sys.argv[4:])
-    sources["submission.toml"] = MANIFEST.format(entry=sys.argv[2], packages=packages)
+    sources["submission.toml"] = MANIFEST.format(entry=sys.argv[2], packages=sys.argv[4])
     found["gate"] = story.submit(sources)
     if found["gate"]["verdict"] == "passed":
-        found["merge"] = story.merge()
-        found["status"], found["output"] = story.train("--runs", "5")
+        found["merge"], found["due"] = story.merge(), story.due()
+        kept = interrupted(story) if "--interrupt" in sys.argv else {}
+        found["kept"] = len(kept)
+        found["status"], found["output"] = story.train()
+        found["same"] = all(Path(path).read_bytes() == data for path, data in kept.items())
+        found["changed"], found["due_again"] = story.take(), story.due()
+        _, found["again"] = story.train()
         found |= story.result()
     sys.stdout.write(json.dumps(found))

@@ -231,7 +231,7 @@ def create(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: i
     for method, signature in METHODS.items():
         if not callable(getattr(agent, method, None)):
             message = f"The agent, of type {type(agent).__name__}, has no method {method}()."
-            hint = f"Add a method {signature}; docs/submit.md has an example."
+            hint = f"Add a method {signature}; docs/agents.md has an example."
             raise BenchError("bad-agent", message, name, hint)
     check_context(agent, name)
     return agent

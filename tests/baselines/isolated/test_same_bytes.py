@@ -13,7 +13,7 @@ import pytest
 
 from .conftest import ROOT, Ordinary
 
-PAGE = (ROOT / "docs/submit.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs/agents.md").read_text(encoding="utf-8")
 CLIMBER, POLICY, CARD, *_ = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 TRAIN = """
 import json, sys
@@ -48,7 +48,7 @@ class Agent:
 
 
 def climber() -> str:
-    """The hill climber of docs/submit.md with policy and card, as a stranger would submit it."""
+    """The hill climber of docs/agents.md with policy and card, as a stranger would submit it."""
     head, _, main = CLIMBER.partition("\n\nif __name__")
     imports = "from gym_extensions.baselines import Card\nfrom gym_extensions.policies import Policy\n"
     body = "\n".join(textwrap.indent(textwrap.dedent(part), "    ") for part in (POLICY, CARD))

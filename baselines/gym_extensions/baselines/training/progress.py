@@ -304,7 +304,7 @@ class Monitor:
             ``StepsTrained``, ``TaskEvaluated``, ``JobFinished``, ``JobFailed``. An exception stops it.
         evaluate_every: training steps of a stage between evaluations during training, which are made at the
             end of a batch, on the tasks that are evaluated after the stage. None evaluates after each stage
-            only. Neither what is learned nor the logs depend on it if the agent can be saved; docs/submit.md
+            only. Neither what is learned nor the logs depend on it if the agent can be saved; docs/agents.md
             says what is guaranteed for other agents.
         evaluate_episodes: episodes per task of these evaluations, from 1 to 20.
 

@@ -1,4 +1,4 @@
-"""Every example of docs/submit.md runs as printed, apart from budgets, runs, groups and worker processes.
+"""Every example of docs/agents.md runs as printed, apart from budgets, runs, groups and worker processes.
 
 The first runs as a program; the others run in this process, which has loaded what they import.
 """
@@ -27,7 +27,7 @@ from gym_extensions.submissions.run import read_run
 
 from .conftest import QUICK_GROUP, log_rows
 
-PAGE = Path(__file__).parents[2] / "docs/submit.md"
+PAGE = Path(__file__).parents[2] / "docs/agents.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 AGENT, POLICY, CARD, MULTI_HEAD, RECURRENT, SB3 = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
 PUSHER_WEIGHTS = 23 * 7

@@ -1,0 +1,122 @@
+"""The whole story with git repositories: one file of code, the gate, the merge, the training, the rank."""
+
+from __future__ import annotations
+
+import json
+import re
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ..baselines.isolated.conftest import ROOT, Ordinary, ordinary
+
+__all__ = ["ordinary"]
+STORY = (Path(__file__).parent / "trained_here.py").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs/submit.md").read_text(encoding="utf-8")
+(CLIMBER,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+LEARN = "        best, best_return = self.weights, -np.inf\n"
+ON_BOARD = "if env.batch_steps == 200"
+"""Only after the merge: the gate trains with another budget."""
+Tell = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def tell(ordinary: Ordinary, tmp_path_factory: pytest.TempPathFactory) -> Tell:
+    """Plays the story of an agent: hill climbing with these lines at the start of ``learn``."""
+
+    def play(learn: str = "", *packages: str, source: str = CLIMBER, options: tuple[str, ...] = ()) -> Any:
+        assert LEARN in CLIMBER
+        text = source.replace(LEARN, textwrap.indent(learn, " " * 8) + LEARN)
+        folder = ordinary.home / tmp_path_factory.mktemp("story").name
+        files = json.dumps({"agent.py": text})
+        return ordinary.run(
+            STORY, str(folder), "agent.py:HillClimber", files, json.dumps([*packages]), *options
+        )
+
+    return play
+
+
+def test_one_file_gets_a_rank_on_the_core(tell: Tell) -> None:
+    found = tell()
+    gate = found["gate"]
+    assert (gate["verdict"], gate["trains"], gate["problems"]) == ("passed", True, [])
+    assert gate["notes"] == ["Trained twice, it gives the same bytes."]
+    assert found["status"] == 0
+    assert "time left" in found["output"]
+    assert (found["due"], found["due_again"]) == ('["new"]', "[]")
+    assert found["changed"] == "?? submissions/new/trained/"
+    assert (found["level"], found["core_level"], found["ranked"]) == (*["trained here"] * 2, True)
+    training = found["training"]
+    assert (training["attempts"], training["failed"], found["problems"]) == (1, {}, [])
+    assert training["commit"] == found["merge"], "which nobody knew before"
+
+
+def test_seeds_are_the_worlds_even_if_an_agent_ignores_its_own(tell: Tell) -> None:
+    found = tell("self.random = np.random.default_rng(12345)\n")
+    assert found["ranked"]
+    assert len(set(found["scores"])) == 5
+
+
+def test_an_agent_that_draws_from_the_machine_is_told_so(tell: Tell) -> None:
+    (note,) = tell("self.random = np.random.default_rng()\n")["gate"]["notes"]
+    assert note.startswith("Trained twice, it differs from stage")
+
+
+FAILURES = {
+    "ten times the steps": ("steps *= 10\n", "learn(), stage 1, after 1,0", "budget"),
+    "its own end": (
+        "import os\nprint('bye \\x1b[2J')\nos._exit(3)\n",
+        "stage 1, after 0 of",
+        "| bye \\x1b[2J",
+    ),
+    "an error": (
+        "raise ValueError('too late')\n",
+        "stage 1, after 0 of",
+        "ValueError: too late (agent.py, line",
+    ),
+    "another process": ("import os\nos.fork()\n", "stage 1, after 0 of", "Operation not permitted"),
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_an_agent_that_fails_counts_as_the_floor_and_is_not_tried_again(tell: Tell, name: str) -> None:
+    lines, where, what = FAILURES[name]
+    found = tell(f"{ON_BOARD}:\n{textwrap.indent(lines, '    ')}")
+    assert found["gate"]["verdict"] == "passed"
+    assert (found["status"], found["level"], found["ranked"]) == (0, "trained here", True)
+    assert len(found["training"]["failed"]) == 5
+    for verdict in found["training"]["failed"].values():
+        assert where in verdict
+        assert what in verdict
+        assert len(verdict) <= 500
+    assert abs(found["means"]["final_performance"]) < 0.05
+    assert found["again"].startswith("Nothing to train")
+
+
+def test_the_gate_refuses_what_it_can_read_or_try(tell: Tell) -> None:
+    carried = "W = [\n" + "0.125, -1.5,\n" * 200 + "]\n"
+    for text, rule, where in (
+        (f"import mujoco\n{CLIMBER}", "foreign-package", "agent/agent.py, line 1"),
+        (f"{carried}{CLIMBER}", "many-numbers", "agent"),
+        (f"import numpy.missing\n{CLIMBER}", "agent-failed", "at its import"),
+        (CLIMBER.replace("return np.tanh(", "return np.nan * ("), "bad-actions", "act()"),
+    ):
+        (problem,) = tell(source=text)["gate"]["problems"]
+        assert (problem["rule"], where in problem["where"]) == (rule, True), problem
+
+
+def test_a_linear_policy_in_the_source_is_ranked_and_shown_as_what_it_is(tell: Tell) -> None:
+    """Nothing stops few numbers (docs/security.md); the code is public, and it learns nothing."""
+    found = tell("return\n")
+    assert found["ranked"]
+    assert found["means"]["forgetting"] == pytest.approx(0)
+
+
+def test_a_machine_that_dies_goes_on_and_trains_nothing_twice(tell: Tell) -> None:
+    found = tell(options=("--interrupt",))
+    assert found["ranked"]
+    assert found["kept"] == 3, "log, document and policies of the first run"
+    assert found["same"], "they were not written again"
