@@ -126,7 +126,7 @@ def _try_code(folder: Path, answer: Judgement) -> None:
         note = train_here.repeats(folder, answer["entry"])
     except BenchError as error:
         note = f"The code was not tried: {error}"
-        if error.code in train_here.AGENT_ERRORS:
+        if error.code in (*train_here.AGENT_ERRORS, "mixed-submission"):
             text = Problem(error.code, error.where, error.message, error.hint)
             answer["problems"] = [msgspec.to_builtins(text)]
     answer["notes"] = [note, *answer.get("notes", ())]

@@ -10,9 +10,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import tomli_w
 from msgspec.structs import replace
 
-from gym_extensions.baselines import Monitor, Parallel, agent, cli, train, workers
+from gym_extensions import baselines
+from gym_extensions.baselines import agent, cli, submission as written, workers
 from gym_extensions.baselines.training.progress import Event, JobFailed
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
@@ -149,15 +151,16 @@ def train_here(
     replace_failed()
     error: BenchError | None = None
     try:
-        train(
-            *(factory, groups, PROTOCOL, budget, range(runs)),
-            out=folder,
-            parallel=Parallel(jobs),
-            monitor=Monitor(callback=listen),
-            seeds=training.seeds,
-        )
+        if missing():
+            baselines.train(
+                *(factory, groups, PROTOCOL, budget, range(runs)),
+                out=folder,
+                parallel=baselines.Parallel(jobs),
+                monitor=baselines.Monitor(callback=listen),
+                seeds=training.seeds,
+            )
     except BenchError as raised:
-        if raised.code in AGENT_ERRORS:  # no job began, or there is one alone
+        if raised.code in AGENT_ERRORS:  # no job began
             keep(dict.fromkeys(missing(), str(raised)))
         elif raised.code != workers.JOBS_FAILED:
             raise
@@ -172,14 +175,20 @@ def train_here(
 
 
 def _write_floor(folder: Path, group: str, run: int, budget: str, seeds: str) -> None:
-    """Writes, in the place of a failed run, that of the agent that does nothing."""
+    """Writes, in the place of a failed run, that of the agent that does nothing.
+
+    If no run has a manifest yet, it is that of the submission, with the budget of the training.
+    """
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "floor"
-        quiet = Monitor(progress=False)
-        (log,) = train(FLOOR, group, PROTOCOL, budget, run, out=out, monitor=quiet, seeds=seeds)
-        files = [path for path in log.parent.iterdir() if path != log]
-        files += [] if (folder / MANIFEST).exists() else [out / MANIFEST]
-        for path in (*files, log):  # the log last, which says that the run is finished
+        quiet = baselines.Monitor(progress=False)
+        (log,) = baselines.train(FLOOR, group, PROTOCOL, budget, run, out=out, monitor=quiet, seeds=seeds)
+        if not (folder / MANIFEST).exists():
+            tables = written.read_manifest(folder.parents[1] / MANIFEST)
+            tables["protocol"]["budget"] = budget
+            tables.pop("agent")
+            write_text(folder / MANIFEST, tomli_w.dumps(tables))
+        for path in (*(path for path in log.parent.iterdir() if path != log), log):  # the log says it is done
             write_bytes(folder / path.relative_to(out), path.read_bytes())
 
 
@@ -244,14 +253,18 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
 def repeats(folder: Path, entry: str, groups: Sequence[str] = CORE_GROUPS) -> str:
     """Trains code twice with the budget for trials, and says in words whether the bytes are the same.
 
-    Raises ``BenchError`` if no box can be started, or the agent fails.
+    Raises ``BenchError`` if no box can be started, the agent fails, or the manifest states another one.
     """
     factory = boxed(folder, entry, groups, "smoke")
     with tempfile.TemporaryDirectory() as scratch:
         first, second = Path(scratch, "first"), Path(scratch, "second")
+        quiet = baselines.Monitor(progress=False)
         for name in groups:  # one job alone raises its own error
             for out in (first, second):
-                train(factory, name, PROTOCOL, "smoke", 0, out=out, monitor=Monitor(progress=False))
+                baselines.train(factory, name, PROTOCOL, "smoke", 0, out=out, monitor=quiet)
+            made = written.read_manifest(first / MANIFEST)
+            made["protocol"]["budget"] = written.read_manifest(folder / MANIFEST)["protocol"]["budget"]
+            written.require_same(folder / MANIFEST, made)  # what it states is what the code says
             if (stage := _first_difference(first, second, name)) is not None:
                 return f"Trained twice, it differs from stage {stage} of {name}: its runs cannot be repeated."
     return "Trained twice, it gives the same bytes."

@@ -184,12 +184,12 @@ class TrainingEnv(gym.vector.VectorWrapper):
             message = f"The agent took {self.taken} training steps; its budget is {self.budget_steps}."
             hint = f"Stop after the number of steps passed to learn(); {EXCESS:.0%} more are allowed."
             hint += f" A step of all {self.num_envs} environments counts {self.num_envs}."
-            raise BenchError("budget-exceeded", message, "learn()", hint)
+            raise BenchError("budget-exceeded", message, f"learn(), {self.place}", hint)
         return observations, rewards, terminated, truncated, infos
 
     @property
     def place(self) -> str:
-        """The stage and the steps so far, for errors of an agent in another process."""
+        """The stage and the steps so far, for errors."""
         return f"stage {self._stage}, after {self.taken:,} of {self.budget_steps:,} steps"
 
     def flush(self) -> None:

@@ -6,7 +6,7 @@ looks together keep 5 %. It uses exactly the runs 0 to n − 1 of every group, s
 runs nor their choice can depend on their results.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from statistics import fmean
 
 import numpy as np
@@ -72,27 +72,35 @@ def core_logs(card: Scorecard, protocol: str = "sequential") -> dict[str, GroupS
 
 
 def claim(card: Scorecard) -> Claim | None:
-    """The author's own runs on the core against those that were trained here, if there are both.
-
-    Mean over groups of the differences in final performance. The variance of a group is pooled over both
-    samples, and at least that of ``LEAST_DEVIATION``: chosen and copied runs vary little. Satterthwaite's
-    degrees of freedom, one-sided.
-    """
+    """The author's own runs on the core against those that were trained here, if there are both."""
     own = [card.groups.get(name, {}).get("sequential") for name in CORES[CORE]]
     if not is_trained_here(card) or any(log is None or log.level == TRAINED_HERE for log in own):
         return None
-    groups = []
+    pairs = []
     for log, trained in zip(own, core_logs(card).values(), strict=True):
-        assert log is not None
-        first, second = (summary(each.metrics[FINAL.name].runs) for each in (log, trained))
-        if min(first.runs, second.runs) < 2 or log.budget != trained.budget:
+        first, second = (each.metrics[FINAL.name].runs if each else () for each in (log, trained))
+        if min(len(first), len(second)) < 2 or (log and log.budget != trained.budget):
             return None
+        pairs.append((first, second))
+    return claim_of(pairs)
+
+
+def claim_of(groups: Iterable[tuple[Sequence[float], Sequence[float]]]) -> Claim:
+    """The test of a claim: by group, the values of the author's runs and of those that were trained here.
+
+    It is about the mean over groups of the differences. The variance of a group is pooled over both samples,
+    and at least that of ``LEAST_DEVIATION``: chosen and copied runs vary little. Satterthwaite's degrees of
+    freedom, one-sided.
+    """
+    differences = []
+    for own, trained in groups:
+        first, second = summary(own), summary(trained)
         sums = (each.squared_error * each.runs * (each.runs - 1) for each in (first, second))
         df = first.runs + second.runs - 2
         variance = max(sum(sums) / df, LEAST_DEVIATION**2)
         error = variance * (1 / first.runs + 1 / second.runs)
-        groups.append(Summary(first.mean - second.mean, error, df, min(first.runs, second.runs)))
-    found = mean_of_groups(groups)
+        differences.append(Summary(first.mean - second.mean, error, df, min(first.runs, second.runs)))
+    found = mean_of_groups(differences)
     p_value = zero_mean_p(found) / 2
     p_value = p_value if found.mean > 0 else 1 - p_value
     return Claim(found.mean, p_value, p_value > CLAIM_LEVEL)
@@ -167,7 +175,7 @@ def core_score(card: Scorecard) -> CoreScore | None:
     counts = {name: counted_runs(log) for name, log in logs.items()}
     look = 0 if missing or without else last_look(min(counts.values()))
     protocol = card.manifest.protocol if card.manifest else None
-    why = _why(logs, missing, without)
+    why, found = _why(logs, missing, without), claim(card)
     metrics = dict.fromkeys(CORE_METRICS, MetricValue(why=why))
     if look:
         metrics = {name: over_groups(logs.values(), BY_NAME[name], look) for name in CORE_METRICS}
@@ -181,9 +189,12 @@ def core_score(card: Scorecard) -> CoreScore | None:
         retention=retention(logs.values(), look) if look else Estimate(),
         groups={name: on_group(log, look) for name, log in logs.items()},
         trained_here=is_trained_here(card),
-        claim=claim(card),
+        claim=found,
         cost=scorecard.CoreCost() if missing else _cost(logs),
-        notes=_notes(logs, counts, missing, look, bool(protocol and protocol.steps == CLAIMED)),
+        notes=(
+            *_notes(logs, counts, missing, look, bool(protocol and protocol.steps == CLAIMED)),
+            *_remarks(card, found),
+        ),
     )
 
 
@@ -222,6 +233,17 @@ def _notes(
         parts = ", ".join(f"{name} {', '.join(map(str, runs))}" for name, runs in waiting.items())
         notes.append(f"unverified-runs: Not compared until they are verified: {parts}.")
     return tuple(notes)
+
+
+def _remarks(card: Scorecard, found: Claim | None) -> Iterator[str]:
+    """What a reader should know of runs that were trained here, in words, with the name of the case."""
+    if found:
+        says = "agree with these" if found.agrees else f"claim {found.difference:.2f} more"
+        yield f"claim: The author's own runs {says}."
+    if card.training and card.training.attempts > 1:
+        yield f"attempts: {card.training.attempts} versions of its code were trained; this is the last."
+    if card.training and card.training.failed:
+        yield f"failed-runs: {len(card.training.failed)} runs failed and count as the floor."
 
 
 def _cost(logs: Mapping[str, GroupScore]) -> scorecard.CoreCost:

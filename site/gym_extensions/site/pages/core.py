@@ -21,6 +21,13 @@ HEADINGS = {
     "zero_shot_transfer": ("Zero-shot transfer", "before the training on a task"),
 }
 """What the table calls a metric, and the words below it; of others, its title and which way is better."""
+EDITIONS = {
+    1: "First edition: verified runs are ranked. As soon as the project has trained its own reference agent "
+    "here, only runs that were trained here are.",
+    2: "Second edition: the project trained every run that is ranked, from the author’s code, on seeds that "
+    "nobody knew before.",
+}
+"""What the core ranks, by edition."""
 FIRST, OF_LIST = 20, 9
 """Methods in the figure, and of each list on the overview."""
 MOST_ROWS, MOST_PAIRS = 200, 400
