@@ -4,6 +4,7 @@
 gate calls :func:`repeats` before the merge.
 """
 
+import dataclasses
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -80,7 +81,9 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
 
     Raises ``BenchError`` if the submission has problems or no code, or was trained with another value.
     """
-    submission.require_no_problems()
+    # A machine that died may have left half a run, which is trained again.
+    problems = [each for each in submission.problems if not each.where.startswith(f"{TRAINED}/")]
+    dataclasses.replace(submission, problems=tuple(problems)).require_no_problems()
     trained, where = submission.trained, submission.name
     if not submission.code:
         hint = "Add its code as agent/, with [agent] in submission.toml."
@@ -239,7 +242,7 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     (found,) = limits.answers(JOB, {"folder": str(source.resolve())}, LIMITS)
     if found["problems"]:
         raise refuse(f"It breaks a rule: {found['problems'][0]}")
-    if found["digests"] != training.runs or not training.failed.keys() <= training.runs.keys():
+    if not training.runs.items() <= found["digests"].items():
         raise refuse("Its runs are not those of the record.")
     if any(training.seeds not in command for command in found["commands"].values()):
         raise refuse("A run has other seeds.")
@@ -247,7 +250,8 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     for item in layout.scan(source).items:
         if item.kind == "file" and not (target / str(number) / item.path).exists():
             write_bytes(target / str(number) / item.path, layout.read_regular(source / item.path, item.size))
-    write_text(target / record.name, training_text(training))
+    # A machine that died has finished more than it could record.
+    write_text(target / record.name, training_text(replace(training, runs=found["digests"])))
 
 
 def repeats(folder: Path, entry: str, groups: Sequence[str] = CORE_GROUPS) -> str:
