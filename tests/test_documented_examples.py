@@ -19,6 +19,7 @@ from gym_extensions.__main__ import main
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import review_of
+from gym_extensions.submissions.training import training_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs/environments/README.md"])
@@ -99,16 +100,22 @@ def test_targets_extras_and_files_of_a_command_exist(command: str) -> None:
 
 
 def test_the_documented_manifest_breaks_no_rule(make_submission: Callable[..., Path]) -> None:
-    manifest, _ = blocks(ROOT / "docs/rollout-log.md", "toml")
+    manifest, *_ = blocks(ROOT / "docs/rollout-log.md", "toml")
     manifest = manifest.replace('"https://…"', '"https://example.org/mine"')
-    assert read(make_submission(manifest=manifest)).problems == ()
+    folder = make_submission(manifest=manifest)
+    (folder / "agent").mkdir()
+    (folder / "agent/agent.py").write_text("make = None\n", "utf-8")
+    assert read(folder).problems == ()
 
 
-def test_the_documented_review_can_be_read() -> None:
-    _, review = blocks(ROOT / "docs/rollout-log.md", "toml")
+def test_the_documented_review_and_training_can_be_read() -> None:
+    _, review, training = blocks(ROOT / "docs/rollout-log.md", "toml")
     review = review.replace('value = "9f0c…"', f'value = "{"9f" * 20}"')
     (part,) = review_of(review.replace('run0" = "…"', f'run0" = "{"0" * 64}"').encode()).verifications
     assert (part.repeated, part.passed) == (part.episodes, True)
+    training = training.replace('"3f0a…"', f'"{"3f" * 20}"').replace('agent = "…"', f'agent = "{"0" * 64}"')
+    found = training_of(training.replace('run0" = "…"', f'run0" = "{"0" * 64}"').encode())
+    assert (len(found.runs), len(found.failed)) == (1, 1)
 
 
 def test_the_documented_way_to_a_policy_leads_to_an_action(

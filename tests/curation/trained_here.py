@@ -26,7 +26,7 @@ protocol.BUDGETS["300k"] = protocol.Budget("300k", batches=5, batch_steps=200, n
 
 from gym_extensions import baselines  # noqa: E402
 from gym_extensions.__main__ import main  # noqa: E402
-from gym_extensions.baselines import JobFinished, Monitor  # noqa: E402
+from gym_extensions.baselines import Monitor, StageStarted  # noqa: E402
 from gym_extensions.curation.gate import check_pull_request  # noqa: E402
 from gym_extensions.metrics.formulas import CORE_METRICS  # noqa: E402
 from gym_extensions.references import load_references  # noqa: E402
@@ -148,7 +148,7 @@ class MachineDies(BaseException):
 
 
 def dying(event: object) -> None:
-    if isinstance(event, JobFinished):
+    if isinstance(event, StageStarted) and event.job.endswith("run1"):
         raise MachineDies
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from shutil import rmtree
+from shutil import copy, copytree, rmtree
 
 import msgspec
 import pytest
@@ -19,8 +19,9 @@ from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, Referen
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Action, Decision, Review, read_review, write_review
+from gym_extensions.submissions.training import Training, training_text
 
-from ..conftest import VERSIONS, verification
+from ..conftest import MANIFEST, VERSIONS, verification
 from .made_submissions import rewrite
 
 NAME, GROUP = "hopper-gravity", "hopper-gravity-v0"
@@ -369,3 +370,75 @@ def test_a_changed_run_is_claimed_again(make_submission: Write, references: Refe
     card = score_folder(changed, references)
     assert card.level == "claimed"
     assert [(part.runs, part.current) for part in card.verifications] == [(4, 0)]
+
+
+def trained_here(folder: Path, version: int = 1, **changes: object) -> Path:
+    """Makes of the sequential runs of a submission those that the project trained, and adds code."""
+    target = folder / "trained" / str(version)
+    copytree(folder / NAME / "sequential", target / NAME / "sequential")
+    copy(folder / "submission.toml", target / "submission.toml")
+    (folder / "agent").mkdir(exist_ok=True)
+    (folder / "agent/agent.py").write_text("make = None\n", encoding="utf-8")
+    with (folder / "submission.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[agent]\nentry = "agent.py:make"\n')
+    (group,) = read(target).groups.values()
+    stated = {"date": "2026-01-02", "version": "1.0.0", "commit": "3f" * 20, "agent": read(folder).code}
+    training = msgspec.convert(stated | {"runs": group.digests("sequential")} | changes, Training)
+    (folder / f"trained/{version}.toml").write_text(training_text(training), encoding="utf-8")
+    return target
+
+
+def test_code_alone_has_the_scores_of_what_was_trained_of_it(
+    make_submission: Write, references: References
+) -> None:
+    folder = make_submission()
+    expected = value(folder, references, "final_performance")
+    trained_here(folder)
+    rmtree(folder / NAME)
+    card = score_folder(folder, references)
+    log = card.groups[GROUP]["sequential"]
+    assert (card.level, log.level, log.metrics["final_performance"]) == (*["trained here"] * 2, expected)
+    assert card.trained[GROUP].metrics == log.metrics
+    assert card.training is not None
+    assert (card.training.attempts, card.training.outdated) == (1, False)
+
+
+def test_an_authors_runs_stay_beside_those_that_were_trained_here(
+    make_submission: Write, references: References
+) -> None:
+    folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'))
+    before = score_folder(folder, references).groups
+    trained_here(folder, version=2)
+    card = score_folder(folder, references)
+    assert (card.groups, card.level, card.trained[GROUP].level) == (before, "claimed", "trained here")
+    assert card.training is not None
+    assert card.training.attempts == 2
+
+
+def test_a_run_that_is_not_in_the_record_was_not_trained_here(
+    make_submission: Write, references: References
+) -> None:
+    folder = make_submission()
+    trained_here(folder, runs={f"{NAME}/sequential/run0": "0" * 64})
+    log = score_folder(folder, references).trained[GROUP]
+    assert (log.level, log.why_claimed) == ("claimed", "The record of its training has other runs.")
+
+
+def test_what_a_trained_agent_observes_is_not_what_its_author_states(
+    make_submission: Write, references: References
+) -> None:
+    folder = make_submission()
+    manifest = trained_here(folder) / "submission.toml"
+    text = manifest.read_text(encoding="utf-8")
+    sees = text.replace("task_in_evaluation = false", "task_in_evaluation = true")
+    manifest.write_text(sees, encoding="utf-8")
+    card = score_folder(folder, references)
+    assert card.manifest is not None
+    assert card.manifest.observes.task_in_evaluation
+
+
+def test_a_problem_of_what_was_trained_is_one_of_the_submission(make_submission: Write) -> None:
+    folder = make_submission()
+    log = trained_here(folder) / NAME / "sequential/run1.csv"
+    log.write_bytes(log.read_bytes() + b"x\n")
+    assert "trained/1/hopper-gravity/sequential/run1.csv" in read(folder).problems[0].where
