@@ -6,6 +6,10 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Every process compiles what it imports where bytecode is not stored; the tests start many.
 unexport PYTHONDONTWRITEBYTECODE
 
+# The address of the public repository, where there is one: make docsite REPOSITORY=https://…
+export REPOSITORY ?=
+PUBLIC = $(if $(REPOSITORY),--repository $(REPOSITORY))
+
 .DEFAULT_GOAL := help
 .PHONY: help leaderboard site-assets test browser extras check docs docsite findings bench slow clean
 
@@ -16,7 +20,7 @@ site-assets: .venv/scoring.installed  ## fetch MuJoCo for the browser, 3 MB, for
 	.venv/bin/python -m tools.mujoco_wasm
 
 leaderboard: .venv/scoring.installed  ## check and score every submission, build _site/
-	@.venv/bin/gym-extensions site submissions --out _site
+	@.venv/bin/gym-extensions site submissions --out _site $(PUBLIC)
 
 test: .venv/everything.installed  ## run the tests, except the slow ones and the benchmarks
 	.venv/bin/pytest -n 2 --dist loadfile $(PYTEST)
@@ -48,7 +52,7 @@ findings: .venv/everything.installed  ## write docs/findings.md, docs/reproducti
 	.venv/bin/python -m tools.findings
 
 docsite: .venv/docs.installed  ## build the boards and the documentation as one site, _site/ and _site/docs/
-	@.venv/bin/gym-extensions site submissions --out _site --docs
+	@.venv/bin/gym-extensions site submissions --out _site --docs $(PUBLIC)
 	@NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build
 
 bench: .venv/everything.installed  ## measure speed, as ratios taken side by side in one run

@@ -27,8 +27,7 @@ from gym_extensions.curation import pull_request_rules
 from gym_extensions.documents import json_schema
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.metrics.formulas import METRICS, NEEDS
-from gym_extensions.scoring.ranking.boards import BoardsDocument
-from gym_extensions.scoring.scorecard import ScorecardDocument
+from gym_extensions.site.pages.data import DOCUMENTS
 from gym_extensions.submissions import rules
 from gym_extensions.submissions.problem import Scope
 from tools.environments.__main__ import main as write_environments
@@ -37,7 +36,6 @@ from tools.experts.__main__ import main as experts
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "results.md"
 CELL = re.compile(r"```python\n(?P<code>.*?)```\n\n```text\n.*?```", re.DOTALL)
-DOCUMENTS = (ScorecardDocument, BoardsDocument)
 BLOCK = re.compile(r"<!-- table: (?P<name>[^>]+) -->\n.*?<!-- end -->", re.DOTALL)
 
 
@@ -129,7 +127,7 @@ def tables() -> dict[str, str]:
     found["variations"] = table(head, variation_rows())
     names = ("metric", "formula", "better", "also needs", "also known as")
     found |= {f"metrics {protocol}": table(names, metric_rows(protocol)) for protocol in METRICS}
-    for document in DOCUMENTS:
+    for document in DOCUMENTS.values():
         parts = json_schema(document)["$defs"]
         keys = {name: key_rows(part, parts) for name, part in parts.items()}
         found |= {f"keys {name}": table(("key", "value"), rows) for name, rows in keys.items()}

@@ -228,7 +228,7 @@ def on_env(env: Any, config: Any, **_: Any) -> Any:
     def masthead(url: str) -> str:
         from gym_extensions.site.pages import docs_masthead
 
-        return docs_masthead(url) if board_of(config) else ""
+        return docs_masthead(url, config.repo_url or "") if board_of(config) else ""
 
     env.globals["masthead"] = masthead
     return env
@@ -244,8 +244,10 @@ def on_files(files: Any, config: Any) -> Any:
     return files
 
 
-def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Adapts links and formulas of a page."""
+def on_page_markdown(markdown: str, page: Any, config: Any, **_: Any) -> str:
+    """Adapts links and formulas of a page, and names the repository where it is cloned."""
+    if config.repo_url:
+        markdown = markdown.replace("--sparse URL ", f"--sparse {config.repo_url} ")
     uri = page.file.src_uri
     text = markdown if uri in ROOT_PAGES.values() else with_links(markdown, f"docs/{uri}")
     return with_formulas(text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -32,7 +33,7 @@ def test_submissions_are_built_into_the_folder_site_by_default(
     make_submission(folder / "submissions", "beta")
     assert main(["site"]) == 0
     out = capsys.readouterr().out
-    assert out == "_site/index.html\n"
+    assert out.splitlines() == ["These pages name no repository: --repository ADDRESS.", "_site/index.html"]
     page = folder / "_site" / "boards" / "hopper-gravity-v0-sequential-100k.html"
     # 50 + mean(0 … 19) / 7 + run, over 100: .5136 and .5236; 12.706 · .00707 / √2 = .0635 on both sides.
     rows = page.read_text(encoding="utf-8").split("<tr")
@@ -75,7 +76,8 @@ def test_a_folder_without_submissions_is_not_a_refused_submission(
     (folder / "submissions").mkdir()
     (folder / "submissions" / "README.md").write_text("Submissions go here.", encoding="utf-8")
     assert main(["site"]) == 0
-    assert capsys.readouterr().out == "submissions contains no submissions.\n_site/index.html\n"
+    out = capsys.readouterr().out.splitlines()
+    assert [out[0], out[-1]] == ["submissions contains no submissions.", "_site/index.html"]
     page = (folder / "_site" / "index.html").read_text(encoding="utf-8")
     assert "There are no submissions yet." in page
     assert "Refused" not in page
@@ -98,3 +100,40 @@ def test_the_command_needs_no_simulator(folder: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_pages_name_the_commit_of_the_data_and_the_repository(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    make_submission(folder / "submissions", "alpha")
+    git = ["git", "-c", "user.name=A", "-c", "user.email=a@example.org"]
+    dated = {**os.environ, "GIT_COMMITTER_DATE": "2026-01-02T12:00:00Z"}
+    for command in (["init", "-q"], ["add", "."], ["commit", "-qm", "Data"]):
+        subprocess.run([*git, *command], check=True, env=dated)
+    commit = subprocess.run(
+        ["git", "rev-parse", "HEAD"], check=True, capture_output=True, text=True
+    ).stdout.strip()
+    assert main(["site", "--repository", "https://example.org/a/b/"]) == 0
+    assert capsys.readouterr().out == "_site/index.html\n"
+    for path, links in {"index.html": "submissions", "submissions/alpha.html": "submissions/alpha"}.items():
+        page = (folder / "_site" / path).read_text("utf-8")
+        assert "Data of <time>2026-01-02</time>" in page
+        assert f'href="https://example.org/a/b/tree/{commit}/{links}"' in page
+        assert "no public address" not in page
+    (folder / "submissions" / "alpha" / "README.md").write_text("More.", encoding="utf-8")
+    assert main(["site"]) == 0
+    page = (folder / "_site" / "index.html").read_text("utf-8")
+    assert "with local changes" in page
+    assert "this copy has no public address" in page
+
+
+@pytest.mark.parametrize(
+    "address", ["nothing", "git@example.org:a/b", "https://example.org", "ftp://example.org/a"]
+)
+def test_an_address_that_is_none_is_refused_before_anything_is_built(
+    folder: Path, address: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["site", "--repository", address])
+    assert "no address such as https://example.org/owner/name" in capsys.readouterr().err
+    assert not (folder / "_site").exists()

@@ -60,6 +60,7 @@ def build_site(
     *,
     folders: Mapping[str, Path] | None = None,
     simulator: Simulator | None = None,
+    source: paths.Source = paths.NOWHERE,
     docs: bool = False,
 ) -> board_views.Leaderboard:
     """Writes the site and returns what it shows.
@@ -74,13 +75,14 @@ def build_site(
         folders: by submission, its folder, whose poses Watch panels show; poses of other results are not
             shown.
         simulator: MuJoCo for the browser; without it the page Play says that it is missing.
+        source: where the data is from, which every page says.
         docs: whether pages link to the documentation in ``out/docs``, which is built afterwards.
 
     Raises:
         BenchError: ``out`` exists and is neither empty nor a site, no folder can be written there, or two
             submissions have the same name.
     """
-    site = Site(Render(references, pages.PAGES, folders or {}, simulator, docs))
+    site = Site(Render(references, pages.PAGES, folders or {}, simulator, source, docs))
     out, hint = out.resolve(), "Name a new or empty folder with --out."
     scratch = f".{out.name}-new-"
     try:

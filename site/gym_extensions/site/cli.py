@@ -1,11 +1,15 @@
 """``gym-extensions site``: scores submissions and builds the pages of the leaderboard."""
 
 import argparse
+import subprocess
 import sys
+from importlib.metadata import version
 from io import TextIOWrapper
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from gym_extensions.errors import reports_mistakes, working
+from gym_extensions.site.paths import Source
 from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 
 
@@ -19,15 +23,40 @@ def parser() -> argparse.ArgumentParser:
     add = options.add_argument
     submissions = "submission folders, or folders that contain them (default: submissions/)"
     mujoco = f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {FOLDER}, if it exists)"
+    repository = "https address of the public repository, to which pages link"
     docs = "link to the documentation, which `make docsite` builds into OUT/docs"
     add("submissions", nargs="*", type=Path, default=[Path("submissions")], help=submissions)
     add("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
     add("--mujoco", type=Path, default=FOLDER, metavar="FOLDER", help=mujoco)
+    add("--repository", type=address, metavar="ADDRESS", help=repository)
     add("--docs", action="store_true", help=docs)
     groups = "also accept the custom group in this TOML file; may be repeated"
     add("--groups", action="append", default=[], metavar="FILE", help=groups)
     add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
     return options
+
+
+def address(text: str) -> str:
+    """The address of a repository, without a slash at the end."""
+    parts = urlsplit(text)
+    if parts.scheme not in {"http", "https"} or not parts.hostname or not parts.path.strip("/"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no address such as https://example.org/owner/name")
+    return text.rstrip("/")
+
+
+def source_of(folder: Path, repository: str) -> Source:
+    """The last commit of a folder and its date. Both are empty where git knows neither."""
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(folder), *arguments, "--", "."]
+        try:
+            return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        except (OSError, subprocess.CalledProcessError):  # no git, no folder or no repository
+            return ""
+
+    commit, _, date = git("log", "-1", "--format=%H %cs").partition(" ")
+    is_changed = bool(commit and git("status", "--porcelain"))
+    return Source(repository, commit, date, is_changed, version("gym-extensions"))
 
 
 def is_empty(folder: Path) -> bool:
@@ -60,6 +89,7 @@ def main(argv: list[str] | None = None) -> int:
             options.out,
             folders={folder.name: folder for folder in folders},
             simulator=load(options.mujoco),
+            source=source_of(options.submissions[0], options.repository or ""),
             docs=options.docs,
         )
     if isinstance(sys.stdout, TextIOWrapper):  # a narrow encoding never stops the output
@@ -71,5 +101,7 @@ def main(argv: list[str] | None = None) -> int:
         print("Refused (not on a board until all problems are fixed):")
     for card in refused:
         show_line(console(), card)
+    if not options.repository:
+        print("These pages name no repository: --repository ADDRESS.")
     print(options.out / "index.html")
     return 1 if refused else 0

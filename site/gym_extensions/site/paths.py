@@ -6,6 +6,7 @@ site.
 
 import hashlib
 import re
+from dataclasses import dataclass
 
 MAX_SLUG = 80
 
@@ -57,6 +58,11 @@ def submission_data(name: str) -> str:
     return f"api/submissions/{slug(name)}.json"
 
 
+def summary_data(name: str) -> str:
+    """The scores of a submission without what they are computed from."""
+    return f"api/summaries/{slug(name)}.json"
+
+
 def board_data(board_id: str, suffix: str = "json") -> str:
     """A board as JSON, its table as ``csv``, or the differences of its submissions as ``pairs.js``."""
     return f"api/boards/{slug(board_id.lower())}.{suffix}"
@@ -67,6 +73,8 @@ INDEX_DATA = "api/index.json"
 CORE_DATA = "api/core.json"
 BEST_DATA = "api/best.json"
 """The core board."""
+FEED = "feed.xml"
+"""What changed, as Atom."""
 COMPARED = "api/compare.js"
 """What the page Compare loads first."""
 
@@ -79,3 +87,21 @@ def group_data(group_id: str) -> str:
 def submission_file(name: str, file: str) -> str:
     """A file that belongs to the page of a submission, by the names of its folder and of the file."""
     return f"submissions/{slug(name)}/{file}"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the data of a site is from. Each fact may be empty."""
+
+    repository: str = ""  # its address, without a slash at the end
+    commit: str = ""
+    date: str = ""  # of the commit, YYYY-MM-DD
+    is_changed: bool = False  # whether files differ from the commit
+    version: str = ""  # of gym-extensions
+
+    def link(self, path: str) -> str:
+        """The address of a file or folder of the repository at this commit, as GitHub and GitLab have it."""
+        return f"{self.repository}/tree/{self.commit or 'HEAD'}/{path}"
+
+
+NOWHERE = Source()

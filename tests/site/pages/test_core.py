@@ -145,7 +145,7 @@ def test_score_is_drawn_against_the_time_of_methods_whose_groups_all_state_it() 
     assert (quick.get("cx"), float(quick.get("cy", 0)) > float(slow.get("cy", 0))) == (slow.get("cx"), True)
 
 
-def test_the_overview_has_nine_methods_of_each_list_and_at_most_forty_kilobytes() -> None:
+def test_the_overview_has_nine_methods_of_each_list_and_at_most_45_kilobytes() -> None:
     many = [method(f"{'n' * 55}-{at:02d}", 0.5, 0.5) for at in range(25)]
     for at, card in enumerate(many):
         card["manifest"]["observes"]["task_in_evaluation"] = at > 12
@@ -153,7 +153,7 @@ def test_the_overview_has_nine_methods_of_each_list_and_at_most_forty_kilobytes(
     document = {**everything(), "submissions": [KEEPER, LOSER, *many]}
     texts = dict(files(document))
     index, page = texts["index.html"], Pages(texts)
-    assert len(index.encode()) < 40_000
+    assert len(index.encode()) < 45_000
     assert index.count('class="place"') == index.count("10.5M steps") == 18
     cards = [a["href"] for tag, a in page["index.html"].elements if a.get("href", "").startswith("groups/")]
     assert cards[: len(GROUPS)] == [f"groups/{group_id}.html" for group_id in CORES[CORE]]

@@ -33,18 +33,31 @@ def test_the_document_of_a_submission_is_its_scorecard(
         assert submission == ScorecardDocument(references=whole.references, submissions=(card,))
 
 
+def test_a_summary_has_the_scores_of_a_submission_and_nothing_else(written: dict[str, str]) -> None:
+    whole = json.loads(written["api/submissions/keeper.json"])["submissions"][0]
+    small = json.loads(written["api/summaries/keeper.json"])
+    score = whole["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]["final_performance"]
+    shown = small["groups"]["hopper-gravity-v0"]["sequential"]
+    assert shown["metrics"]["final_performance"] == {name: score[name] for name in ("mean", "low", "high")}
+    assert shown["runs"] == 2
+    assert "asymptotic_transfer" not in shown["metrics"], "it has no value"
+    assert small["path"] == "api/submissions/keeper.json"
+    assert len(written["api/summaries/keeper.json"]) < len(written["api/submissions/keeper.json"]) / 3
+
+
 def test_the_index_leads_to_every_document_and_page(written: dict[str, str]) -> None:
     index = json.loads(written["api/index.json"])
     paths = [
         row[key] for part in ("submissions", "boards") for row in index[part] for key in ("path", "page")
     ]
+    paths += [row["summary"] for row in index["submissions"]]
     assert {*paths, index["core"], *index["groups"].values()} <= set(written)
     assert len(paths) > 15
     assert len(index["groups"]) > 30
 
 
 def test_every_document_satisfies_its_published_schema(written: dict[str, str]) -> None:
-    kinds = {"submissions": "scorecard", "boards": "boards", "groups": "group"}
+    kinds = {"submissions": "scorecard", "summaries": "summary", "boards": "boards", "groups": "group"}
     validators = {
         folder: Draft202012Validator(json.loads(written[f"schemas/{name}.json"]))
         for folder, name in kinds.items()

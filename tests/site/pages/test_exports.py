@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.site.pages.submissions import bibtex, commands
+from gym_extensions.site.paths import NOWHERE
 
 from ..browser import Reader, files, typed
 from ..conftest import MADE
@@ -26,7 +27,7 @@ def test_the_commands_check_and_repeat_a_submission(document: dict[str, Any]) ->
 
 
 def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> None:
-    assert bibtex(typed(document).submissions[0]) == (
+    assert bibtex(typed(document).submissions[0], NOWHERE) == (
         "@misc{gym-extensions-agile,\n"
         "  title = {{Agile}},\n"
         "  author = {{A. Researcher}},\n"
@@ -40,7 +41,7 @@ def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> No
 def test_the_citation_and_the_page_have_the_date_of_acceptance(document: dict[str, Any]) -> None:
     accepted = {"action": "accepted", "by": "maintainer", "date": "2026-11-22", "reason": "Verified."}
     document["submissions"][0]["decisions"] = [accepted]
-    citation = bibtex(typed(document).submissions[0])
+    citation = bibtex(typed(document).submissions[0], NOWHERE)
     assert "  year = {2026},\n" in citation
     assert ", accepted on 2026-11-22}," in citation
     texts = dict(files(document))
@@ -63,11 +64,11 @@ def test_the_citation_and_the_page_have_the_date_of_acceptance(document: dict[st
 )
 def test_a_title_cannot_become_a_command(document: dict[str, Any], title: str, escaped: str) -> None:
     document["submissions"][0]["title"] = title
-    citation = bibtex(typed(document).submissions[0])
+    citation = bibtex(typed(document).submissions[0], NOWHERE)
     assert f"  title = {{{{{escaped}}}}}," in citation
     assert citation.count("{") == citation.count("}")
 
 
 def test_an_address_that_would_end_its_field_is_left_out(document: dict[str, Any]) -> None:
     document["submissions"][0]["manifest"]["code"]["url"] = "https://example.org/},evil={"
-    assert "url" not in bibtex(typed(document).submissions[0])
+    assert "url" not in bibtex(typed(document).submissions[0], NOWHERE)

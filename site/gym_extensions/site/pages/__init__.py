@@ -16,7 +16,7 @@ from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages import compare, core, data, groups, submissions, tasks
+from gym_extensions.site.pages import changes, compare, core, data, groups, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION
@@ -117,7 +117,7 @@ PAGES = (
     Page("Docs", doc=f"{DOCS}index.html"),
     Page("References", "references.html", tasks.publish_references, in_footer=True),
     Page("Data", "data.html", data.publish, data.publish_submission, in_footer=True),
-    Page("Changes", doc=f"{DOCS}changelog.html", in_footer=True),
+    Page("Changes", "changes.html", changes.publish, in_footer=True),
     Page("Speed", doc=f"{DOCS}speed.html", in_footer=True),
     Page("Search", publish=_found_and_lost),
     Page("Pictures", publish=tasks.publish_pictures),
@@ -125,6 +125,7 @@ PAGES = (
 """All kinds of pages in the order of the menu."""
 
 
-def docs_masthead(url: str) -> str:
+def docs_masthead(url: str, repository: str = "") -> str:
     """The masthead of a page of the documentation, ``docs/url``, with the menu of all other pages."""
-    return Render(ReferencesInfo("", ""), PAGES, docs=True)("masthead.html", f"{DOCS}{url}")
+    render = Render(ReferencesInfo("", ""), PAGES, source=paths.Source(repository), docs=True)
+    return render("masthead.html", f"{DOCS}{url}")

@@ -1,7 +1,7 @@
 """The page Data, and the documents of ``api/``: those of the scorer, an index, and one per group."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -9,9 +9,17 @@ import msgspec
 
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.documents import DIALECT, JsonDocument, about, json_schema
+from gym_extensions.metrics.values import Estimate
 from gym_extensions.scoring.output.board_frames import board_frame, to_csv
 from gym_extensions.scoring.ranking.boards import BoardsDocument
-from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
+from gym_extensions.scoring.scorecard import (
+    GroupScore,
+    ReferencesInfo,
+    ReferenceValue,
+    Scorecard,
+    ScorecardDocument,
+    SuiteScore,
+)
 from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages.groups import groups
 from gym_extensions.site.pages.page import File, Render
@@ -28,7 +36,32 @@ class IndexRow:
     title: Annotated[str, about("its title")]
     level: Annotated[review.Level | None, about("its level; null if it was refused")]
     path: Annotated[str, about("path of its scorecard, a document of schemas/scorecard.json")]
+    summary: Annotated[str, about("path of its scores alone, a document of schemas/summary.json")]
     page: Annotated[str, about("path of its page")]
+
+
+@dataclass(frozen=True, slots=True)
+class SmallScore:
+    """Scores on a group or suite."""
+
+    budget: Annotated[str, about("name of the budget")]
+    runs: Annotated[int, about("number of runs; 0 for a suite")]
+    metrics: Annotated[dict[str, Estimate], about("every metric with a value, by name")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary(JsonDocument):
+    """The scores of a submission, without runs, curves and matrices, which its scorecard has."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    references: ReferencesInfo
+    name: Annotated[str, about("name of its folder")]
+    title: Annotated[str, about("its title")]
+    level: Annotated[review.Level | None, about("its level; null if it was refused")]
+    accepted: Annotated[str, about("date of its acceptance, YYYY-MM-DD; empty without one")]
+    core: Annotated[dict[str, Estimate], about("every metric of the core with a value, by name")]
+    groups: Annotated[dict[str, dict[str, SmallScore]], about("scores by group or suite and protocol")]
+    path: Annotated[str, about("path of its scorecard")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +105,35 @@ class GroupDocument(JsonDocument):
 
 
 def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
-    """The scorecard of a submission, as ``score --json`` prints it."""
+    """The scorecard of a submission, as ``score --json`` prints it, and its scores alone."""
     document = ScorecardDocument(references=render.references, submissions=(submission,))
-    yield paths.submission_data(submission.name), document.to_json()
+    path = paths.submission_data(submission.name)
+    yield path, document.to_json()
+
+    def known(metrics: Mapping[str, Estimate]) -> dict[str, Estimate]:
+        """The metrics with a value, with their intervals alone."""
+        found = {name: each for name, each in metrics.items() if each.mean is not None}
+        return {name: Estimate(each.mean, each.low, each.high) for name, each in found.items()}
+
+    everything: dict[str, Mapping[str, GroupScore | SuiteScore]] = {**submission.groups, **submission.suites}
+    scores = {
+        name: {
+            protocol: SmallScore(score.budget, len(getattr(score, "runs", ())), known(score.metrics))
+            for protocol, score in protocols.items()
+        }
+        for name, protocols in everything.items()
+    }
+    small = Summary(
+        references=render.references,
+        name=submission.name,
+        title=submission.title,
+        level=submission.level,
+        accepted=submission.accepted,
+        core=known(submission.core.metrics) if submission.core else {},
+        groups=scores,
+        path=path,
+    )
+    yield paths.summary_data(submission.name), small.to_json()
 
 
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
@@ -82,7 +141,8 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     members, submissions, boards = groups(site), list[IndexRow](), dict[str, IndexBoard]()
     for card in site.submissions:
         path, page = paths.submission_data(card.name), paths.submission_path(card.name)
-        submissions.append(IndexRow(card.name, card.title, card.level, path, page))
+        small = paths.summary_data(card.name)
+        submissions.append(IndexRow(card.name, card.title, card.level, path, small, page))
     for board in site.boards:
         facts = (board.group, board.protocol, board.budget, board.task_conditioned, len(board.rows))
         path, page = paths.board_data(board.id), paths.board_path(board.id)
@@ -124,6 +184,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
 
 DOCUMENTS: dict[str, type[JsonDocument]] = {
     "scorecard": ScorecardDocument,
+    "summary": Summary,
     "boards": BoardsDocument,
     "poses": poses.Poses,
     "index": Index,

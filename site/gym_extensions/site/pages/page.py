@@ -89,6 +89,7 @@ class Render:
     pages: tuple[Page, ...]  # all kinds
     folders: Mapping[str, Path] = field(default_factory=dict)  # of submissions by name, where they are known
     simulator: mujoco_wasm.Simulator | None = None  # MuJoCo for the browser, if the site has it
+    source: paths.Source = paths.NOWHERE
     docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
 
     @cached_property
@@ -111,6 +112,7 @@ class Render:
                 path=path,
                 root=root,
                 docs=self.docs,
+                source=self.source,
                 doc=partial(doc_link, root=root if self.docs else None),
                 **values,
             )

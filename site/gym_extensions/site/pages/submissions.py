@@ -13,7 +13,7 @@ from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import watches
 from gym_extensions.site.submission_results import SEQUENTIAL, results_of, separate_groups
-from gym_extensions.site.text import split_version
+from gym_extensions.site.text import ends, mean, split_version
 from gym_extensions.submissions.poses import load_submission
 
 
@@ -37,7 +37,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     if not submission.problems:
         frame = metrics_frame([submission])
         yield paths.submission_file(submission.name, "metrics.csv"), to_csv(frame)
-        yield paths.submission_file(submission.name, "citation.bib"), bibtex(submission)
+        yield paths.submission_file(submission.name, "citation.bib"), bibtex(submission, render.source)
 
 
 def publish_list(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
@@ -62,8 +62,8 @@ ESCAPED = {character: f"\\{character}" for character in "&%$#_"} | {
 URL = re.compile(r"[^\s{}\\%]+")
 
 
-def bibtex(card: Scorecard) -> str:
-    """A submission of type ``misc`` with title, authors, code and the date of its acceptance.
+def bibtex(card: Scorecard, source: paths.Source) -> str:
+    """A submission of type ``misc`` with title, authors, code, core score and the date of its acceptance.
 
     Text of the submission is escaped.
     """
@@ -74,6 +74,10 @@ def bibtex(card: Scorecard) -> str:
     if card.accepted:
         fields["year"] = card.accepted.partition("-")[0]
     fields["howpublished"] = "Submission of the gym-extensions leaderboard"
+    if source.repository:
+        fields["howpublished"] += f", \\url{{{_escaped(source.repository)}}}"
+    if source.version:
+        fields["version"] = f"gym-extensions {_escaped(source.version)}"
     fields["note"] = f"Submission {_escaped(card.name)}"
     url = facts.code.url if facts is not None else ""
     if URL.fullmatch(url):
@@ -82,6 +86,8 @@ def bibtex(card: Scorecard) -> str:
         fields["note"] += f", code at commit {_escaped(facts.code.commit)}"
     if card.accepted:
         fields["note"] += f", accepted on {card.accepted}"
+    if card.core and (score := card.core.metrics[core.FINAL]).mean is not None:
+        fields["note"] += f", core score {mean(score)} ({ends(score)})"
     lines = [f"  {name} = {{{value}}}," for name, value in fields.items()]
     return "\n".join([f"@misc{{gym-extensions-{paths.slug(card.name)},", *lines, "}", ""])
 

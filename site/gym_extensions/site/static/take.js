@@ -1,0 +1,79 @@
+// Links that save a figure as SVG or PNG, and a table as CSV. They stand below it, and only while scripts run.
+"use strict";
+(() => {
+  const PROPERTIES = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin",
+    "stroke-opacity", "opacity", "font-family", "font-size", "font-weight", "text-anchor", "paint-order", "display", "r"];
+  const SCALE = 3; // pixels of a PNG per unit of the drawing
+  const here = location.pathname.split("/").pop().replace(/\.html$/, "") || "index";
+
+  function save(name, blob) {
+    const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  }
+
+  // The drawing as a document of its own, with the style of the page as attributes.
+  function drawn(svg) {
+    const copy = svg.cloneNode(true), [, , width, height] = svg.getAttribute("viewBox").split(" ");
+    const styled = (from, to) => {
+      const style = getComputedStyle(from);
+      to.setAttribute("style", PROPERTIES.map((name) => `${name}:${style.getPropertyValue(name)}`).filter((rule) => !rule.endsWith(":")).join(";"));
+      [...from.children].forEach((child, i) => styled(child, to.children[i]));
+    };
+    styled(svg, copy);
+    copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+    copy.setAttribute("width", width);
+    copy.setAttribute("height", height);
+    const ground = document.createElementNS("http://www.w3.org/2000/svg", "rect");
+    ground.setAttribute("width", "100%");
+    ground.setAttribute("height", "100%");
+    ground.setAttribute("fill", getComputedStyle(document.body).backgroundColor);
+    copy.prepend(ground);
+    return { text: new XMLSerializer().serializeToString(copy), width: Number(width), height: Number(height) };
+  }
+
+  function png(svg, name) {
+    const { text, width, height } = drawn(svg), picture = new Image(width, height);
+    picture.onload = () => {
+      const canvas = Object.assign(document.createElement("canvas"), { width: SCALE * width, height: SCALE * height });
+      canvas.getContext("2d").drawImage(picture, 0, 0, canvas.width, canvas.height);
+      canvas.toBlob((blob) => save(`${name}.png`, blob));
+    };
+    picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(text)}`;
+  }
+
+  // Every row that is not hidden. A drawing in a cell is its label, and controls are left out.
+  function csv(table) {
+    const words = (node) => (node.nodeType === 3 ? node.data : node.nodeName === "svg" ? node.getAttribute("aria-label") ?? ""
+      : /^(BUTTON|INPUT|SELECT)$/.test(node.nodeName) ? "" : [...node.childNodes].map(words).join(node.querySelector("wbr") ? "" : " "));
+    const cells = (row) => [...row.cells].flatMap((cell) => {
+      const value = words(cell).replace(/\s+/g, " ").trim();
+      return [/[",]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value, ...Array(cell.colSpan - 1).fill("")];
+    });
+    return [...table.rows].filter((row) => !row.hidden).map((row) => `${cells(row).join(",")}\r\n`).join("");
+  }
+
+  function offer(below, name, kinds) {
+    const line = Object.assign(document.createElement("p"), { className: "take", textContent: "Save: " });
+    for (const [kind, act] of Object.entries(kinds)) {
+      const button = Object.assign(document.createElement("button"), { type: "button", textContent: kind });
+      button.setAttribute("aria-label", `Save ${name} as ${kind}`);
+      button.addEventListener("click", act);
+      line.append(button);
+    }
+    below.after(line);
+  }
+
+  document.querySelectorAll("main figure").forEach((figure, i) => {
+    const svg = figure.querySelector("svg[viewBox]"), name = `${here}-figure-${i + 1}`;
+    if (!svg || figure.closest(".watch, .maps")) return;
+    offer(figure.querySelector("figcaption") ?? svg, name, {
+      SVG: () => save(`${name}.svg`, new Blob([drawn(svg).text], { type: "image/svg+xml" })),
+      PNG: () => png(svg, name),
+    });
+  });
+  document.querySelectorAll("main table").forEach((table, i) => {
+    const name = `${here}-table-${i + 1}`;
+    offer(table.closest(".scroll") ?? table, name, { CSV: () => save(`${name}.csv`, new Blob(["\ufeff", csv(table)], { type: "text/csv" })) });
+  });
+})();

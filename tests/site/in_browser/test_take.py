@@ -1,0 +1,36 @@
+"""Figures and tables can be saved, from files as well: as SVG with its style, as PNG and as CSV."""
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+
+def saved(page: "Page", kind: str, nth: int = 0) -> Path:
+    """The file that a link below a figure or table saves."""
+    with page.expect_download() as download:
+        page.locator(f".take button:text-is('{kind}')").nth(nth).click()
+    return download.value.path()
+
+
+def test_a_figure_is_saved_with_its_style_inside(visit: Callable[[str], "Page"]) -> None:
+    page = visit("index.html")
+    drawing = ElementTree.fromstring(saved(page, "SVG").read_text("utf-8"))
+    points = [each for each in drawing.iter() if each.get("class", "").startswith("method")]
+    assert len(points) >= 2
+    assert all("fill:rgb(" in point.get("style", "") for point in points)
+    content = saved(page, "PNG").read_bytes()
+    assert content.startswith(b"\x89PNG")
+    assert int.from_bytes(content[16:20]) == 3 * int(float(drawing.get("width", "0")))
+
+
+def test_a_table_is_saved_as_it_is_shown(visit: Callable[[str], "Page"]) -> None:
+    page = visit("submissions.html")
+    rows = list(csv.reader(saved(page, "CSV").read_text("utf-8-sig").splitlines()))
+    assert len(rows) == page.locator("main table tr").count()
+    assert rows[0] == ["Submission", "Level", "Groups", "Accepted or verified", "Core score"]
+    assert all(len(row) == len(rows[0]) for row in rows)

@@ -1,0 +1,50 @@
+"""What changed: decisions and verifications, newest first, as a page and as an Atom feed."""
+
+from dataclasses import replace
+from typing import Any
+from xml.etree import ElementTree
+
+from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site.pages.changes import changes
+
+from ..browser import files, typed
+
+ATOM = "{http://www.w3.org/2005/Atom}"
+PART = {
+    "date": "2026-11-24", "version": "1.0.0", "value": "0f", "logs": ["hopper-gravity/single"], "runs": 5,
+    "current": 5, "episodes": 600, "repeated": 600, "difference": "", "kernels": "", "cells": 5,
+    "p_value": 0.5, "second_p_value": None, "passed": True, "retrained": [],
+}  # fmt: skip
+ACCEPTED = {"action": "accepted", "by": "M.", "date": "2026-11-25", "reason": "<All> of it."}
+
+
+def test_a_day_has_one_row_per_submission_and_kind_and_the_newest_comes_first(
+    document: dict[str, Any],
+) -> None:
+    document["submissions"][0] |= {"decisions": [ACCEPTED], "verifications": [PART, {**PART, "runs": 2}]}
+    document["submissions"][1] |= {"verifications": [{**PART, "passed": False}]}
+    whole = typed(document)
+    found = changes(Leaderboard(whole.references, whole.submissions))
+    assert [(row.date, row.name, row.kind) for row in found] == [
+        ("2026-11-25", "agile", "accepted"),
+        ("2026-11-24", "keeper", "not verified"),
+        ("2026-11-24", "agile", "verified"),
+    ]
+    assert (
+        found[2].text
+        == "7 runs, 1\N{NARROW NO-BREAK SPACE}200 of 1\N{NARROW NO-BREAK SPACE}200 episodes repeated."
+    )
+    assert replace(found[2], name="b").path == "submissions/b.html"
+    written = dict(files(document))
+    feed = ElementTree.fromstring(written["feed.xml"])
+    entries = feed.findall(f"{ATOM}entry")
+    assert entries[0].findtext(f"{ATOM}summary") == "<All> of it."
+    assert feed.findtext(f"{ATOM}updated") == "2026-11-25T00:00:00Z"
+    assert len({entry.findtext(f"{ATOM}id") for entry in entries}) == 3
+    assert "Accepted: &lt;All&gt; of it." in written["changes.html"]
+
+
+def test_a_site_without_reviews_has_an_empty_feed(document: dict[str, Any]) -> None:
+    written = dict(files(document))
+    assert ElementTree.fromstring(written["feed.xml"]).findall(f"{ATOM}entry") == []
+    assert "No submission has been accepted" in written["changes.html"]
