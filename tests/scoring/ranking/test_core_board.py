@@ -475,7 +475,7 @@ def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: O
 
 @pytest.mark.parametrize(("claimed", "note"), [(0.5, "agree with these"), (0.9, "claim 0.40 more")])
 def test_an_authors_own_runs_are_a_claim_beside_them(on_core: OnCore, claimed: float, note: str) -> None:
-    exact = dict.fromkeys(GROUPS, (claimed - 0.1, claimed, claimed + 0.1))
+    exact = dict.fromkeys(GROUPS, tuple(claimed + step for step in (-0.1, -0.05, 0.0, 0.05, 0.1)))
     ours = dict.fromkeys(GROUPS, (0.4, 0.45, 0.5, 0.55, 0.6))
     core = core_score(trained(on_core("new", exact), ours))
     assert core is not None
