@@ -82,7 +82,7 @@ def train(
     # Whatever cannot become a submission after training is refused before it.
     submission.validate(path, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
-    jobs.require_equal_spaces(request.groups)
+    jobs.require_fit(request.groups)
     spec = agent_spec.AgentSpec.of(agent, request.logs())
     shared = parallel.num_envs, parallel.num_threads, monitor.interim, seeds
     settings = jobs.Settings(spec, request.budget, *shared)

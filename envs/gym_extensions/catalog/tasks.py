@@ -249,7 +249,7 @@ def foreign_task(env_id: str, max_steps: int | None = None) -> Task:
         if module:
             importlib.import_module(module)
         registered = gymnasium.spec(name).max_episode_steps
-    except (gymnasium.error.Error, ImportError) as error:
+    except Exception as error:  # the module may raise anything
         message = f"There is no task {env_id!r}: {str(error).rstrip('.')}."
         hint = "Install its package; name the module that registers it as in my_module:Name-v0."
         raise BenchError("unknown-task", message, hint=hint) from error

@@ -2,15 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, SupportsFloat
+from typing import Any
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-from gym_extensions.catalog import bodies, groups, tasks as task_module
+from gym_extensions.catalog import groups, tasks as task_module
 from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
 from gym_extensions.catalog.variations import KINDS, Variation
+from gym_extensions.envs import foreign
 from gym_extensions.envs.interfaces import Template
 from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.mujoco.vector_env import MujocoVectorEnv
@@ -130,36 +131,12 @@ def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
     keyword is a ``TypeError``.
     """
     if task.is_foreign:
-        return _build_foreign(task, **rendering)
+        return foreign.build(task, **rendering)
     if task.body.family == "navigation":
         from gym_extensions.envs.navigation.env import Navigation
 
         return Navigation(task, **rendering)
     return TaskEnv(task, **rendering)
-
-
-class _Foreign(gym.Wrapper[Any, Any, Any, Any]):
-    """An environment of another package. It reports no success, because its task defines none."""
-
-    task: Task
-
-    def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
-        *rest, info = self.env.step(action)
-        return *rest, {key: value for key, value in info.items() if key != bodies.IS_SUCCESS}
-
-
-def _build_foreign(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
-    """With the wrappers of its registration and the time limit. ``BenchError`` if a space is no Box."""
-    env = gym.make(task.base, task.max_steps, disable_env_checker=True, **rendering)
-    for name in ("observation_space", "action_space"):
-        space = getattr(env, name)
-        if not isinstance(space, gym.spaces.Box):
-            env.close()
-            hint = "Agents and policies here need two Boxes: wrap it, and register the result."
-            raise BenchError("bad-space", f"Its {name} is {space}, not a Box.", task.id, hint)
-    wrapped = _Foreign(env)
-    wrapped.task = task
-    return wrapped
 
 
 def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:

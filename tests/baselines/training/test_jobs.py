@@ -17,7 +17,7 @@ from gym_extensions.baselines.training.jobs import (
     Settings,
     jobs_of,
     parse_request,
-    require_equal_spaces,
+    require_fit,
 )
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
@@ -120,11 +120,11 @@ def test_a_group_with_and_without_its_version_is_the_same_group() -> None:
 
 
 def test_tasks_of_a_published_group_have_equal_spaces(monkeypatch: pytest.MonkeyPatch) -> None:
-    require_equal_spaces(each for name, each in GROUPS.items() if not name.startswith("nav-"))
+    require_fit(each for name, each in GROUPS.items() if not name.startswith("nav-"))
     mixed = TaskGroup("mixed", (task("Hopper"), task("HopperWall")))
     monkeypatch.setitem(GROUPS, mixed.name, mixed)
     with pytest.raises(BenchError, match="HopperWall-v0 has Box") as error:
-        require_equal_spaces([mixed])
+        require_fit([mixed])
     assert (error.value.where, error.value.hint) == ("mixed", "Give tasks with equal spaces.")
 
 

@@ -13,7 +13,7 @@ from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
 from gym_extensions.catalog.protocol import CURVE_POINTS, PROTOCOLS, Budget, budget as budget_named
 from gym_extensions.catalog.tasks import Task, whole_number
-from gym_extensions.envs import make_vec
+from gym_extensions.envs import foreign, make_vec
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.submissions.layout import MAX_RUNS
 from gym_extensions.submissions.manifest import Steps
@@ -116,13 +116,15 @@ def listed(value: object, kind: Any, name: str, expected: str) -> list[Any]:
     return items
 
 
-def require_equal_spaces(groups: Iterable[TaskGroup]) -> None:
-    """Raises ``BenchError`` if the tasks of a group cannot be created, or have different spaces."""
+def require_fit(groups: Iterable[TaskGroup]) -> None:
+    """Raises ``BenchError`` if the tasks of a group cannot be made, are broken, or have different spaces."""
     for group in groups:
         try:
             make_vec(list(group.tasks), len(group.tasks)).close()
+            foreign.check(group)
         except BenchError as error:
-            raise BenchError(error.code, error.message, group.name, error.hint) from error
+            where = f"{group.name}, {error.where}" if error.code == foreign.CODE else group.name
+            raise BenchError(error.code, error.message, where, error.hint) from error
 
 
 @dataclass(frozen=True)

@@ -213,7 +213,8 @@ def _copied(values: Any) -> Array:
     """A copy of an array; of a PyTorch tensor also if it is trained, on another device or in bfloat16."""
     if hasattr(values, "detach"):
         values = values.detach().cpu()
-        values = values.float() if values.is_floating_point() and values.element_size() < 4 else values
+        is_short = values.is_floating_point() and values.element_size() < 4
+        values = (values.float() if is_short else values).numpy()
     return np.array(values, order="C")
 
 

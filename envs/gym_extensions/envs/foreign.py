@@ -1,0 +1,147 @@
+"""Environments of other packages as tasks: what they return is made regular, and what is broken is named."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from itertools import zip_longest
+from typing import Any, NoReturn
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.tasks import Task
+from gym_extensions.errors import BenchError
+
+CODE, SEED = "bad-environment", 0
+HINT = "Correct the environment, or register it with a wrapper that does."
+SEEDS = "Call super().reset(seed=seed), and draw every random number from self.np_random."
+CHECK_STEPS, CHECK_SECONDS = 200, 1.0
+"""The longest episode of the check of a task, and the time for all episodes of a group."""
+TOLERANCE = 1e-4
+"""How far an observation may lie outside its space, relative to the bound where that is above 1: rounding."""
+
+
+class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
+    """An environment of another package. It reports no success, because its task defines none.
+
+    Observations are arrays of the type of their space, rewards and ends are plain numbers.
+
+    Raises ``BenchError`` if the environment raises an error, returns another number of values, or a value
+    that is not finite or has another shape. It names the task, the step of the episode and the action.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], task: Task) -> None:
+        super().__init__(env)
+        self.task, self._steps = task, 0
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[Any], dict[str, Any]]:
+        self._steps = 0
+        observation, info = self._called("reset()", 2, self.env.reset, seed=seed, options=options)
+        return self._array("observation", observation, self.observation_space, "reset()"), info
+
+    def step(self, action: Any) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
+        self._steps += 1
+        where = f"step {self._steps} of an episode, with the action {np.asarray(action).tolist()},"
+        observation, reward, *ends, info = self._called(where, 5, self.env.step, action)
+        seen = self._array("observation", observation, self.observation_space, where)
+        value = self._array("reward", np.ravel(reward), Box(-np.inf, np.inf, (1,), np.float64), where)
+        terminated, truncated = map(bool, ends)
+        info = {key: value for key, value in info.items() if key != IS_SUCCESS}
+        return seen, float(value[0]), terminated, truncated, info
+
+    def _called(self, where: str, size: int, method: Any, *arguments: Any, **options: Any) -> Any:
+        try:
+            returned = method(*arguments, **options)
+        except (BenchError, gym.error.Error):
+            raise
+        except Exception as error:  # noqa: BLE001  (the environment may raise anything)
+            self.fail(f"{where} raised {type(error).__name__}: {error}".rstrip(" .:"), cause=error)
+        if not isinstance(returned, tuple) or len(returned) != size:
+            shown = f"{len(returned)} values" if isinstance(returned, tuple) else type(returned).__name__
+            self.fail(f"{where} returned {shown}; expected {size} values, as in Gymnasium 1")
+        return returned
+
+    def _array(self, name: str, value: Any, space: Any, where: str) -> NDArray[Any]:
+        try:
+            array = np.asarray(value, space.dtype)
+        except (TypeError, ValueError) as error:
+            self.fail(f"{where} returned the {name} {value!r}, which is not a number", cause=error)
+        if array.shape != space.shape:
+            self.fail(f"{where} returned the {name} of shape {array.shape}; expected {space.shape}")
+        if not np.isfinite(array).all():
+            self.fail(f"{where} returned the {name} {array[~np.isfinite(array)][0]}")
+        return array
+
+    def fail(self, message: str, hint: str = HINT, cause: Exception | None = None) -> NoReturn:
+        """Raises the ``BenchError`` of this environment."""
+        text = f"The environment {self.task.base} is broken: {message}."
+        raise BenchError(CODE, text, self.task.id, hint) from cause
+
+
+def build(task: Task, **rendering: Any) -> ForeignEnv:
+    """The environment with the wrappers of its registration and the time limit of the task.
+
+    Raises ``BenchError`` if it cannot be made, or a space is no Box.
+    """
+    given = {name: value for name, value in rendering.items() if value is not None}  # it may know none
+    try:
+        env = gym.make(task.base, task.max_steps, disable_env_checker=True, **given)
+    except Exception as error:
+        if given:
+            raise
+        message = f"It cannot be made: {type(error).__name__}: {error}".rstrip(" .:")
+        raise BenchError(CODE, f"{message}.", task.id, HINT) from error
+    for name in ("observation_space", "action_space"):
+        space = getattr(env, name)
+        if not isinstance(space, Box):
+            env.close()
+            hint = "Agents and policies here need two Boxes: wrap it, and register the result."
+            raise BenchError("bad-space", f"Its {name} is {space}, not a Box.", task.id, hint)
+    return ForeignEnv(env, task)
+
+
+def check(group: TaskGroup) -> None:
+    """Runs seeded episodes of random actions in environments of other packages, before anything is trained.
+
+    Two episodes of one environment and one of a new one have the same seed and actions: they have to be
+    equal, finite and in the observation space. It takes about ``CHECK_SECONDS`` per group.
+
+    Raises ``BenchError`` that names the task and the first step that is not.
+    """
+    tasks = [task for task in group.tasks if task.is_foreign]
+    for task in tasks:
+        first, second = build(task), build(task)
+        recorded: list[Any] = []
+        for env in (first, first, second):
+            until = time.monotonic() + CHECK_SECONDS / len(tasks) / 3
+            episode = list(_episode(env, until))
+            for step, (row, other) in enumerate(zip_longest(episode, recorded)):
+                if row and other and not all(map(np.array_equal, row, other)):
+                    first.fail(
+                        f"two episodes with the seed {SEED} and the same actions differ at step {step}", SEEDS
+                    )
+            recorded = recorded or episode
+        first.close()
+        second.close()
+
+
+def _episode(env: ForeignEnv, until: float) -> Iterator[tuple[Any, ...]]:
+    """The observation of a reset and the rows of random steps, the first of them in any case."""
+    space: Any = env.observation_space
+    env.action_space.seed(SEED)
+    row: tuple[Any, ...] = (env.reset(seed=SEED)[0], 0.0, False, False)
+    margin = TOLERANCE * np.maximum(1.0, np.abs(np.stack([space.low, space.high], dtype=np.float64)))
+    for step in range(CHECK_STEPS):
+        if (row[0] < space.low - margin[0]).any() or (row[0] > space.high + margin[1]).any():
+            env.fail(f"the observation at step {step} lies outside of {space}")
+        yield row
+        if row[2] or row[3] or (step and time.monotonic() > until):
+            return
+        row = env.step(env.action_space.sample())[:4]
