@@ -8,22 +8,34 @@ from typing import Any
 import pytest
 
 from gym_extensions.site.pages.submissions import bibtex, commands
-from gym_extensions.site.paths import NOWHERE
+from gym_extensions.site.paths import NOWHERE, Source
 
 from ..browser import Reader, files, typed
 from ..conftest import MADE
+from .test_core import method
 
 
 def test_the_commands_check_and_repeat_a_submission(document: dict[str, Any]) -> None:
     card = document["submissions"][0]
     card.update(name="a b; rm", level="claimed")
-    assert commands(typed(document).submissions[0]) == "", "it publishes no policies"
+    assert "policies" not in commands(typed(document).submissions[0]), "it publishes none"
     made = {**MADE, "command": "gym-extensions train mine"}
     card["groups"]["hopper-gravity-v0"]["sequential"]["provenance"] = [made]
     text = commands(typed(document).submissions[0])
     assert "gym-extensions verify 'submissions/a b; rm'\n" in text
     assert "# what trained run 0 on hopper-gravity-v0\ngym-extensions train mine\n" in text
     assert "policies.load('submissions/a b; rm', 'hopper-gravity', run=0, stage=5)" in text
+
+
+def test_the_citation_has_the_repository_the_version_and_the_core_score(document: dict[str, Any]) -> None:
+    document["submissions"] = [method("keeper", 0.8, 0.95)]
+    source = Source("https://example.org/a_b", version="1.0.0")
+    (card,) = typed(document).submissions
+    citation = bibtex(card, source)
+    assert "\\url{https://example.org/a\\_b}" in citation
+    assert "version = {gym-extensions 1.0.0}" in citation
+    assert card.core
+    assert f"core score {card.core.metrics['final_performance'].mean:.2f} (" in citation
 
 
 def test_the_citation_has_title_authors_and_code(document: dict[str, Any]) -> None:

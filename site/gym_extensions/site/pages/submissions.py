@@ -102,7 +102,7 @@ def _escaped(text: str) -> str:
 
 
 def commands(card: Scorecard) -> str:
-    """The commands that check a submission, repeat a run of it and load one of its policies, in a clone."""
+    """The commands that check a submission, print its scores, repeat a run and load a policy, in a clone."""
     folder, lines = f"submissions/{card.name}", []
     if submission_facts.has_policies(card):
         lines = [
@@ -122,4 +122,10 @@ def commands(card: Scorecard) -> str:
             f"policy = policies.load({folder!r}, {group!r}, run={sequential.runs[0]}, "
             f"stage={len(sequential.tasks)})",
         ]
+    lines += [
+        "# its scores, the core score first; and in Python as a data frame",
+        f"gym-extensions score {shlex.quote(folder)}",
+        "from gym_extensions import results",
+        f"metrics = results.metrics({folder!r})",
+    ]
     return "\n".join(lines)

@@ -72,7 +72,7 @@
       PNG: () => png(svg, name),
     });
   });
-  document.querySelectorAll("main table").forEach((table, i) => {
+  document.querySelectorAll("main table:not([data-table])").forEach((table, i) => { // the others have tools of their own
     const name = `${here}-table-${i + 1}`;
     offer(table.closest(".scroll") ?? table, name, { CSV: () => save(`${name}.csv`, new Blob(["\ufeff", csv(table)], { type: "text/csv" })) });
   });
