@@ -44,6 +44,7 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         "written-by-the-base", f"{NEW}/landscapes/hopper-gravity.json", "{}"
     ),
     "a submission with poses": file("written-by-the-base", f"{NEW}/poses/hopper-gravity.json", "{}\n"),
+    "a training of its own": file("written-by-the-base", f"{NEW}/trained/1.toml"),
     "a review of another submission": file("written-by-the-base", "submissions/old/review.toml"),
     "two new submissions": file(
         "several-submissions", "submissions/another/submission.toml", where="submissions"

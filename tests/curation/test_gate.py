@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import shutil
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
+from gym_extensions.curation.gate_report import comment
 from gym_extensions.errors import BenchError
 from gym_extensions.verification import git as plumbing
 from gym_extensions.verification.git import Repository
@@ -17,6 +19,7 @@ from gym_extensions.verification.limits import Limits
 from .plays import NEW, PLAYS, index
 from .repositories import checked, commit, git, make_crossed, rules
 
+OLD = "submissions/old"
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
 
 
@@ -65,6 +68,29 @@ def test_an_edit_of_a_submission_goes_to_its_owner_and_a_maintainer(project: Pat
     report = checked(project)
     assert (report.kind, report.verdict, report.submission) == ("edit", "review", "old")
     assert report.labels == ["claimed", "edits-submission"]
+
+
+@pytest.mark.usefixtures("no_judge")
+@pytest.mark.parametrize(("days", "expected"), [(29, [("next-version", f"{OLD}/agent")]), (31, [])])
+def test_a_new_version_of_code_waits_thirty_days_and_may_drop_its_files(
+    project: Path, monkeypatch: pytest.MonkeyPatch, days: int, expected: list[tuple[str, str]]
+) -> None:
+    git(project, "switch", "--quiet", "main")
+    monkeypatch.setenv("GIT_COMMITTER_DATE", f"{int(time.time()) - days * 86400} +0000")
+    commit(project, {f"{OLD}/agent/agent.py": "make = 1\n", f"{OLD}/agent/part.py": "part = 1\n"})
+    monkeypatch.delenv("GIT_COMMITTER_DATE")
+    git(project, "switch", "--quiet", "-c", "version", "main")
+    commit(project, {f"{OLD}/agent/agent.py": "make = 2\n", f"{OLD}/agent/part.py": None})
+    assert rules(checked(project)) == expected
+
+
+def test_the_code_of_a_submission_is_read_and_not_run(request_with_submission: Path) -> None:
+    with (request_with_submission / NEW / "submission.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[agent]\nentry = "agent.py:make"\n')
+    commit(request_with_submission, {f"{NEW}/agent/agent.py": "make = 1 / 0\n"})
+    report = checked(request_with_submission)
+    assert (report.verdict, report.trains, report.problems) == ("passed", True, ())
+    assert "the code is trained on the core in a box" in comment(report)
 
 
 def test_a_change_of_code_alone_is_not_judged(project: Path) -> None:

@@ -30,6 +30,7 @@ from gym_extensions.baselines import Monitor, StageStarted  # noqa: E402
 from gym_extensions.curation.gate import check_pull_request  # noqa: E402
 from gym_extensions.metrics.formulas import CORE_METRICS  # noqa: E402
 from gym_extensions.references import load_references  # noqa: E402
+from gym_extensions.scoring.ranking import core_board  # noqa: E402
 from gym_extensions.scoring.ranking.group_board import boards  # noqa: E402
 from gym_extensions.scoring.submission.scorer import score  # noqa: E402
 from gym_extensions.submissions.reader import read  # noqa: E402
@@ -129,6 +130,7 @@ class Story:
     def result(self) -> dict[str, Any]:
         """Level, rank and failures of the submission."""
         card = score(read(self.main / NEW), load_references())
+        core_board.left_out = lambda _: iter(())  # of one group, no part can be left out
         core = boards([card]).core
         row = core.rows[0] if core else None
         return {

@@ -1,0 +1,159 @@
+"""What was trained is taken from another job only if it follows from the merge. Boxes: tests/curation."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from gym_extensions.baselines import train
+from gym_extensions.curation.cli import maintain
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.run import read_run, write_run
+from gym_extensions.submissions.training import Training, training_of, training_text
+from gym_extensions.verification import train_here
+
+from ..curation.repositories import commit, make_repository
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="what a job wrote is read with limits")
+GROUP, CODE = "pusher", "make = None\n"
+RUN = f"{GROUP}/sequential/run0"
+Change = Callable[[Path], object]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the repository ``main``, and ``trained`` of a job: two runs of an agent, by its seeds."""
+    folder = tmp_path_factory.mktemp("made")
+    submission = folder / "main/submissions/new"
+    train("random", GROUP, "sequential", "smoke", 0, out=folder / "smoke")
+    manifest = (folder / "smoke/submission.toml").read_text(encoding="utf-8")
+    manifest += '\n[agent]\nentry = "agent.py:make"\n'
+    make_repository(folder / "main")
+    commit(
+        folder / "main", {"submissions/new/agent/agent.py": CODE, "submissions/new/submission.toml": manifest}
+    )
+    number, training = train_here.present(read(submission), "")
+    assert number == 1
+    train("random", GROUP, "sequential", "smoke", [0, 1], out=folder / "trained/1", seeds=training.seeds)
+    write(folder / "trained", training)
+    return folder
+
+
+def write(trained: Path, training: Training) -> None:
+    (group,) = read(trained / "1").groups.values()
+    found = msgspec.structs.replace(training, runs=group.digests("sequential"))
+    (trained / "1.toml").write_text(training_text(found), encoding="utf-8")
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path, in_this_process: None) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "made"))
+
+
+def take(folder: Path, value: str = "") -> Path:
+    submission = folder / "main/submissions/new"
+    train_here.take(read(submission), folder / "trained", value)
+    return submission
+
+
+def test_runs_of_the_merged_code_are_taken_and_do_not_change(folder: Path) -> None:
+    submission = take(folder)
+    found = read(submission)
+    assert found.problems == ()
+    assert found.trained is not None
+    assert (found.trained.version, found.trained.training.commit) == (1, train_here.merge_of(submission))
+    assert list(found.trained.training.runs) == [RUN, RUN.replace("run0", "run1")]
+    assert not (submission / "trained/1/.progress").exists()
+    before = {path: path.stat().st_mtime_ns for path in submission.glob("trained/1/*/*/*")}
+    take(folder)
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+
+
+def test_a_run_that_was_finished_when_the_machine_died_is_taken(folder: Path) -> None:
+    record = folder / "trained/1.toml"
+    training = training_of(record.read_bytes())
+    record.write_text(training_text(msgspec.structs.replace(training, runs={})), encoding="utf-8")
+    assert len(training_of((take(folder) / "trained/1.toml").read_bytes()).runs) == 2
+
+
+def record(**changes: object) -> Change:
+    def change(trained: Path) -> None:
+        path = trained / "1.toml"
+        stated = msgspec.to_builtins(training_of(path.read_bytes())) | changes
+        path.write_text(training_text(msgspec.convert(stated, Training)), encoding="utf-8")
+
+    return change
+
+
+def document(**changes: object) -> Change:
+    path = f"1/{RUN}.json"
+    return lambda trained: write_run(
+        trained / path, msgspec.structs.replace(read_run(trained / path), **changes)
+    )
+
+
+REFUSED: dict[str, tuple[Change, str]] = {
+    "no record": (lambda trained: (trained / "1.toml").unlink(), "not a record"),
+    "a key of its own": (lambda trained: (trained / "1.toml").write_text("rank = 1\n"), "not a record"),
+    "another commit": (record(commit="3f" * 20), "seeds do not follow"),
+    "a value of its own": (record(value="3f" * 20), "seeds do not follow"),
+    "other code": (record(agent="0" * 64), "seeds do not follow"),
+    "another digest": (record(runs={RUN: "0" * 64}), "not those of the record"),
+    "seeds of its own": (document(command="gym-extensions train --seeds 1"), "other seeds"),
+    "an edited log": (lambda trained: (trained / f"1/{RUN}.csv").write_text("x\n"), f"{RUN}.csv"),
+    "a file of its own": (lambda trained: (trained / "1/run.sh").write_text("x\n"), "Unexpected file"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_anything_else_is_refused_and_nothing_is_taken(folder: Path, name: str) -> None:
+    change, reason = REFUSED[name]
+    change(folder / "trained")
+    with pytest.raises(BenchError, match=reason):
+        take(folder)
+    assert not (folder / "main/submissions/new/trained").exists()
+
+
+def test_a_known_run_or_failure_is_not_changed(folder: Path) -> None:
+    submission = take(folder)
+    known = submission / "trained/1.toml"
+    training = training_of(known.read_bytes())
+    known.write_text(training_text(msgspec.structs.replace(training, failed={RUN: "x"})), encoding="utf-8")
+    with pytest.raises(BenchError, match="a run that is known"):
+        take(folder)
+
+
+def test_a_public_value_is_part_of_the_seeds_and_stands(folder: Path) -> None:
+    record(value="3f" * 20)(folder / "trained")
+    with pytest.raises(BenchError, match="seeds"):
+        take(folder, "4e" * 20)
+
+
+def test_code_that_changed_is_the_next_version_and_due(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    submission = take(folder)
+    commit(folder / "main", {"submissions/new/agent/agent.py": "make = 1\n"})
+    number, training = train_here.present(read(submission), "")
+    assert (number, training.runs) == (2, {})
+    assert maintain(["train-here", str(submission), "--due"]) == 0
+    assert capsys.readouterr().out == '["new"]\n'
+
+
+def test_code_that_is_not_committed_has_no_seeds(folder: Path) -> None:
+    submission = folder / "main/submissions/new"
+    (submission / "agent/agent.py").write_text("make = 1\n", encoding="utf-8")
+    with pytest.raises(BenchError, match="not committed"):
+        train_here.present(read(submission), "")
+
+
+def test_a_submission_without_code_says_what_to_add(folder: Path) -> None:
+    with pytest.raises(BenchError, match="no code") as error:
+        train_here.present(read(folder / "smoke"), "")
+    assert "agent/" in error.value.hint
