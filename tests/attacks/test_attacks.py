@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -42,10 +42,11 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "security.md"
 TASKS = group(GROUP).tasks
 LAST = len(TASKS)
 VALUE = "5e" * 20
-REPETITION, NEW_SEEDS, POLICIES, CLAIMED, VERIFIED = (
+REPETITION, NEW_SEEDS, POLICIES, TWINS, CLAIMED, VERIFIED = (
     "repetition",
     "new seeds",
     "policies",
+    "one run twice",
     "claimed",
     "verified",
 )
@@ -123,6 +124,21 @@ def one_policy_everywhere(submission: Path) -> None:
         chosen = network(700 + run)
         stored = read_policies(submission, group(GROUP), "sequential", run)
         submissions.write_run_files(submission, "sequential", run, stored, dict.fromkeys(stored, chosen))
+
+
+def one_run_many_times(submission: Path) -> None:
+    """Makes all runs from run 0 by noise on the weights, and evaluates each honestly."""
+    first, rng = read_policies(submission, group(GROUP), "sequential", 0), np.random.default_rng(0)
+    for document in submission.glob("*/*/*.json"):
+        noisy = {
+            key: replace(
+                policy,
+                weights=tuple(each * (1 + 1e-3 * rng.normal(size=each.shape)) for each in policy.weights),
+            )
+            for key, policy in first.items()
+            if isinstance(policy, Policy)
+        }
+        submissions.write_run_files(submission, "sequential", read_run(document).run, noisy)
 
 
 def per_task(stored: dict[Key, AnyPolicy]) -> None:
@@ -221,6 +237,7 @@ ATTACKS = (
         "The best of five evaluations of every episode.", best_of(5, "episode"), NEW_SEEDS, head="gaussian"
     ),
     Attack("The best of ten evaluations of every cell.", best_of(10, "cell"), NEW_SEEDS, head="gaussian"),
+    Attack("All runs are made from one, by noise of a thousandth of the weights.", one_run_many_times, TWINS),
     Attack("Tuning is said to have cost nothing.", lambda submission: submission, VERIFIED),
 )
 
@@ -235,6 +252,8 @@ def stop_of(submission: Path, cache: Path) -> str:
         return CLAIMED
     if found.passed:
         return VERIFIED
+    if report.twins:
+        return TWINS
     if not report.means:
         return POLICIES
     is_refused = found.second_p_value is not None and max(found.p_value, found.second_p_value) <= 0.004

@@ -28,6 +28,7 @@ from gym_extensions.metrics.statistics import (
     ratio_of_groups,
     rounded_quantile,
     significant_pairs,
+    smaller_spread_p,
     summary,
     to_interval,
     welch_satterthwaite,
@@ -202,6 +203,15 @@ def test_rank_intervals_by_hand(better: str, ranks: list[tuple[int, int]]) -> No
     submissions = [summary([mean, mean + 1]) for mean in (0.0, 7.0, 5.0, 6.0)]
     significant = np.array([[0, 1, 1, 1], [1, 0, 1, 0], [1, 1, 0, 0], [1, 0, 0, 0]], dtype=np.bool_)
     assert rank_intervals(submissions, significant, better) == ranks
+
+
+def test_a_smaller_spread_has_the_p_value_of_scipy() -> None:
+    rng = np.random.default_rng(0)
+    own, others = rng.normal(0, 1, 5).tolist(), [rng.normal(each, 2, 6).tolist() for each in range(3)]
+    p_value, spread = smaller_spread_p(own, others, 0.5)
+    pooled = np.mean([np.var(each, ddof=1) for each in others])  # of equal size
+    assert spread == pytest.approx(pooled**0.5)
+    assert p_value == pytest.approx(stats.f.cdf(np.var(own, ddof=1) / (pooled / 4), 4, 15))
 
 
 def test_errors_of_anchors_add_to_that_over_runs() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,9 @@ import pytest
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import fingerprinting
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.files import policy_keys, read_policies
+from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.poses import load_submission
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import read_review
@@ -216,3 +219,16 @@ def test_several_processes_find_the_same(verified: Path, tmp_path: Path) -> None
     assert verify(submission, "--write", "--jobs", "2") == 0
     (once,), (again,) = (read_review(each).verifications for each in (verified, submission))
     assert msgspec.structs.replace(again, date=once.date) == once
+
+
+def test_a_later_run_with_the_policy_of_an_earlier_one_is_refused(submission: Path, tmp_path: Path) -> None:
+    first, noisy = read_policies(submission, group(GROUP), "sequential", 0), {}
+    for key, policy in first.items():
+        assert isinstance(policy, Policy)
+        noisy[key] = replace(policy, biases=(policy.biases[0] + 0.1,))
+    submissions.write_run_files(submission, "sequential", 2, noisy)
+    last, store = f"{GROUP}/sequential/run2", episodes.Store(tmp_path / "store")
+    report = verify_submission(read(submission), VALUE, store, Fetcher(tmp_path / "cache"), only=[last])
+    assert f"{last}: nearly the same policy as {GROUP}/sequential/run0" in report.twins
+    assert report.verification is not None
+    assert (list(report.verification.runs), report.verification.passed) == ([last], False)

@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtr, stdtrit
+from scipy.special import fdtr, stdtr, stdtrit
 
 from gym_extensions.errors import BenchError
 
@@ -199,6 +199,20 @@ def zero_mean_p(estimate: Summary) -> float:
     if estimate.mean == 0 or estimate.squared_error == 0:
         return float(estimate.mean == 0)
     return float(2 * stdtr(estimate.df, -abs(estimate.mean) / math.sqrt(estimate.squared_error)))
+
+
+def smaller_spread_p(
+    values: Sequence[float], others: Sequence[Sequence[float]], share: float
+) -> tuple[float, float]:
+    """The one-sided p value of a standard deviation not below ``share`` of the others', and that of those.
+
+    It is that of an F test against the pooled variance of the others. Each has at least two values.
+    """
+    df = sum(len(each) - 1 for each in others)
+    squares = (standard_deviation(each, ddof=1) ** 2 * (len(each) - 1) for each in others)
+    variance, own = math.fsum(squares) / df, standard_deviation(values, ddof=1) ** 2
+    p_value = float(fdtr(len(values) - 1, df, own / (share * share * variance))) if variance else 1.0
+    return p_value, math.sqrt(variance)
 
 
 def holm(p_values: Array) -> Mask:

@@ -15,7 +15,7 @@ from gym_extensions.submissions import layout, problem, rules
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
 from gym_extensions.submissions.log import TableError, log_frame, log_of
 from gym_extensions.submissions.manifest import manifest_of, parse
-from gym_extensions.submissions.policies.files import AnyPolicy, missing_networks, read_arrays
+from gym_extensions.submissions.policies.files import AnyPolicy, Sketches, missing_networks, read_arrays
 from gym_extensions.submissions.review import Review, review_of
 from gym_extensions.submissions.run import RunDocument, run_of
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained, is_trainable
@@ -194,6 +194,7 @@ class _Reader:
         observes_task = self._declared("observes", "task_in_evaluation")
         evaluation = self._declared("protocol", "evaluation")
         for protocol, runs in documents.items():
+            sketches: dict[int, Sketches] | None = {} if is_trainable(documents) else None
             for run, document in runs.items():
                 suffixes = self.folder.runs[group.name, protocol][run]
                 if document.policies is None or document.policies.url:
@@ -207,7 +208,7 @@ class _Reader:
                     path = Path(error.where).relative_to(self.folder.root).as_posix()
                     self._check("file", "malformed-policies", path, error.message)
                     continue
-                stated = (first, observes_task, evaluation)
+                stated = (first, sketches, observes_task, evaluation)
                 subject = rules.policies.RunPolicies(group, document, arrays, whole, *stated)
                 self._check("policies", subject)
                 sized = (each for each in subject.policies.values() if each.num_inputs is not None)

@@ -96,7 +96,7 @@ def verified(
             *(submission, value, episodes.Store(options.cache / "verify")),
             Fetcher(options.cache / "policies", options.public_only),
             only=runs,
-            files=files,
+            groups=files,
             jobs=options.jobs,
             started=started,
             done=lambda cells: progress.advance(task, cells),
@@ -176,7 +176,9 @@ def lines_of(report: Report) -> Iterator[str]:
         yield f"  repeated {how}: {found.repeated:,} of {found.episodes:,} episodes"
     else:
         yield "  repeated: none, because the policies sample their actions"
-    if found.difference:
+    if report.twins:
+        yield f"  one run twice: {report.twins}"
+    elif found.difference:
         yield f"  first difference: {found.difference}"
     for machine in dict.fromkeys(report.machines.values()):
         yield f"  made elsewhere (run / here): {machine}; a difference neither raises nor lowers the level"

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from itertools import groupby
 from pathlib import Path
@@ -72,12 +72,14 @@ class RunRequest:
 class Played:
     """The outcomes of every cell of a run, or why its policies do not give any.
 
-    ``runtime`` is what ran ONNX networks, with its version; empty for plain arrays.
+    ``runtime`` is what ran ONNX networks, with its version; empty for plain arrays. ``sketches`` are those of
+    the weights (:func:`~gym_extensions.submissions.policies.files.parameter_sketch`).
     """
 
     outcomes: tuple[tuple[rollout.Outcome, ...], ...] = ()
     problem: str = ""
     runtime: str = ""
+    sketches: dict[str, list[float]] = field(default_factory=dict)
 
 
 @contextmanager
@@ -169,7 +171,8 @@ def played(request: RunRequest, group: TaskGroup) -> Played:
         return Played(problem=error.message)
     has_networks = any(isinstance(policy, onnx.OnnxPolicy) for policy in policies.values())
     runtime = f"{onnx.RUNTIME} {versions.version(onnx.RUNTIME)}" if has_networks else ""
-    return Played(tuple(results[cell] for cell in request.cells), runtime=runtime)
+    outcomes = tuple(results[cell] for cell in request.cells)
+    return Played(outcomes, runtime=runtime, sketches=stored.parameter_sketch(policies))
 
 
 def play(call: Mapping[str, Any]) -> Iterator[Any]:

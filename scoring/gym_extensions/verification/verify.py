@@ -15,10 +15,11 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.submissions import fetch, layout, problem
 from gym_extensions.submissions.log import Log
+from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.onnx import RUNTIME
 from gym_extensions.submissions.review import Review, Verification
 from gym_extensions.submissions.run import RunDocument
-from gym_extensions.submissions.submission import Submission
+from gym_extensions.submissions.submission import Submission, is_trainable
 from gym_extensions.verification import new_seeds
 from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, run_all
 from gym_extensions.versions import blas_kernels, version, version_or_none
@@ -169,6 +170,7 @@ class Report:
         machines: what differs between the machine of each run and this one, by name; empty where nothing.
         means: the mean returns in each log and on new seeds, in words, by ``group/protocol``.
         without_policies: names of the runs that publish none.
+        twins: which run has nearly the policies of another one, in words; empty if none has.
         retraining: how a run that was trained again compares; empty if none was.
     """
 
@@ -179,6 +181,7 @@ class Report:
     machines: Mapping[str, str] = field(default_factory=dict)
     means: Mapping[str, str] = field(default_factory=dict)
     without_policies: tuple[str, ...] = ()
+    twins: str = ""
     retraining: str = ""
 
 
@@ -207,7 +210,7 @@ def verify(
     fetcher: fetch.Fetcher,
     *,
     only: Collection[str] | None = None,
-    files: Sequence[str] = (),
+    groups: Sequence[str] = (),
     jobs: int = 1,
     started: Callable[[int], None] = lambda _: None,
     done: Callable[[int], None] = lambda _: None,
@@ -220,7 +223,7 @@ def verify(
         store: keeps outcomes, so that an interrupted verification goes on where it was.
         fetcher: gets policies that lie elsewhere.
         only: the names of the runs to verify; all if None.
-        files: TOML files of custom groups that the submission contains.
+        groups: TOML files of custom groups that the submission contains.
         jobs: processes that work at once.
         started, done: called with the number of cells before they are run, and of each finished run.
 
@@ -233,6 +236,7 @@ def verify(
     runs = logged_runs(submission)
     without = tuple(name for name, run in runs.items() if run.document.policies is None)
     chosen = (set(runs) if only is None else set(only)).difference(without)
+    every = runs
     runs = {name: run for name, run in runs.items() if name in chosen}
     if not runs:
         return Report(submission.name, without_policies=without)
@@ -241,7 +245,7 @@ def verify(
     def play(cells: Mapping[str, tuple[Cell, ...]]) -> dict[str, Played]:
         started(sum(map(len, cells.values())))
         wanted = [replace(request, cells=cells[name]) for name, request in requests.items()]
-        return run_all(wanted, store, groups=files, jobs=jobs, done=lambda request: done(len(request.cells)))
+        return run_all(wanted, store, groups=groups, jobs=jobs, done=lambda request: done(len(request.cells)))
 
     digests = {name: run.document.digest for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
@@ -256,7 +260,13 @@ def verify(
             result = replace(each, outcomes=each.outcomes[:count])
             repetitions[name] = repetition(runs[name], prescribed[name], result)
     machines = {name: run.other_machine for name, run in runs.items()}
+    sketches = {name: each.sketches for name, each in first.items()}
+    for name, run in every.items():  # those that are not verified now, to compare their policies
+        policies, logs = run.document.policies, {each.log.path for each in runs.values()}
+        if name not in runs and run.log.path in logs and policies is not None and not policies.url:
+            sketches[name] = run_all([run.request(submission)], store, groups=groups)[name].sketches
     failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
+    twins = _twins(submission, runs, sketches)
     p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]
     if not failed and not new_seeds.agrees(p_values[0]):
         second = replace(draw, number=2)
@@ -278,19 +288,33 @@ def verify(
             runs=digests,
             episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
             repeated=sum(each.repeated for each in repetitions.values()),
-            difference=failed or difference,
+            difference=failed or twins or difference,
             kernels=blas_kernels(),
             runtime=next((each.runtime for each in first.values() if each.runtime), ""),
             cells=sum(map(len, fresh.values())),
             p_value=p_values[0],
             second_p_value=p_values[1] if len(p_values) > 1 else None,
-            passed=new_seeds.agrees(p_values[-1]) and not is_other,
+            passed=new_seeds.agrees(p_values[-1]) and not is_other and not twins,
         ),
         runs=repetitions,
+        twins=twins,
         machines={name: text for name, text in machines.items() if text},
         means={} if failed else _means(runs, draw, fresh),
         without_policies=without,
     )
+
+
+def _twins(
+    submission: Submission, runs: Mapping[str, LoggedRun], sketches: Mapping[str, files.Sketches]
+) -> str:
+    """Which run has nearly the policies of another one, so that they are one run; empty if none has."""
+    for name, run in runs.items():
+        if is_trainable(submission.groups[run.log.group.id].runs):
+            others = (other for other in sketches if other != name and other.startswith(f"{run.log.path}/"))
+            for other in others:
+                if where := files.nearly_equal(sketches[name], sketches[other]):
+                    return f"{name}: nearly the same policy as {other}, {where}"
+    return ""
 
 
 Fresh = Mapping[str, Sequence[Sequence[Outcome]]]

@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.ranking.copies import duplicate_submissions, is_common
+from gym_extensions.scoring.ranking.copies import duplicate_submissions, is_common, unusually_alike
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.scorecard import Scorecard, Sketch
 from gym_extensions.scoring.submission.scorer import run_sketches
@@ -162,3 +162,21 @@ def test_each_duplicate_names_the_first_submission_that_it_copies() -> None:
     for first, second in ("ab", "ba"):
         assert duplicate_submissions({first: one, second: two, "copy": [*two, *one]}) == {"copy": first}
     assert duplicate_submissions({"a": [], "b": [], "c": [()], "d": [()]}) == {}
+
+
+def test_a_board_marks_runs_that_are_unusually_alike_and_keeps_their_rank(enter: Enter) -> None:
+    def alike(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
+        return stage * 400 / 5 + 0.01 * run + position - episode / 20
+
+    cards = [enter("a", 300), enter("b", 350), enter("one-run", 400, value=alike)]
+    rows = {row.name: row for row in board(cards, KEY).rows}
+    assert "may not be trusted" in rows["one-run"].alike
+    assert rows["one-run"].ranked
+    assert rows["a"].alike == rows["b"].alike == ""
+    assert board(cards[1:], KEY).rows[0].alike == ""  # one other submission says little
+
+
+def test_an_honest_spread_of_a_quarter_of_the_others_is_not_marked() -> None:
+    wide, narrow = [0.1, 0.2, 0.3, 0.4, 0.5], [0.25, 0.275, 0.3, 0.325, 0.35]
+    assert unusually_alike({"a": wide, "b": wide, "c": narrow, "d": wide}) == {}
+    assert set(unusually_alike({"a": wide, "b": wide, "c": [0.3, 0.301, 0.302], "d": wide})) == {"c"}

@@ -75,6 +75,15 @@ def test_a_state_starts_at_zero_and_goes_on_until_it_is_reset() -> None:
     assert [*steps, policy.act(np.zeros(3))[0]] == [0, 1, 2, 0]
 
 
+def test_its_weights_are_tensors_of_two_or_more_dimensions() -> None:
+    constants = [
+        onnx.numpy_helper.from_array(np.array([[1.0, np.nan], [2.0, 3.0], [4.0, 5.0]], np.float32), "w"),
+        onnx.numpy_helper.from_array(np.array([7.0, 7.0], np.float32), "b"),
+    ]
+    nodes = [onnx.helper.make_node("Gemm", ["observation", "w", "b"], ["action"])]
+    assert OnnxPolicy(linear(nodes=nodes, constants=constants)).flat_weights().tolist() == [1, 0, 2, 3, 4, 5]
+
+
 def test_noise_comes_from_the_generator_and_the_task_is_its_index() -> None:
     policy = OnnxPolicy(
         linear(

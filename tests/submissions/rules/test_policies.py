@@ -39,6 +39,10 @@ RUN = POLICIES.removesuffix(".npz")
 PLAIN = Policy(np.zeros(3), np.ones(3), weights=(np.ones((11, 3)),), biases=(np.zeros(3),))
 WIDE = Policy(np.zeros(3), np.ones(3), weights=(np.ones((12, 3)),), biases=(np.zeros(3),))
 FEW = Policy(np.zeros(2), np.ones(2), weights=(np.ones((11, 2)),), biases=(np.zeros(2),))
+RANDOM = np.random.default_rng(0)
+DRAWN = Policy(np.zeros(3), np.ones(3), weights=(RANDOM.normal(size=(11, 3)),), biases=(np.zeros(3),))
+NOISE = 1e-3 * RANDOM.normal(size=(11, 3))
+NOISY = Policy(np.zeros(3), np.ones(3), weights=(DRAWN.weights[0] + NOISE,), biases=(np.ones(3),))
 TASKED = Policy(np.zeros(3), np.ones(3), weights=(np.ones((2, 11, 3)),), biases=(np.zeros(3),))
 FULL = Policy(np.zeros(3), np.ones(3), weights=(np.ones((5, 11, 3)),), biases=(np.zeros(3),))
 MANY = Policy(np.zeros(3), np.ones(3), weights=(np.ones((9, 11, 3)),), biases=(np.zeros(3),))
@@ -119,6 +123,13 @@ EXAMPLES = (
         f"{RUN}, stage2",
         "9 tasks of 5",
     ),
+    Example(
+        "nearly-equal-policies",
+        "one stage with noise",
+        all_of(policies(PLAIN, stage3=DRAWN), policies(PLAIN, "run1", stage3=NOISY)),
+        "hopper-gravity/sequential/run1",
+        "Run 0 has nearly the same policy at stage3",
+    ),
     Example("sampled-policy", "a uniform one", DETERMINISTIC, f"{RUN}, stage0", "'uniform'", count=21),
 )
 
@@ -126,6 +137,14 @@ EXAMPLES = (
 @parametrize(EXAMPLES)
 def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
     check(example)
+
+
+def test_runs_of_an_agent_without_parameters_may_have_equal_policies(
+    make_submission: Callable[..., Path],
+) -> None:
+    folder = make_submission(parameters=0)
+    all_of(policies(DRAWN), policies(DRAWN, "run1"))(folder)
+    assert read(folder, policies=True).problems == ()
 
 
 def test_policies_are_read_only_if_that_is_asked(make_submission: Callable[..., Path]) -> None:

@@ -85,6 +85,7 @@ class BoardRow:
     vs_leader: Annotated[Versus | None, about("the first submission; null for itself and without a rank")] = (
         None
     )
+    alike: Annotated[str, about("that its runs are unusually alike, in words; else empty")] = ""
     duplicate_of: Annotated[str | None, about("the submission above it that it is a copy of; or null")] = None
 
 

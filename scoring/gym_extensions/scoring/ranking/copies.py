@@ -1,9 +1,10 @@
-"""Which submissions of a board are copies, and which have common authors and the same family."""
+"""Which submissions of a board are copies or have unusually equal runs, and which are of one family."""
 
 import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
+from gym_extensions.metrics.statistics import smaller_spread_p, standard_deviation
 from gym_extensions.scoring.ranking.boards import BoardKey, board_level, is_verified
 from gym_extensions.scoring.scorecard import SKETCH_SIZE, Scorecard, Sketch
 
@@ -11,6 +12,12 @@ COPY = "Has most episodes of {}."
 """Why a copy has no rank."""
 SHARE = 0.5
 """Least share of common episodes of two runs, and of such runs of a submission, that makes it a duplicate."""
+
+ALIKE_SHARE, ALIKE_ALPHA, ALIKE_OTHERS = 1 / 3, 0.01, 2
+"""Runs are unusually alike if their standard deviation is significantly below this share of that of the other
+submissions, of which there are at least two: honest methods differ in spread, but less than that."""
+ALIKE = "The runs are unusually alike, so the interval may not be trusted: "
+ALIKE += "their standard deviation is {:.2g}, that of the others {:.2g} (F test, p = {:.1g})."
 
 
 def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
@@ -73,6 +80,23 @@ def is_common(first: Sketch, second: Sketch) -> bool:
     """
     union = sorted({*first, *second})[:SKETCH_SIZE]
     return bool(union) and len({*first} & {*second} & {*union}) >= SHARE / (2 - SHARE) * len(union)
+
+
+def unusually_alike(submissions: Mapping[str, Sequence[float]]) -> dict[str, str]:
+    """What to say of submissions whose runs are unusually alike, by name: five made from one, for example.
+
+    ``submissions`` have a value per run. The spread is compared, not the values.
+    """
+    known = {name: runs for name, runs in submissions.items() if len(runs) > 1}
+    found = {}
+    for name, runs in known.items():
+        others = [each for other, each in known.items() if other != name]
+        if len(others) < ALIKE_OTHERS:
+            continue
+        p_value, pooled = smaller_spread_p(runs, others, ALIKE_SHARE)
+        if p_value <= ALIKE_ALPHA:
+            found[name] = ALIKE.format(standard_deviation(runs, ddof=1), pooled, p_value)
+    return found
 
 
 def family(algorithm: str) -> str:

@@ -18,7 +18,7 @@ from gym_extensions.references import ALONE, References, load_references
 from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, TaskBest
 from gym_extensions.scoring.ranking.computed_rows import computed_rows
-from gym_extensions.scoring.ranking.copies import COPY, duplicates, related_submissions
+from gym_extensions.scoring.ranking.copies import COPY, duplicates, related_submissions, unusually_alike
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.submission.suites import estimate
@@ -88,9 +88,19 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     computed = computed_rows(key, references, tasks, by_name) if tasks else ()
     alone = next((row.metrics[first.name] for row in computed if row.name == ALONE), values.Estimate())
     made = []
+    own_values = {
+        name: card.groups[key.group][key.protocol].metrics[first.name]
+        for name, card in by_name.items()
+        if key.group not in SUITES and name not in copies
+        if documents.is_verified(documents.board_level(card, key))
+    }
+    alike = unusually_alike(  # at the floor, all runs are alike
+        {name: each.runs for name, each in own_values.items() if each.ends and each.ends[0] > 0}
+    )
     for name, card in by_name.items():
         own = {metric: of_metric[name] for metric, of_metric in summaries.items()}
-        made.append(_submission(card, key, copies.get(name), related[name], own, alone=alone))
+        row = _submission(card, key, copies.get(name), related[name], own, alone=alone)
+        made.append(replace(row, alike=alike.get(name, "")))
     made = _sorted(made, first)
     ranks: dict[str, dict[str, tuple[int, int]]] = {}
     for metric in reversed(metrics):  # the first one last: its order is that of the board

@@ -23,10 +23,19 @@ NPZ_ERRORS = (
     *(zipfile.BadZipFile, zlib.error),
 )
 """What numpy and zipfile raise for a file that is not an .npz file."""
+SKETCH = 128
+"""Numbers of a sketch of parameters: that of independent ones correlates by 0 ± .09."""
+FEWEST_PARAMETERS = 32
+"""Fewer parameters may correlate by chance."""
+SAME_POLICY = 0.99
+"""Correlation from which two policies are one. In the committed submissions it is at most .12."""
 Key = tuple[int, str | None]
 """Stage and, in the single protocol, name of the trained task."""
 AnyPolicy = Policy | OnnxPolicy
 """A policy of a submission: both have ``act``, ``arrays``, ``head`` and the numbers of their inputs."""
+
+Sketches = Mapping[str, list[float]]
+"""Sketches of the policies of a run by place (:func:`parameter_sketch`)."""
 
 
 def prefix(key: Key) -> str:
@@ -89,6 +98,34 @@ def run_arrays(policies: Mapping[Key, AnyPolicy]) -> dict[str, Array]:
         for key, policy in policies.items()
         for name, values in policy.arrays().items()
     }
+
+
+def parameter_sketch(policies: Mapping[Key, AnyPolicy]) -> dict[str, list[float]]:
+    """A sketch of the weights of each trained policy by its place; none where they are few or all equal.
+
+    The product of two sketches is about the correlation of the flattened weights, also after noise was added.
+    A weight is added to a random place with a random sign (Charikar, Chen & Farach-Colton 2002, "Finding
+    frequent items in data streams").
+    """
+    found = {}
+    for key, policy in policies.items():
+        weights = policy.flat_weights()
+        weights = weights - weights.mean() if weights.size else weights
+        if key[0] == 0 or weights.size < FEWEST_PARAMETERS or not weights.any():
+            continue
+        rng = np.random.default_rng(0)
+        places, signs = rng.integers(SKETCH, size=weights.size), rng.choice((-1.0, 1.0), weights.size)
+        sketch = np.bincount(places, signs * weights, SKETCH)
+        found[prefix(key)[:-1]] = (sketch / np.linalg.norm(sketch)).tolist()
+    return found
+
+
+def nearly_equal(first: Sketches, second: Sketches) -> str:
+    """Where two runs have nearly the same policy, in words; empty if nowhere."""
+    for place in first.keys() & second.keys():
+        if np.dot(first[place], second[place]) > SAME_POLICY:
+            return f"{place}: the weights correlate by more than {SAME_POLICY}"
+    return ""
 
 
 def file_suffix(name: str) -> str:

@@ -183,6 +183,15 @@ class Policy:
     def reset(self) -> None:
         """Starts new episodes, as for networks with a state; plain arrays have none."""
 
+    def flat_weights(self) -> Array:
+        """The weights of all layers in one row, masked ones as 0."""
+        masks = self.masks or (None,) * len(self.weights)
+        layers = (
+            weight if mask is None else weight * mask
+            for weight, mask in zip(self.weights, masks, strict=True)
+        )
+        return np.concatenate([np.zeros(0), *(layer.ravel() for layer in layers)])
+
     def to_torch(self, task: int = 0) -> torch.nn.Module:
         """A PyTorch module of the arrays of a task, with parameters that can be trained further.
 

@@ -133,15 +133,13 @@ def _content_errors(model: Any) -> Iterator[str]:
         yield "The model has functions or training information; only a graph is allowed."
     operators, is_external, is_sparse = set[str](), False, False
     for graph in _graphs(model.graph):
-        tensors = [*graph.initializer]
         is_sparse |= bool(graph.sparse_initializer)
         for node in graph.node:
             if node.domain not in DOMAINS or node.op_type not in ALLOWED:
                 operators.add(f"{node.domain}.{node.op_type}".lstrip("."))
             for attribute in node.attribute:
-                tensors += [attribute.t, *attribute.tensors]
                 is_sparse |= attribute.HasField("sparse_tensor") or bool(attribute.sparse_tensors)
-        is_external |= any(tensor.data_location or tensor.external_data for tensor in tensors)
+        is_external |= any(tensor.data_location or tensor.external_data for tensor in _tensors(graph))
     for name in sorted(operators)[:3]:
         yield f"The operator {quote(name)} is not allowed."
     if is_external:
@@ -157,6 +155,14 @@ def _graphs(graph: Any) -> Iterator[Any]:
         for attribute in node.attribute:
             for inner in ([attribute.g] if attribute.HasField("g") else []) + list(attribute.graphs):
                 yield from _graphs(inner)
+
+
+def _tensors(graph: Any) -> Iterator[Any]:
+    """The tensors of a graph, without those of its loops and branches."""
+    yield from graph.initializer
+    for node in graph.node:
+        for attribute in node.attribute:
+            yield from (attribute.t, *attribute.tensors)
 
 
 def _tensor(value: Any) -> Tensor | str:
@@ -253,6 +259,14 @@ class OnnxPolicy:
     def arrays(self) -> dict[str, Array]:
         """The bytes of the network as the array ``onnx``."""
         return {ONNX: np.frombuffer(self._data, np.uint8)}
+
+    def flat_weights(self) -> Array:
+        """The values of all tensors of two or more dimensions in one row; infinite ones and NaN are 0."""
+        onnx = required("onnx")
+        graphs = _graphs(onnx.ModelProto.FromString(self._data).graph)
+        tensors = (tensor for graph in graphs for tensor in _tensors(graph) if len(tensor.dims) > 1)
+        rows = (onnx.numpy_helper.to_array(tensor).ravel().astype(np.float64) for tensor in tensors)
+        return np.nan_to_num(np.concatenate([np.zeros(0), *rows]), posinf=0.0, neginf=0.0)
 
     def to_onnx(self, path: str | Path | None = None) -> bytes:
         """The network's bytes, which are also written to ``path`` if there is one."""

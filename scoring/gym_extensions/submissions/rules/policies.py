@@ -12,14 +12,17 @@ from gym_extensions.submissions.run import RunDocument
 
 RESTORE = f"Restore the files of the run, which are written together. {CLONE}"
 
+SEEDS = "Train each run with its own seed."
+
 
 @dataclass(frozen=True)
 class RunPolicies:
     """The arrays of a run's policies and its document.
 
     Only the digest is compared if ``with_content`` is False. ``first`` is the first policy of the group that
-    uses observations, None if there is none; ``observes_task`` and ``evaluation`` are those of the manifest,
-    None if they are unknown.
+    uses observations, None if there is none; ``earlier`` has the sketches of earlier runs of the protocol,
+    to which those of this one are added, and is None if the agent has no parameters; ``observes_task`` and
+    ``evaluation`` are those of the manifest, None if they are unknown.
     """
 
     group: TaskGroup
@@ -27,6 +30,7 @@ class RunPolicies:
     arrays: mlp_arrays.Arrays
     with_content: bool = True
     first: files.AnyPolicy | None = None
+    earlier: dict[int, files.Sketches] | None = None
     observes_task: bool | None = None
     evaluation: str | None = None
 
@@ -41,12 +45,16 @@ class RunPolicies:
         return list(found) if self.with_content else []
 
     @functools.cached_property
-    def policies(self) -> dict[str, files.AnyPolicy]:
-        """The policies by their place; none unless all arrays are valid."""
+    def by_key(self) -> dict[files.Key, files.AnyPolicy]:
+        """The policies; none unless all arrays are valid."""
         if self.errors or not self.with_content:
             return {}
-        found = files.policies_of(self.arrays, self.group, self.document.protocol)
-        return {f"{self.file('')}, {files.prefix(key)[:-1]}": policy for key, policy in found.items()}
+        return files.policies_of(self.arrays, self.group, self.document.protocol)
+
+    @property
+    def policies(self) -> dict[str, files.AnyPolicy]:
+        """The policies by their place."""
+        return {f"{self.file('')}, {files.prefix(key)[:-1]}": policy for key, policy in self.by_key.items()}
 
 
 @rule("policies")
@@ -106,3 +114,16 @@ def sampled_policy(run: RunPolicies) -> Iterator[Finding]:
         if run.evaluation == "deterministic" and policy.head != "deterministic":
             hint = 'Store the head that acts in evaluation, or set [protocol] evaluation = "sampled".'
             yield Finding(where, f"The head of the policy is {policy.head!r}.", hint)
+
+
+@rule("policies")
+def nearly_equal_policies(run: RunPolicies) -> Iterator[Finding]:
+    """No trained policies of two runs are nearly equal: the weights of a stage correlate by at most .99. Such
+    runs are one run. (The gate and `verify` check this.)"""
+    if run.earlier is None:
+        return
+    own = files.parameter_sketch(run.by_key)
+    for number, sketches in run.earlier.items():
+        if where := files.nearly_equal(own, sketches):
+            yield Finding(run.file(""), f"Run {number} has nearly the same policy at {where}.", SEEDS)
+    run.earlier[run.document.run] = own
