@@ -86,8 +86,8 @@ def test_a_new_version_of_code_waits_thirty_days_and_may_drop_its_files(
 
 def test_the_code_of_a_submission_is_read_and_not_run(request_with_submission: Path) -> None:
     with (request_with_submission / NEW / "submission.toml").open("a", encoding="utf-8") as file:
-        file.write('\n[agent]\nentry = "agent.py:make"\n')
-    commit(request_with_submission, {f"{NEW}/agent/agent.py": "make = 1 / 0\n"})
+        file.write('\n[agent]\nentry = "__init__.py:make"\n')
+    commit(request_with_submission, {f"{NEW}/agent/__init__.py": "make = 1 / 0\n"})
     report = checked(request_with_submission)
     assert (report.verdict, report.trains, report.problems) == ("passed", True, ())
     assert "the code is trained on the core in a box" in comment(report)

@@ -67,7 +67,11 @@ def test_an_agent_that_draws_from_the_machine_is_told_so(tell: Tell) -> None:
 FAILURES = {
     "an error": ("raise ValueError('too late')\n", "after 0 of 1,000 steps", "too late (agent.py, line"),
     "ten times the steps": ("steps *= 10\n", "learn(), stage 1, after 1,0", "its budget is 1000"),
-    "its own end": ("import os\nprint('bye \\x1b[2J')\nos._exit(3)\n", "stage 1", "| bye \\x1b[2J"),
+    "its own end": (
+        "import os\nprint('bye \\x1b[2J', flush=True)\nos._exit(3)\n",
+        "stage 1",
+        "| bye \\x1b[2J",
+    ),
     "another process": ("import os\nos.fork()\n", "stage 1", "Operation not permitted"),
 }
 FIRST, *REST = FAILURES

@@ -32,7 +32,7 @@ SEQUENTIAL = re.compile(r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|st
 CODE = re.compile(rf"submissions/[^/]+/{layout.AGENT}/")
 DAYS_BETWEEN = 30
 """Between two versions of the code of a submission."""
-COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*|__init__\.py")
 MAX_PATH = 200
 """Characters of a path."""
 
@@ -212,8 +212,9 @@ def donated_twice(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def path_characters(pull_request: PullRequest) -> Iterator[Finding]:
-    """Names have ASCII letters, digits, dots, dashes and underscores, start with a letter or digit, and are
-    not reserved on some system (CON, NUL, …; a dot at the end). A path has at most 200 characters."""
+    """Names have ASCII letters, digits, dots, dashes and underscores, start with a letter or digit (but
+    __init__.py), and are not reserved on some system (CON, NUL, …; a dot at the end). A path has at most 200
+    characters."""
     for change in pull_request.changes:
         names = change.path.split("/")
         is_plain = all(map(COMPONENT.fullmatch, names)) and len(change.path) <= MAX_PATH

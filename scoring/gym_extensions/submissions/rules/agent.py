@@ -43,9 +43,9 @@ def code_without_entry(sources: Sources, stated: Stated) -> Iterator[Finding]:
     """agent/ and the section [agent] of submission.toml come together. Its ``entry`` is a file of agent/ and
     a name that this file defines or imports. A file that is not ``__init__.py`` is loaded alone."""
     if not sources or stated is None:
-        where, what = (AGENT, MANIFEST) if sources else (MANIFEST, AGENT)
+        where, lacks = (AGENT, "no section [agent]") if sources else (MANIFEST, "no agent/")
         hint = 'Write both: agent/agent.py, and [agent] with entry = "agent.py:make".'
-        yield Finding(where, f"There is one, and no {'[agent] in ' * bool(sources)}{what}.", hint)
+        yield Finding(where, f"The submission has {lacks} beside it.", hint)
         return
     file, _, name = str(stated.get("entry", "")).partition(":")
     path = f"{AGENT}/{file}"
