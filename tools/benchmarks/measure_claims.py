@@ -6,6 +6,7 @@ five others, drawn per group without replacement; and submissions whose scores a
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -22,6 +23,7 @@ SIMULATED, RUNS, RAISED = 4000, 5, (0.0, 0.03, 0.10, 0.15)
 
 def main() -> int:
     """Prints a table: a row per method, a column per raise."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     rng = np.random.default_rng(0)
     out = sys.stdout
     head = " | ".join(f"+{each:.2f}" for each in RAISED)

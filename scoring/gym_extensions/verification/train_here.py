@@ -6,7 +6,7 @@ gate calls :func:`repeats` before the merge.
 
 import dataclasses
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -47,9 +47,9 @@ Runs = Mapping[str, tuple[str, int]]
 """The group and number of runs by their names."""
 
 
-def wanted_runs(groups: Sequence[str], runs: int) -> Runs:
-    """The runs 0 to ``runs`` − 1 of these groups."""
-    return {run_key(group, PROTOCOL, run): (group, run) for group in groups for run in range(runs)}
+def wanted_runs(runs: int) -> Runs:
+    """The runs 0 to ``runs`` − 1 of every group of the core."""
+    return {run_key(group, PROTOCOL, run): (group, run) for group in CORE_GROUPS for run in range(runs)}
 
 
 def is_due(submission: Submission, runs: int) -> bool:
@@ -58,7 +58,7 @@ def is_due(submission: Submission, runs: int) -> bool:
         return False
     training = submission.trained.training if submission.trained else None
     finished = training.runs if training and training.agent == submission.code else {}
-    return bool(wanted_runs(CORE_GROUPS, runs).keys() - finished.keys())
+    return bool(wanted_runs(runs).keys() - finished.keys())
 
 
 def merge_of(submission: Path) -> str:
@@ -99,9 +99,9 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
     return trained.version, trained.training
 
 
-def boxed(submission: Path, entry: str, groups: Sequence[str], budget: str) -> agent.Factory:
+def boxed(submission: Path, entry: str, budget: str) -> agent.Factory:
     """The factory of a submission's code, whose agents live in boxes. Raises ``BenchError`` without boxes."""
-    return cli.isolated(f"{submission / AGENT}/{entry}", list(groups), [PROTOCOL], budget)
+    return cli.isolated(f"{submission / AGENT}/{entry}", list(CORE_GROUPS), [PROTOCOL], budget)
 
 
 def train_here(
@@ -109,7 +109,6 @@ def train_here(
     runs: int,
     value: str = "",
     *,
-    groups: Sequence[str] = CORE_GROUPS,
     budget: str = STANDARD_BUDGET,
     jobs: int = 1,
 ) -> Training:
@@ -122,16 +121,16 @@ def train_here(
         submission: with code.
         runs: number of runs of each group.
         value: hexadecimal digits that became public after the merge and that nobody could choose.
-        groups, budget: what is trained; only the core with the standard budget has a rank.
+        budget: only the standard one has a rank.
         jobs: worker processes.
 
     Raises:
         BenchError: no box can be started, the code is not committed, or something else than the agent failed.
     """
     number, training = present(submission, value)
-    folder, wanted = submission.path / TRAINED / str(number), wanted_runs(groups, runs)
+    folder, wanted = submission.path / TRAINED / str(number), wanted_runs(runs)
     assert submission.manifest and submission.manifest.agent, "it has code"
-    factory = boxed(submission.path, submission.manifest.agent.entry, groups, budget)
+    factory = boxed(submission.path, submission.manifest.agent.entry, budget)
     titles = {f"{group} {PROTOCOL}-run{run}": key for key, (group, run) in wanted.items()}
 
     def missing() -> list[str]:
@@ -156,7 +155,7 @@ def train_here(
     try:
         if missing():
             baselines.train(
-                *(factory, groups, PROTOCOL, budget, range(runs)),
+                *(factory, CORE_GROUPS, PROTOCOL, budget, range(runs)),
                 out=folder,
                 parallel=baselines.Parallel(jobs),
                 monitor=baselines.Monitor(callback=listen),
@@ -254,16 +253,16 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     write_text(target / record.name, training_text(replace(training, runs=found["digests"])))
 
 
-def repeats(folder: Path, entry: str, groups: Sequence[str] = CORE_GROUPS) -> str:
+def repeats(folder: Path, entry: str) -> str:
     """Trains code twice with the budget for trials, and says in words whether the bytes are the same.
 
     Raises ``BenchError`` if no box can be started, the agent fails, or the manifest states another one.
     """
-    factory = boxed(folder, entry, groups, "smoke")
+    factory = boxed(folder, entry, "smoke")
     with tempfile.TemporaryDirectory() as scratch:
         first, second = Path(scratch, "first"), Path(scratch, "second")
         quiet = baselines.Monitor(progress=False)
-        for name in groups:  # one job alone raises its own error
+        for name in CORE_GROUPS:  # one job alone raises its own error
             for out in (first, second):
                 baselines.train(factory, name, PROTOCOL, "smoke", 0, out=out, monitor=quiet)
             made = written.read_manifest(first / MANIFEST)
