@@ -471,6 +471,10 @@ def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: O
     few = trained(card, normal(4, 0.3, runs=4))
     part = trained(card, {name: values for name, values in normal(4, 0.3).items() if name != GROUPS[0]})
     assert core_score(few) == core_score(part) == core_score(card)
+    whole = trained(card, normal(4, 0.3)).trained
+    first = whole[GROUPS[0]]
+    for other in (replace(first, level="claimed"), replace(first, budget="smoke")):
+        assert core_score(replace(card, trained=whole | {GROUPS[0]: other})) == core_score(card)
 
 
 @pytest.mark.parametrize(("claimed", "note"), [(0.5, "agree with these"), (0.9, "claim 0.40 more")])

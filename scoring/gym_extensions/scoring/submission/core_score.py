@@ -56,8 +56,9 @@ def next_look(look: int) -> int | None:
 
 def is_trained_here(card: Scorecard) -> bool:
     """Whether the project trained the code of a submission often enough for the first look."""
-    logs = [card.trained.get(name) for name in CORES[CORE]]
-    return all(log is not None and len(log.runs) >= LOOKS[0] for log in logs)
+    found = [log for name in CORES[CORE] if (log := card.trained.get(name)) and log.level == TRAINED_HERE]
+    enough = [log for log in found if log.budget == STANDARD_BUDGET and len(log.runs) >= LOOKS[0]]
+    return len(enough) == len(CORES[CORE])
 
 
 def core_logs(card: Scorecard, protocol: str = "sequential") -> dict[str, GroupScore]:
