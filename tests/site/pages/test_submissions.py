@@ -133,3 +133,20 @@ def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -
     assert "challenged" in pages[GROUP].text
     decisions.append({"action": "withdrawn", "by": "one", "date": "2026-11-24", "reason": "An error."})
     assert "Agile agile verified withdrawn 1 2026-11-22 –" in text_of(document, "submissions.html")
+
+
+def test_what_the_project_trained_is_shown_with_attempts_seeds_and_failures(document: dict[str, Any]) -> None:
+    document["submissions"][0]["training"] = {
+        **{"attempts": 3, "date": "2026-01-02", "version": "1.0.0", "commit": "3f" * 20, "value": ""},
+        **{"agent": "4e" * 32, "outdated": True},
+        "failed": {"hopper-gravity/sequential/run2": "learn(), stage 1: <b>too late</b>"},
+    }
+    text = text_of(document)
+    for fact in (
+        "Trained here 2026-01-02, gym-extensions 1.0.0; its code was changed since",
+        "Attempts 3, of which this is the last",
+        "commit 3f3f3f3f3f",
+        "code 4e4e4e4e4e",
+        "hopper-gravity/sequential/run2 failed, counts as the floor learn(), stage 1: <b>too late</b>",
+    ):
+        assert fact in text
