@@ -103,7 +103,13 @@ class Ewc:
 
     def card(self) -> Card:
         size = self.anchors.shape[1] + 2 * self.anchors.numel()
-        return Card("EWC in PyTorch", evaluation="deterministic", hyperparameters=SETTINGS, parameters=size)
+        return Card(
+            "EWC in PyTorch",
+            evaluation="deterministic",
+            hyperparameters=SETTINGS,
+            parameters=size,
+            packages=("torch",),
+        )
 
     def save(self, path: Path) -> None:
         networks = {"actor": self.actor.state_dict(), "optimizer": self.optimizer.state_dict()}

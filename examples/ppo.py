@@ -120,7 +120,13 @@ class Ppo:
 
     def card(self) -> Card:
         size = sum(parameter.numel() for parameter in self.network.parameters())
-        return Card("PPO in PyTorch", evaluation="sampled", hyperparameters=SETTINGS, parameters=size)
+        return Card(
+            "PPO in PyTorch",
+            evaluation="sampled",
+            hyperparameters=SETTINGS,
+            parameters=size,
+            packages=("torch",),
+        )
 
     def save(self, path: Path) -> None:
         generators = {"acting": self.acting.get_state(), "learning": self.learning.get_state()}

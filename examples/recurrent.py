@@ -101,7 +101,13 @@ class Recurrent:
 
     def card(self) -> Card:
         size = sum(parameter.numel() for parameter in self.network.parameters())
-        return Card("GRU policy", evaluation="deterministic", hyperparameters=SETTINGS, parameters=size)
+        return Card(
+            "GRU policy",
+            evaluation="deterministic",
+            hyperparameters=SETTINGS,
+            parameters=size,
+            packages=("torch",),
+        )
 
     def save(self, path: Path) -> None:
         networks = {"network": self.network.state_dict(), "optimizer": self.optimizer.state_dict()}

@@ -155,6 +155,7 @@ class Sac:
             hyperparameters=SETTINGS,
             stored_steps=int(SETTINGS["buffer"]),
             parameters=size + 1,
+            packages=("torch",),
         )
 
     def save(self, path: Path) -> None:

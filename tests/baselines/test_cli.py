@@ -14,6 +14,7 @@ import pytest
 
 from gym_extensions.__main__ import main
 from gym_extensions.baselines import Parallel, train_agent
+from gym_extensions.errors import BenchError
 
 OPTIONS = {"--groups": "hopper-gravity", "--budget": "smoke", "--out": "out"}
 TWO_JOBS = {"groups": "hopper-motor-noise", "protocol": "single"}
@@ -188,6 +189,16 @@ CAUSES = {
 }
 TRACEBACKS = "Tracebacks are in mine/.progress/train.log."
 SHORT = {"groups": "hopper-motor-noise", "protocol": "joint"}
+
+
+class Quits(StopsInSecondTask):
+    def learn(self, env: Any, steps: int) -> None:
+        sys.exit(0)
+
+
+def test_an_agent_that_exits_does_not_end_the_process_that_trains_it(tmp_path: Path) -> None:
+    with pytest.raises(BenchError, match="joint-run0: SystemExit: 0"):
+        train_agent.train(Quits, SHORT["groups"], "joint", "smoke", 0, out=tmp_path / "mine")
 
 
 @pytest.mark.parametrize(("name", "cause"), CAUSES.items())

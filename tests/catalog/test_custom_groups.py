@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import TaskGroup, group, load_group, resolve_group
@@ -115,3 +117,8 @@ def test_an_id_that_gymnasium_does_not_know_is_an_error(tmp_path: Path, task: st
         load_group(file)
     assert error.value.code == "unknown-task"
     assert fact in str(error.value)
+
+
+def test_a_version_may_be_an_integer_of_numpy() -> None:
+    version: Any = np.int64(2)
+    assert TaskGroup("light", (customize("Hopper"),), version).id == "light-v2"

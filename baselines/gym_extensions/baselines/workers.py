@@ -50,7 +50,8 @@ def failure_of(error: BaseException, *, in_this_process: bool = False) -> Failur
         cause = f"The disk is full: {error.strerror}. Free some disk space."
     text = "".join(traceback.format_exception(error))
     code = error.code if isinstance(error, BenchError) else ""
-    return Failure(cause, text, error if in_this_process else None, code)
+    is_raised = in_this_process and isinstance(error, Exception)  # SystemExit would end the caller
+    return Failure(cause, text, error if is_raised else None, code)
 
 
 def require_sendable(agent: object) -> None:
