@@ -36,6 +36,7 @@ from gym_extensions.submissions.policies.files import content_sha256, npz_bytes,
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.review import Review, Verification, write_review
 from gym_extensions.submissions.run import (
+    ARITHMETIC,
     Curve,
     Memory,
     PolicyFile,
@@ -163,6 +164,7 @@ def write_submission(
             memory=Memory(stored_steps=2000, parameters_first=parameters, parameters_last=parameters),
             fingerprints={task.id: published(task.id) for task in members.tasks},
             curves=curves_of(members, protocol, run, value, curves),
+            arithmetic=ARITHMETIC,
             log=file_sha256(log),
             policies=policy_file,
         )
@@ -223,7 +225,6 @@ def verification(digests: dict[str, str], **changes: object) -> Verification:
         "version": "1.0.0",
         "value": "0" * 64,
         "runs": digests,
-        "kernels": "openblas Haswell",
         "cells": 9,
         "p_value": 0.5,
         "passed": True,

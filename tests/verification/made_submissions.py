@@ -29,6 +29,7 @@ from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import level
 from gym_extensions.submissions.run import (
+    ARITHMETIC,
     Memory,
     PolicyFile,
     RunDocument,
@@ -39,7 +40,6 @@ from gym_extensions.submissions.run import (
 )
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.episodes import Cell, run_cell
-from gym_extensions.verification.verify import this_machine
 from gym_extensions.versions import version
 
 from ..conftest import MANIFEST
@@ -97,13 +97,14 @@ def write_run_files(
     paths = [folder / run_file(GROUP, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)]
     write_log(paths[0], episodes, members.task_ids)
     write_policies(paths[2], policies)
-    names = ("gym_extensions", "gymnasium", "mujoco")
+    names = ("gym_extensions", "gymnasium", "mujoco", "numpy")
     versions = {name: version(name.replace("_", "-")) for name in names} | {"python": "3.11.0"}
     document = RunDocument(
         group=members.id,
         protocol=protocol,  # type: ignore[arg-type]
         run=run,
-        versions=Versions(**versions, **this_machine()),
+        versions=Versions(**versions, platform="Linux-x86_64"),
+        arithmetic=ARITHMETIC,
         steps=BUDGETS["100k"].steps_for(GROUP) * len(members.tasks),
         memory=Memory(stored_steps=0, parameters_first=36, parameters_last=36),
         fingerprints={task.id: published(task.id) for task in members.tasks},
@@ -179,13 +180,6 @@ def change_documents(submission: Path, change: Callable[..., Mapping[str, object
     """Changes values of the documents of all runs, which ``change`` gets."""
     for path in sorted(submission.glob("*/*/*.json")):
         change_document(path, **change(read_run(path)))
-
-
-def move_elsewhere(submission: Path) -> None:
-    """Says that all runs were made with other processor kernels."""
-    change_documents(
-        submission, lambda run: {"versions": msgspec.structs.replace(run.versions, blas="openblas Zen")}
-    )
 
 
 def change_policies(submission: Path, change: Callable[[dict[Key, AnyPolicy]], object]) -> None:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
+import platform
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.envs import fingerprinting
+from gym_extensions.envs import fingerprinting, make
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import policy_keys, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.poses import load_submission
@@ -23,6 +27,7 @@ from gym_extensions.verification import cli as verification_cli, episodes
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify import Report, verify as verify_submission
 
+from ..submissions.policies.specified import specified_action
 from . import made_submissions as submissions
 from .made_submissions import GROUP, VALUE, Row, change_document, change_log, copy, honest, level_of, verify
 
@@ -109,16 +114,46 @@ def test_an_episode_that_differs_is_named_with_its_place_and_size(
     assert "difference 0.25" in out
 
 
-def test_a_difference_on_another_machine_neither_raises_nor_lowers_the_level(
-    submission: Path, capsys: pytest.CaptureFixture[str]
+def test_a_difference_on_another_platform_neither_raises_nor_lowers_the_level(
+    submission: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     change_log(submission, lambda row: {"return": row["return"] - 1e-9}, run=1)
-    submissions.move_elsewhere(submission)
+    monkeypatch.setattr(platform, "machine", lambda: "riscv64")
     assert verify(submission, "--write") == 0
-    assert "openblas Zen" in capsys.readouterr().out
+    assert "This machine is Linux-riscv64" in capsys.readouterr().out
     (record,) = read_review(submission).verifications
     assert record.repeated < record.episodes
     assert "run1" in record.difference
+
+
+def test_runs_of_the_first_arithmetic_are_neither_refuted_nor_repeated(
+    submission: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert verify(submission, "--write") == 0
+    submissions.change_documents(submission, lambda _: {"arithmetic": 1})
+    assert level_of(submission) == "verified"
+    assert verify(submission) == 1
+    out = capsys.readouterr().out
+    assert f"{RUNS} runs of the first arithmetic" in out
+    assert "python -m tools.record_again" in out
+
+
+def test_an_independent_program_repeats_logged_episodes_to_the_last_bit() -> None:
+    path = honest() / GROUP / "sequential" / "run0.csv"
+    with np.load(path.with_suffix(".npz")) as file:
+        arrays = dict(file)
+    for row in read_log(path).iloc[::97].to_dict("records"):
+        start = f"stage{row['stage']}/"
+        policy = {name.removeprefix(start): arrays[name] for name in arrays if name.startswith(start)}
+        env, rewards, is_over = make(row["task"]), list[float](), False
+        seen, _ = env.reset(seed=row["seed"])
+        space: Any = env.action_space
+        while not is_over:
+            action = np.clip(specified_action(policy, seen), space.low, space.high).astype(np.float32)
+            seen, reward, terminated, truncated, _ = env.step(action)
+            rewards.append(float(reward))
+            is_over = terminated or truncated
+        assert (math.fsum(rewards), len(rewards)) == (row["return"], row["length"])
 
 
 @pytest.mark.usefixtures("in_this_process")

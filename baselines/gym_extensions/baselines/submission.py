@@ -259,6 +259,7 @@ def write_run_files(
         fingerprints={task.id: fingerprint_of(task) for task in group.tasks},
         curves=[curve for record in records for curve in record.curves],
         evaluations=[each for record in records for each in record.evaluations],
+        arithmetic=documents.ARITHMETIC,
         log=hashlib.sha256(log).hexdigest(),
         policies=documents.PolicyFile(sha256=content_sha256(policies), size=size) if policies else None,
         **measured,

@@ -33,6 +33,8 @@ def _check(names: list[str]) -> int:
     chosen = [task(name) for name in names]
     if other := fingerprinting.other_engine():
         print(f"{other} is installed, which is not the published engine.", file=sys.stderr)
+    if other := fingerprinting.other_platform():
+        print(f"{other} Logged episodes may not be repeated here.", file=sys.stderr)
     with errors.working("comparing seeded episodes with the published ones"):
         differences = fingerprinting.check(chosen or None)
     for difference in differences:

@@ -4,9 +4,11 @@ import functools
 import hashlib
 import json
 import math
+import platform
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -71,6 +73,7 @@ def _rounded(value: float, digits: int) -> float:
 
 
 ENGINE = ("mujoco", "gymnasium")
+CPU_INFO = Path("/proc/cpuinfo")
 
 
 @dataclass(frozen=True)
@@ -97,6 +100,19 @@ def other_engine() -> str:
     return " and ".join(f"{name} {found}" for name, found in engine().items() if found != published[name])
 
 
+def other_platform() -> str:
+    """Returns why the physics of this machine may differ in the last bits; empty if it may not.
+
+    It is the same on all x86-64 Linux machines. There, the C library rounds in another way only on processors
+    without fused multiply-add, which are from before 2013.
+    """
+    name = f"{platform.system()}-{platform.machine()}"
+    if name != "Linux-x86_64":
+        return f"This machine is {name}, not Linux-x86_64: its physics may differ in the last bits."
+    flags = CPU_INFO.read_text().partition("\nflags")[2].partition("\n")[0].split()
+    return "" if "fma" in flags else "This processor has no FMA: its physics may differ in the last bits."
+
+
 def warn_of_another_engine() -> None:
     """Warns that published ids have other physics, if another version of the engine is installed."""
     if other := other_engine():
@@ -109,8 +125,11 @@ def require_published_engine(tasks: Iterable[Task] | None = None) -> None:
 
     It is called before episodes are recorded or repeated. Fingerprints are not enough to repeat them bit for
     bit: two versions of an engine can agree in their few steps and differ later. With ``tasks``, as for
-    training, another Gymnasium is a warning if the fingerprints of all published tasks of their bodies agree.
+    training, another Gymnasium is a warning if the fingerprints of all published tasks of their bodies agree,
+    and so is another platform.
     """
+    if tasks is not None and (why := other_platform()):
+        warnings.warn(f"{why} Record runs for a submission on x86-64 Linux.", stacklevel=2)
     if not (other := other_engine()):
         return
     if tasks is not None and engine()["mujoco"] == fingerprints.table()["engine"]["mujoco"]:

@@ -46,8 +46,8 @@ def run_episodes(
     """Runs the first episode of every environment.
 
     An environment whose episode ended is stepped on until the last of these episodes ends, so that no action
-    depends on when another episode ended. A deterministic policy then repeats logged episodes bit for bit, if
-    the versions and the BLAS kernels are those of the log.
+    depends on when another episode ended. A deterministic policy of plain arrays then repeats logged episodes
+    bit for bit.
 
     Args:
         env: ``len(seeds)`` environments of one task, with autoreset mode NEXT_STEP.

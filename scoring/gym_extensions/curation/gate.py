@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -20,7 +20,7 @@ from gym_extensions.references import load_references
 from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions import layout, reader, review
 from gym_extensions.submissions.problem import Problem, cut, escape, problems as problems_of
-from gym_extensions.submissions.run import RunDocument
+from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import git, new_seeds, train_here, verify
 from gym_extensions.verification.episodes import Cell, played
@@ -109,8 +109,9 @@ def _judged(
         # The paths and sizes keep to the rules.
         for file, content in zip(files, contents, strict=True):
             write_bytes(Path(scratch, file.path.partition("/")[2]), content)
-        folder, donated = Path(scratch, report.submission), list(pull_request.donated_runs)
-        (answer,) = answers(JOB, {"folder": str(folder), "donated": donated}, limits)
+        folder = Path(scratch, report.submission)
+        runs = {"donated": pull_request.donated_runs, "changed": pull_request.changed_runs}
+        (answer,) = answers(JOB, {"folder": str(folder), **runs}, limits)
         if try_code and answer.get("entry") and not answer.get("problems"):
             _try_code(folder, answer)
     judged = {name: answer[name] for name in JUDGED if name in answer}
@@ -142,7 +143,8 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     """
     submission, donated = reader.read(Path(call["folder"]), policies=True), frozenset(call["donated"])
     card = score(submission, load_references())
-    found: Judgement = {"problems": card.problems or tuple(donation_problems(submission, donated))}
+    problems = (*donation_problems(submission, donated), *arithmetic_problems(submission, call["changed"]))
+    found: Judgement = {"problems": card.problems or problems}
     if not found["problems"] and card.level == review.REPORTED:
         found = {"level": review.REPORTED, "notes": card.notes}
     elif not found["problems"]:
@@ -187,6 +189,15 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
             yield Problem("other-agent-version", name, message, hint)
 
 
+def arithmetic_problems(submission: Submission, changed: Collection[str]) -> Iterator[Problem]:
+    """New or changed runs, by their names, that were not logged in the present arithmetic."""
+    for name, run in verify.logged_runs(submission).items():
+        if name in changed and run.document.arithmetic != ARITHMETIC:
+            message = f"Its document states the arithmetic {run.document.arithmetic}; it is {ARITHMETIC} now."
+            hint = "Record it with an installed version of today (docs/rollout-log.md#arithmetic)."
+            yield Problem("first-arithmetic", name, message, hint)
+
+
 def _agent_versions(document: RunDocument) -> dict[str, str]:
     """The versions that determine what an agent of this project learns.
 
@@ -201,19 +212,20 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
 
     The cells are those whose SHA-256 with the digest of all files is lowest. An episode that differs is a
-    problem if the run states the processor kernels and versions of this machine, and a note otherwise.
+    problem, unless honest ones may differ on this machine (:attr:`LoggedRun.other_machine`).
     """
-    assert submission.manifest is not None, "it has no problems"
     known = verify.logged_runs(submission)
     without = sum(run.document.policies is None for run in known.values())
-    if submission.manifest.protocol.evaluation == verify.SAMPLED:
+    if verify.is_sampled(submission):
         notes = ["The policies sample their actions, so no episode can be repeated."]
         return {"without_policies": without, "notes": notes if without < len(known) else []}
-    runs, notes = [], list[str]()
+    runs, notes, old = [], list[str](), 0
     for name, run in known.items():
         policies = run.document.policies
         if policies is not None and policies.url:
             notes = ["Policies that lie elsewhere are fetched after the merge."]
+        elif verify.is_first_arithmetic(submission, run):
+            old += 1
         elif policies is not None and (not donated or name in donated):
             runs.append(run)
     digest = new_seeds.files_digest({run.name: run.document.digest for run in runs})
@@ -232,9 +244,11 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
         result = verify.repetition(run, (cell,), played(run.request(submission, (cell,)), run.log.group))
         repeated, episodes = repeated + result.repeated, episodes + result.episodes
         if result.difference and run.other_machine:
-            notes.append(f"{run.name} was made elsewhere ({run.other_machine}): {result.difference}.")
+            notes.append(f"{run.name}: {result.difference}. {run.other_machine}")
         elif result.difference:
-            hint = "Store the policy of every stage, and log its first evaluation."
+            hint = "Store the policy of every stage, and log its first evaluation, on x86-64 Linux."
             problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))
+    if old:
+        notes.append(f"{old} unchanged runs of the first arithmetic are not repeated.")
     counts = {"repeated": repeated, "episodes": episodes, "without_policies": without}
     return {**counts, "problems": problems, "notes": notes}

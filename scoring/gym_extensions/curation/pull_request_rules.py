@@ -104,6 +104,12 @@ class PullRequest:
         return tuple(sorted({match[1] for match in matches if match}))
 
     @property
+    def changed_runs(self) -> tuple[str, ...]:
+        """The runs of which it adds or changes a file, by their names in review.toml."""
+        matches = (RUN_FILE.fullmatch(change.path) for change in self.changes)
+        return tuple(sorted({match[1] for match in matches if match}))
+
+    @property
     def kind(self) -> Kind:
         """What it changes; it changes data."""
         if not self.submissions:

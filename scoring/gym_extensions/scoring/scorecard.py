@@ -49,7 +49,6 @@ class VerificationSummary:
     episodes: Annotated[int, about("number of logged episodes that were tried to repeat")]
     repeated: Annotated[int, about("how many of them were repeated bit for bit")]
     difference: Annotated[str, about("where the first difference lies and how large it is; empty without")]
-    kernels: Annotated[str, about("BLAS kernels of the machine that verified them")]
     cells: Annotated[int, about("number of cells that were evaluated on new seeds")]
     p_value: Annotated[float, about("of the test that the logged returns are not higher")]
     second_p_value: Annotated[float | None, about("of the second draw; null unless there was one")]
@@ -370,6 +369,7 @@ class Scorecard:
     name: Annotated[str, about("name of the submission's folder")]
     title: Annotated[str, about("from `submission.toml`; the name if that cannot be read")]
     level: Annotated[Level | None, about("the lowest level of its logs; null with problems")]
+    arithmetic: Annotated[int, about("1 if other processors do not repeat a verified episode; else 2")] = 2
     problems: Annotated[tuple[Problem, ...], about("broken rules of docs/rollout-log.md")] = ()
     manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]
     readme: Annotated[str, about("text of `README.md`, plain and never markup; empty without one")] = ""

@@ -62,7 +62,7 @@ class Landscape(JsonDocument):
     group: Annotated[str, about("group id")]
     episodes: Annotated[int, about("number of episodes at every point")]
     policies: Annotated[dict[str, str], about("digest of the policies of every run, by run")]
-    versions: Annotated[dict[str, str], about("of packages and BLAS kernels")]
+    versions: Annotated[dict[str, str], about("of packages, and the arithmetic of policies")]
     axes: Annotated[tuple[MeasuredAxis, ...], about("what is varied")]
 
     @property

@@ -44,7 +44,6 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         episodes: logged episodes that were tried to repeat.
         repeated: how many of them were repeated bit for bit, or within a tolerance with ``runtime``.
         difference: where the first difference lies and how large it is; empty without one.
-        kernels: the BLAS kernels of the machine that verified.
         runtime: what ran ONNX networks, with its version; empty if all policies are plain arrays.
         cells: cells of 20 episodes on new seeds.
         p_value, second_p_value: of the returns on new seeds, and on a second draw if that was suspicious.
@@ -59,7 +58,6 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     episodes: Count = 0
     repeated: Count = 0
     difference: Text = ""
-    kernels: Text = ""
     runtime: Text = ""
     cells: Count
     p_value: Probability

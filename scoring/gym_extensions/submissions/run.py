@@ -15,6 +15,8 @@ from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import DOCUMENT, max_bytes, read_regular
 
 FORMAT: Literal[1] = 1
+ARITHMETIC: Literal[2] = 2
+"""How plain policies compute: docs/rollout-log.md#arithmetic. The first was that of a machine's numpy."""
 HINT = "docs/rollout-log.md lists the keys; gym_extensions.submissions.run.write_run writes them."
 
 LONGEST = 200
@@ -101,6 +103,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         by: who trained it, if not the authors of the submission: a donated run.
         steps: training steps over all stages.
         fingerprints: of every task of the group, by task id.
+        arithmetic: of the plain policies in the evaluation; 1 is repeated by the same kind of machine.
         log: SHA-256 of the run's log.
         date: the day on which the training ended (ISO).
         packages: versions of the packages that the agent uses besides those of ``versions``.
@@ -128,6 +131,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     fingerprints: dict[Text, Text]
     curves: list[Curve] = []
     evaluations: list[InterimEvaluation] = []
+    arithmetic: Literal[1, 2] = 1
     log: Sha256
     policies: PolicyFile | None = None
 

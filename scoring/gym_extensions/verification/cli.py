@@ -159,9 +159,13 @@ def lines_of(report: Report) -> Iterator[str]:
         names, runs = ", ".join(report.without_policies[:3]), len(report.without_policies)
         more = "…" if runs > 3 else ""
         yield f"{report.name}: {count(runs, 'run')} without policies, claimed only: {names}{more}."
+    if report.first_arithmetic:
+        size = count(len(report.first_arithmetic), "run")
+        yield f"{report.name}: {size} of the first arithmetic, which other processors do not repeat."
+        yield f"  Their level stays. To record them again: python -m tools.record_again {report.name}"
     found = report.verification
     if found is None:
-        if not report.without_policies:
+        if not report.without_policies and not report.first_arithmetic:
             yield f"{report.name}: {NOTHING_LEFT}"
         return
     size = count(len(found.runs), "run")
@@ -181,7 +185,7 @@ def lines_of(report: Report) -> Iterator[str]:
     elif found.difference:
         yield f"  first difference: {found.difference}"
     for machine in dict.fromkeys(report.machines.values()):
-        yield f"  made elsewhere (run / here): {machine}; a difference neither raises nor lowers the level"
+        yield f"  {machine} A difference neither raises nor lowers the level."
     yield from (f"  {log}: {returns}" for log, returns in report.means.items())
     second = "" if found.second_p_value is None else f"; second draw: p = {found.second_p_value:.2g}"
     refused = f"refused up to {NEW_SEEDS_ALPHA}"
@@ -189,9 +193,9 @@ def lines_of(report: Report) -> Iterator[str]:
 
 
 def is_verified(report: Report) -> bool:
-    """Whether nothing speaks against the submission, and all its runs have policies."""
+    """Whether nothing speaks against the submission, and all its runs have policies that can be repeated."""
     passed = report.verification is None or report.verification.passed
-    return passed and not report.problems and not report.without_policies
+    return passed and not (report.problems or report.without_policies or report.first_arithmetic)
 
 
 def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:

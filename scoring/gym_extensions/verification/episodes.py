@@ -20,6 +20,7 @@ from gym_extensions.envs import fingerprinting, make_vec, rollout
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.policies import files as stored, onnx
+from gym_extensions.submissions.run import ARITHMETIC
 from gym_extensions.verification.limits import Limits, answers, end_all
 
 JOB = "gym_extensions.verification.episodes:play"
@@ -186,12 +187,12 @@ def play(call: Mapping[str, Any]) -> Iterator[Any]:
 class Store:
     """Outcomes in a folder, so that an interrupted verification goes on where it was.
 
-    A file is named by all that determines its content: the cells, the run's files, versions and kernels.
+    A file is named by all that determines its content: the cells, the run's files and versions.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        packages = (versions.version("numpy"), versions.version("gym-extensions"), versions.blas_kernels())
+        packages = (versions.version("numpy"), versions.version("gym-extensions"), str(ARITHMETIC))
         self._machine = [*fingerprinting.engine().values(), *packages]
         self._machine += [found] if (found := versions.version_or_none(onnx.RUNTIME)) else []
 

@@ -17,9 +17,9 @@ from gym_extensions.errors import BenchError
 from gym_extensions.submissions import landscapes, layout, reader
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.files import AnyPolicy
-from gym_extensions.submissions.run import RunDocument
+from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.verification import episodes, limits, verify
-from gym_extensions.versions import blas_kernels, version
+from gym_extensions.versions import version
 
 JOB = "gym_extensions.verification.landscape_recorder:measure"
 LIMITS = limits.Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
@@ -81,7 +81,7 @@ def landscape_of(
             **engine(),
             "numpy": version("numpy"),
             "gym_extensions": version("gym-extensions"),
-            "blas": blas_kernels(),
+            "arithmetic": str(ARITHMETIC),
         },
         axes=tuple(
             landscapes.MeasuredAxis(

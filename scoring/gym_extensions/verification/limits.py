@@ -23,8 +23,8 @@ from gym_extensions.errors import BenchError
 MODULE = "gym_extensions.verification.limits"
 MEBIBYTE = 2**20
 KEPT_VARIABLES = (
-    *("PATH", "HOME", "TMPDIR", "NUMBA_CACHE_DIR", "LD_LIBRARY_PATH", "OPENBLAS_CORETYPE"),
-    *("SYSTEMROOT", "USERPROFILE", "TEMP"),
+    *("PATH", "HOME", "TMPDIR", "NUMBA_CACHE_DIR", "LD_LIBRARY_PATH", "SYSTEMROOT", "USERPROFILE", "TEMP"),
+    *("OPENBLAS_CORETYPE", "NPY_DISABLE_CPU_FEATURES", "NUMBA_CPU_NAME"),  # must not matter, which is tested
 )
 """Environment variables that the process gets. Tokens are not among them."""
 FORBIDDEN = (

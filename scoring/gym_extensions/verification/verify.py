@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.envs import fingerprinting
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.submissions import fetch, layout, problem
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.onnx import RUNTIME
 from gym_extensions.submissions.review import Review, Verification
-from gym_extensions.submissions.run import RunDocument
+from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission, is_trainable
 from gym_extensions.verification import new_seeds
 from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, run_all
@@ -97,23 +98,20 @@ class LoggedRun:
 
     @property
     def other_machine(self) -> str:
-        """How the machine of the run and this one differ, so that honest episodes may; empty if nowhere.
+        """Why honest episodes of the run may differ on this machine; empty if they may not.
 
-        The engine is the published one everywhere. Other kernels of the BLAS, another numpy, processor or
-        runtime of networks give other last bits of actions, which grow within an episode.
+        The engine is the published one everywhere, and plain policies have one arithmetic. Networks have
+        other last bits with another runtime or processor, of which the kernels of the BLAS tell.
         """
         made, packages = self.document.versions, self.document.packages
-        here = this_machine()
+        if RUNTIME not in packages:
+            return fingerprinting.other_platform()
+        name = f"{platform.system()}-{platform.machine()}"
+        here = {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
         pairs = {name: (getattr(made, name), value) for name, value in here.items()}
-        if RUNTIME in packages:
-            pairs[RUNTIME] = (packages[RUNTIME], version_or_none(RUNTIME) or "")
-        return differing(pairs)
-
-
-def this_machine() -> dict[str, str]:
-    """What the last bits of actions depend on, of this process, by the names of a run's versions."""
-    name = f"{platform.system()}-{platform.machine()}"
-    return {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
+        pairs[RUNTIME] = (packages[RUNTIME], version_or_none(RUNTIME) or "")
+        text = differing(pairs)
+        return text and f"Made elsewhere (run / here): {text}."
 
 
 def differing(pairs: Mapping[str, tuple[object, object]]) -> str:
@@ -167,10 +165,11 @@ class Report:
     Args:
         verification: the record; None with problems, or without a run that can be verified.
         runs: how each run was repeated, by name; empty if the policies sample their actions.
-        machines: what differs between the machine of each run and this one, by name; empty where nothing.
+        machines: why episodes may differ on this machine without refuting the run, by its name.
         means: the mean returns in each log and on new seeds, in words, by ``group/protocol``.
         without_policies: names of the runs that publish none.
         twins: which run has nearly the policies of another one, in words; empty if none has.
+        first_arithmetic: names of the runs whose episodes were logged in it, which were not run.
         retraining: how a run that was trained again compares; empty if none was.
     """
 
@@ -182,6 +181,7 @@ class Report:
     means: Mapping[str, str] = field(default_factory=dict)
     without_policies: tuple[str, ...] = ()
     twins: str = ""
+    first_arithmetic: tuple[str, ...] = ()
     retraining: str = ""
 
 
@@ -195,6 +195,16 @@ def logged_runs(submission: Submission) -> dict[str, LoggedRun]:
         if protocol in group.logs
     )
     return {run.name: run for run in runs}
+
+
+def is_sampled(submission: Submission) -> bool:
+    """Whether the policies of a submission sample their actions, so that no episode can be repeated."""
+    return bool(submission.manifest and submission.manifest.protocol.evaluation == SAMPLED)
+
+
+def is_first_arithmetic(submission: Submission, run: LoggedRun) -> bool:
+    """Whether the episodes of a run are repeated only by the arithmetic of the machine that logged them."""
+    return run.document.arithmetic != ARITHMETIC and not is_sampled(submission)
 
 
 def verified_before(review: Review, runs: Mapping[str, LoggedRun]) -> set[str]:
@@ -236,10 +246,11 @@ def verify(
     runs = logged_runs(submission)
     without = tuple(name for name, run in runs.items() if run.document.policies is None)
     chosen = (set(runs) if only is None else set(only)).difference(without)
+    old = tuple(name for name in runs if name in chosen and is_first_arithmetic(submission, runs[name]))
     every = runs
-    runs = {name: run for name, run in runs.items() if name in chosen}
+    runs = {name: run for name, run in runs.items() if name in chosen.difference(old)}
     if not runs:
-        return Report(submission.name, without_policies=without)
+        return Report(submission.name, without_policies=without, first_arithmetic=old)
     requests = {name: run.request(submission, fetcher=fetcher) for name, run in runs.items()}
 
     def play(cells: Mapping[str, tuple[Cell, ...]]) -> dict[str, Played]:
@@ -249,7 +260,7 @@ def verify(
 
     digests = {name: run.document.digest for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
-    is_repeatable = bool(submission.manifest and submission.manifest.protocol.evaluation != SAMPLED)
+    is_repeatable = not is_sampled(submission)
     prescribed = {name: run.prescribed if is_repeatable else () for name, run in runs.items()}
     first = play({name: (*prescribed[name], *run.tested(draw)) for name, run in runs.items()})
     repetitions, fresh = {}, {}
@@ -273,12 +284,12 @@ def verify(
         again = play({name: run.tested(second) for name, run in runs.items()})
         p_values.append(_p_value(runs, second, {name: each.outcomes for name, each in again.items()}))
     is_other = any(each.difference and not machines[name] for name, each in repetitions.items())
-    # A difference on this machine decides, so those of its runs come first.
+    # A difference that decides comes first.
     ordered = sorted(repetitions, key=lambda name: bool(machines[name]))
     first_other = next((name for name in ordered if repetitions[name].difference), "")
     difference = f"{first_other}: {repetitions[first_other].difference}" if first_other else ""
     if first_other and machines[first_other]:
-        difference += f" [other machine: {machines[first_other]}]"
+        difference += f" [{machines[first_other]}]"
     return Report(
         name=submission.name,
         verification=Verification(
@@ -289,7 +300,6 @@ def verify(
             episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
             repeated=sum(each.repeated for each in repetitions.values()),
             difference=failed or twins or difference,
-            kernels=blas_kernels(),
             runtime=next((each.runtime for each in first.values() if each.runtime), ""),
             cells=sum(map(len, fresh.values())),
             p_value=p_values[0],
@@ -301,6 +311,7 @@ def verify(
         machines={name: text for name, text in machines.items() if text},
         means={} if failed else _means(runs, draw, fresh),
         without_policies=without,
+        first_arithmetic=old,
     )
 
 

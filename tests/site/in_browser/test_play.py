@@ -8,7 +8,6 @@ positions of the humanoids to 0.02 and their rewards to 0.1; their velocities an
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
@@ -22,6 +21,7 @@ from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.references import experts
 from gym_extensions.site.play.assets import policy_file
 
+from ...submissions.policies.test_arithmetic import policies, seen
 from ..play.test_assets import hopper_policy
 from .made_site import ASSETS
 from .test_layout import SERIOUS, WIDE, axe
@@ -59,10 +59,10 @@ EPISODES = """
     while (!world.ended) world.step(expert.act(world.observe(expert.inputs)));
     return world.total;
   });"""
-ACT = """async ([path, bytes, observation, task]) => {
+ACT = """async ([bytes, observations, task]) => {
   const { readPolicies } = await import(new URL("static/play/policy.js", location.href));
   const [policy] = readPolicies(new Uint8Array(bytes).buffer);
-  return [...policy.act(observation, task)];
+  return observations.map((observation) => [...policy.act(observation, task)]);
 }"""
 
 
@@ -150,24 +150,12 @@ def test_an_expert_returns_what_it_returns_in_python(loaded: Page, name: str) ->
     assert np.mean(seen) == pytest.approx(np.mean(returns), rel=0.02)
 
 
-def test_the_script_evaluates_every_kind_of_array(loaded: Page) -> None:
-    """Masks, an axis of tasks, clipped observations, an output activation and a squashed action."""
-    rng, plain = np.random.default_rng(5), hopper_policy(3)
-    policy = replace(
-        plain,
-        weights=(plain.weights[0], rng.normal(size=(2, 4, 3)).astype("f4")),
-        biases=(plain.biases[0], rng.normal(size=(2, 3)).astype("f4")),
-        masks=(rng.random((2, 11, 4)) < 0.5, None),
-        activation="elu",
-        output_activation="leaky_relu",
-        squash="tanh",
-        observation_clip=1.5,
-    )
-    observation = rng.normal(size=11) * 3
+@pytest.mark.parametrize("name", policies())
+def test_actions_have_the_bits_of_python(loaded: Page, name: str) -> None:
+    policy, observations = policies()[name], seen(30)
     for index in (0, 1, 4):
-        expected = policy.act(observation[None], task=index)[0]
-        seen = loaded.evaluate(ACT, ["", list(policy_file([policy])), observation.tolist(), index])
-        np.testing.assert_allclose(seen, expected, rtol=1e-5)
+        expected = policy.act(observations, task=index).tolist()
+        assert loaded.evaluate(ACT, [list(policy_file([policy])), observations.tolist(), index]) == expected
 
 
 @pytest.fixture

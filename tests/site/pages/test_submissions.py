@@ -62,7 +62,6 @@ FOUND = {
     "episodes": 3000,
     "repeated": 2999,
     "difference": "run 1, stage 2, episode 7: 1e-12",
-    "kernels": "openblas Haswell",
     "cells": 45,
     "p_value": 0.31,
     "second_p_value": None,

@@ -67,8 +67,8 @@ def test_the_mean_and_the_sample_are_squashed_separately() -> None:
     before = replace(policy, output_activation="tanh", head="gaussian", log_sigma=np.zeros(1))
     after = replace(policy, squash="tanh", head="gaussian", log_sigma=np.zeros(1))
     noise = np.random.default_rng(5).standard_normal((1, 1))
-    assert before.act(mean, np.random.default_rng(5)) == np.tanh(2.0) + noise
-    assert after.act(mean, np.random.default_rng(5)) == np.tanh(2.0 + noise)
+    np.testing.assert_allclose(before.act(mean, np.random.default_rng(5)), np.tanh(2.0) + noise)
+    np.testing.assert_allclose(after.act(mean, np.random.default_rng(5)), np.tanh(2.0 + noise))
 
 
 def test_sigma_may_depend_on_the_observation_within_bounds() -> None:

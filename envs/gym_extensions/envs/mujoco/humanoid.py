@@ -135,8 +135,7 @@ class HumanoidRules(HumanoidStandupRules):
     def reset_infos(self) -> dict[str, NDArray[Any]]:
         """Position of the torso and distance from the origin, m; lengths and velocities of tendons."""
         position = self._field["qpos"][:, :2]
-        # A dot product, as numpy.linalg.norm of one vector is.
-        return self._placement() | {"distance_from_origin": np.sqrt(np.vecdot(position, position))}
+        return self._placement() | {"distance_from_origin": np.sqrt(np.square(position).sum(axis=1))}
 
 
 class HumanoidStandupAndRunRules(HumanoidRules):

@@ -14,8 +14,9 @@ from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.interfaces import Flags
 from gym_extensions.envs.navigation import geometry
 from gym_extensions.envs.navigation.env import NavigationVectorEnv, course
-from gym_extensions.envs.navigation.geometry import CELL, GOAL_RADIUS, MAX_SPEED, compiled, crosses, touches
+from gym_extensions.envs.navigation.geometry import CELL, GOAL_RADIUS, MAX_SPEED, crosses, touches
 from gym_extensions.envs.rollout import run_episodes
+from gym_extensions.files import compiled
 
 FINENESS = 2
 """Lattice points per unit in x and in y; they lie between the grid lines, never on one."""

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.descriptions import Field
 from gym_extensions.envs.navigation import geometry
-from gym_extensions.envs.navigation.geometry import AGENT_RADIUS, CELL, HEIGHT, WIDTH, compiled, touches
+from gym_extensions.envs.navigation.geometry import AGENT_RADIUS, CELL, HEIGHT, WIDTH, touches
+from gym_extensions.files import compiled
 
 
 @compiled

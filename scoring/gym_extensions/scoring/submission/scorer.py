@@ -18,7 +18,8 @@ from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.stages import with_stages
 from gym_extensions.submissions import review as reviews
 from gym_extensions.submissions.log import Log
-from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, Level
+from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, VERIFIED, Level
+from gym_extensions.submissions.run import ARITHMETIC
 from gym_extensions.submissions.submission import (
     Submission,
     SubmittedGroup,
@@ -74,10 +75,12 @@ def score(submission: Submission, references: References, only: Collection[str] 
                     groups[name] = {"sequential": log}
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=level)
+    is_repeated = level in (VERIFIED, TRAINED_HERE) and manifest and manifest.protocol.evaluation != "sampled"
     card = scorecard.Scorecard(
         name=submission.name,
         title=manifest.title if manifest else submission.name,
         level=level,
+        arithmetic=min((run.arithmetic for run in submission.documents if is_repeated), default=ARITHMETIC),
         problems=submission.problems,
         manifest=manifest_summary(submission),
         training=training_summary(submission),

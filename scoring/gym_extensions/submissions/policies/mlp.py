@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,6 @@ from gym_extensions.submissions.policies.mlp_arrays import (
     ACTIVATIONS,
     KEYS,
     LAYER_FIELDS,
-    LEAK,
     Array,
     Arrays,
 )
@@ -33,6 +33,8 @@ BUFFERS = (
 @dataclass(frozen=True, eq=False, repr=False)
 class Policy:
     """A policy with o observations and a actions. Arrays are float32 or float64, and are copied.
+
+    It computes in float64, with the same bits on every processor (docs/rollout-log.md#arithmetic).
 
     An observation x, converted to ``observation_dtype`` and flattened, gives the action
 
@@ -160,6 +162,8 @@ class Policy:
     def act(self, observations: Array, rng: np.random.Generator | None = None, task: int = 0) -> Array:
         """Actions, not clipped to the action space: (a,) for one observation (o,), (n, a) for many (n, …).
 
+        They are float64. An environment clips them to its action space and rounds them to float32.
+
         Args:
             observations: one or many.
             rng: the source of noise; required unless the policy is deterministic.
@@ -176,8 +180,8 @@ class Policy:
         if rng is None:
             raise BenchError("no-generator", "The policy samples.", "act()", "Pass rng, a numpy Generator.")
         if self.head == "uniform":
-            return to_action(self, rng.uniform(-1.0, 1.0, mean.shape).astype(mean.dtype))
-        noise = rng.standard_normal(mean.shape, mean.dtype.type)
+            return to_action(self, rng.uniform(-1.0, 1.0, mean.shape))
+        noise = rng.standard_normal(mean.shape, log_sigma.dtype.type)
         return to_action(self, mean + np.exp(log_sigma) * noise)
 
     def reset(self) -> None:
@@ -232,21 +236,19 @@ def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tu
 
     log σ is 0 if it is not stated. Raises ``BenchError`` if the observations have another size.
     """
-    hidden = _normalized(policy, np.asarray(observations, policy.observation_dtype), task)
-    output = np.zeros((len(hidden), len(policy.action_offset)), policy.action_offset.dtype)
-    last = len(policy.weights) - 1
-    for layer, (weights, biases) in enumerate(zip(policy.weights, policy.biases, strict=True)):
-        weight = _row(weights, 2, task)
-        mask = policy.masks[layer] if policy.masks else None
-        weight = weight if mask is None else weight * _row(mask, 2, task)
-        values = hidden @ weight + _row(biases, 1, task)
-        if layer == last:
-            output = values
-        else:
-            hidden = ACTIVATIONS[policy.activation](values)
-    mean = ACTIVATIONS[policy.output_activation](output)
+    from gym_extensions.submissions.policies import (
+        arithmetic,  # loads a compiler, which scoring does not need
+    )
+
+    seen = np.asarray(observations, policy.observation_dtype)
+    seen = seen.reshape(len(seen), -1).astype(np.float64)
+    if policy.num_inputs not in (None, seen.shape[1]):
+        message = f"The observations have {seen.shape[1]} values; the policy has {policy.num_inputs} inputs."
+        raise BenchError("bad-observations", message, "act()", "Use a policy of the same group.")
+    output, hidden = arithmetic.forward(seen, *_constants(policy, seen.shape[1], task))
+    mean = output if policy.weights else np.zeros((len(seen), policy.num_actions))
     if policy.log_sigma is None:
-        return mean, np.zeros_like(policy.action_offset)
+        return mean, np.zeros(policy.num_actions)
     log_sigma = _row(policy.log_sigma, 1, task)
     if policy.log_sigma_weight is not None:
         log_sigma = hidden @ _row(policy.log_sigma_weight, 2, task) + log_sigma
@@ -255,21 +257,28 @@ def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tu
 
 def to_action(policy: Policy, values: Array) -> Array:
     """Actions (n, a) from the values of the head, not clipped to the action space."""
-    return policy.action_offset + policy.action_scale * ACTIVATIONS[policy.squash](values)
+    from gym_extensions.submissions.policies import arithmetic
+
+    values = np.array(values, np.float64, order="C")
+    arithmetic.activate(values.reshape(-1), ACTIVATIONS.index(policy.squash))
+    return policy.action_offset + policy.action_scale * values
 
 
-def _normalized(policy: Policy, observations: Array, task: int) -> Array:
-    values = observations.reshape(len(observations), -1)
-    inputs = policy.num_inputs
-    if inputs not in (None, values.shape[1]):
-        message = f"The observations have {values.shape[1]} values; the policy has {inputs} inputs."
-        raise BenchError("bad-observations", message, "act()", "Use a policy of the same group.")
+@functools.lru_cache(maxsize=16)
+def _constants(policy: Policy, inputs: int, task: int) -> tuple[Any, ...]:
+    """What :func:`arithmetic.forward` needs besides the observations, which have ``inputs`` values."""
+    normalization = np.stack([np.zeros(inputs), np.ones(inputs)])
     if policy.observation_mean is not None and policy.observation_scale is not None:
-        mean, scale = _row(policy.observation_mean, 1, task), _row(policy.observation_scale, 1, task)
-        values = (values - mean) / scale
-    if policy.observation_clip is not None:
-        values = np.clip(values, -policy.observation_clip, policy.observation_clip)
-    return values.astype(policy.weights[0].dtype) if policy.weights else values
+        normalization[:] = _row(policy.observation_mean, 1, task), _row(policy.observation_scale, 1, task)
+    masks = policy.masks or (None,) * len(policy.weights)
+    sizes, parts = [inputs], [np.empty(0)]
+    for weights, mask, biases in zip(policy.weights, masks, policy.biases, strict=True):
+        weight, bias = _row(weights, 2, task), _row(biases, 1, task)
+        parts += [(weight if mask is None else np.where(_row(mask, 2, task), weight, 0.0)).ravel(), bias]
+        sizes.append(len(bias))
+    bound = np.inf if policy.observation_clip is None else policy.observation_clip
+    kinds = (ACTIVATIONS.index(name) for name in (policy.activation, policy.output_activation))
+    return normalization, bound, np.array(sizes), np.concatenate(parts, dtype=np.float64), *kinds
 
 
 def _row(values: Array, ndim: int, task: int) -> Array:
@@ -291,7 +300,7 @@ def _torch_module(policy: Policy, task: int) -> torch.nn.Module:
         "linear": lambda values: values,
         "tanh": torch.tanh,
         "relu": functional.relu,
-        "leaky_relu": lambda values: functional.leaky_relu(values, LEAK),
+        "leaky_relu": lambda values: functional.leaky_relu(values, mlp_arrays.LEAK),
         # onnxruntime has no Elu of float64
         "elu": lambda values: torch.where(values > 0, values, values.clamp(max=0).exp() - 1),
         "silu": functional.silu,

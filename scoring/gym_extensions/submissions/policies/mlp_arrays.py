@@ -2,7 +2,7 @@
 
 import itertools
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -13,26 +13,10 @@ from gym_extensions.submissions.problem import quote
 
 Array = NDArray[Any]
 Arrays = Mapping[str, Array]
+ACTIVATIONS = ("linear", "tanh", "relu", "leaky_relu", "elu", "silu")
+"""Functions of one number."""
 LEAK = 0.01
 """Slope of ``leaky_relu`` below 0: the default of PyTorch and JAX."""
-
-
-def _silu(values: Array) -> Array:
-    # The logistic function as a tanh, which does not overflow.
-    half = values.dtype.type(0.5)
-    return values * (half * np.tanh(half * values) + half)
-
-
-ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
-    "linear": lambda values: values,
-    "tanh": np.tanh,
-    "relu": lambda values: np.maximum(values, 0),
-    "leaky_relu": lambda values: np.where(values > 0, values, values.dtype.type(LEAK) * values),
-    "elu": lambda values: np.where(values > 0, values, np.expm1(np.minimum(values, 0))),
-    "silu": _silu,
-}
-"""Functions of one float array, which keep its type."""
-
 FORMAT = 1
 HEADS = ("deterministic", "gaussian", "uniform")
 """How a policy selects actions."""
@@ -70,8 +54,8 @@ class Key:
 KEYS: dict[str, Key] = {
     "format": Key("format", is_required=True),
     "head": Key("name", is_required=True, choices=HEADS),
-    "activation": Key("name", is_required=True, choices=tuple(ACTIVATIONS)),
-    "output_activation": Key("name", is_required=True, choices=tuple(ACTIVATIONS)),
+    "activation": Key("name", is_required=True, choices=ACTIVATIONS),
+    "output_activation": Key("name", is_required=True, choices=ACTIVATIONS),
     "squash": Key("name", is_required=True, choices=("linear", "tanh")),
     "observation_dtype": Key("name", is_required=True, choices=FLOATS),
     "observation_mean": Key("float", ("o",), has_tasks=True),

@@ -39,6 +39,7 @@ def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
         "landscapes": {group.id: boards[group.id] for group in GROUPS.values() if group.id in boards},
         "known": tasks.measured(site.references),
         "board": board,
+        "cards": cards,
         "costs": {row.name: core.cost(cards[row.name]) for row in (board.rows if board else ())},
         "core": core,
     }

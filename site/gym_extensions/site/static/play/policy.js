@@ -1,7 +1,25 @@
-// A published policy, evaluated as by gym_extensions.submissions.policies.mlp. The file has a header of JSON and its arrays.
+// A published policy, with the bits of gym_extensions.submissions.policies.arithmetic (docs/rollout-log.md#arithmetic).
+// The file has a header of JSON and its arrays.
+const TERMS = [1], POWERS = Array.from({ length: 121 }, (_, at) => 2 ** (at - 60));
+for (let n = 1; n <= 13; n++) TERMS.push(TERMS[n - 1] * n);
+
+function exp(value) {
+  const x = value < -40 ? -40 : value > 40 ? 40 : value;
+  const k = Math.floor(x * 1.4426950408889634 + 0.5);
+  const r = (x - k * 0.6931471803691238) - k * 1.9082149292705877e-10;
+  let p = 1 / TERMS[13];
+  for (let n = 12; n >= 0; n--) p = p * r + 1 / TERMS[n];
+  return p * POWERS[k + 60];
+}
+
+function tanh(x) {
+  const t = 1 - 2 / (exp(2 * Math.abs(x)) + 1);
+  return x < 0 ? -t : t;
+}
+
 const FUNCTIONS = {
-  linear: (x) => x, tanh: Math.tanh, relu: (x) => Math.max(x, 0), leaky_relu: (x) => (x > 0 ? x : 0.01 * x),
-  elu: (x) => (x > 0 ? x : Math.expm1(x)), silu: (x) => x / (1 + Math.exp(-x)),
+  linear: (x) => x, tanh, relu: (x) => (x < 0 ? 0 : x), leaky_relu: (x) => (x < 0 ? 0.01 * x : x),
+  elu: (x) => (x < 0 ? exp(x) - 1 : x), silu: (x) => x * (0.5 * tanh(0.5 * x) + 0.5),
 };
 const TYPES = { f4: Float32Array, f8: Float64Array, u1: Uint8Array };
 const FORMAT = 1;
@@ -40,35 +58,31 @@ export class Policy {
     return array.values.subarray(at, at + size);
   }
 
-  // h · weight + bias, each sum rounded to float32 as numpy stores it.
+  // The bias plus h · weight, one input after another.
   product(input, weight, bias, mask) {
-    return Float32Array.from(bias, (start, j) => {
-      let total = 0;
-      for (let i = 0; i < input.length; i++) {
-        const at = i * bias.length + j;
-        if (!mask || mask[at]) total += input[i] * weight[at];
-      }
-      return total + start;
-    });
+    const total = Float64Array.from(bias);
+    for (let i = 0, at = 0; i < input.length; i++) {
+      for (let j = 0; j < total.length; j++, at++) total[j] += input[i] * (mask && !mask[at] ? 0 : weight[at]);
+    }
+    return total;
   }
 
   // The action for an observation; normal() draws the noise of a policy that samples, null takes its mean.
   act(observation, task = 0, normal = null) {
     const { activation, output_activation: last, squash, observation_clip: bound } = this;
     const mean = this.row("observation_mean", 1, task), scale = this.row("observation_scale", 1, task);
-    let hidden = Float32Array.from(observation, (value, i) => {
+    let hidden = Float64Array.from(observation, (value, i) => {
       let x = this.observation_dtype === "float32" ? Math.fround(value) : value;
       if (mean) x = (x - mean[i]) / scale[i];
-      return bound ? Math.min(Math.max(x, -bound), bound) : x;
+      return bound && x < -bound ? -bound : bound && x > bound ? bound : x;
     });
     const offset = this.arrays.action_offset.values, size = this.arrays.action_scale.values;
-    let output = new Float32Array(offset.length), before = hidden;
+    let output = new Float64Array(offset.length), before = hidden;
     for (let layer = 0; layer < this.layers; layer++) {
       const part = (name, dimensions) => this.row(`${name}_${layer}`, dimensions, task);
       before = hidden;
-      output = this.product(hidden, part("weight", 2), part("bias", 1), part("mask", 2));
-      hidden = output.map(FUNCTIONS[layer < this.layers - 1 ? activation : last]);
-      output = hidden;
+      hidden = this.product(hidden, part("weight", 2), part("bias", 1), part("mask", 2));
+      output = hidden = hidden.map(FUNCTIONS[layer < this.layers - 1 ? activation : last]);
     }
     const sigma = normal && this.head === "gaussian" ? this.sigma(before, task) : null;
     return output.map((mean_, i) => {
@@ -83,6 +97,6 @@ export class Policy {
     const base = this.row("log_sigma", 1, task), weight = this.row("log_sigma_weight", 2, task);
     const [low, high] = this.arrays.log_sigma_clip?.values || [-Infinity, Infinity];
     const log = weight ? this.product(hidden, weight, base) : base;
-    return Float32Array.from(log, (value) => Math.exp(Math.min(Math.max(value, low), high)));
+    return Float64Array.from(log, (value) => Math.exp(Math.min(Math.max(value, low), high)));
   }
 }
