@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
+from msgspec import structs
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.submissions.fetch import Fetcher
@@ -161,7 +161,9 @@ def stated(**values: object) -> Forge:
         returns(lambda value: value * (1 + 1e-7))(submission)
         versions = {name: value for name, value in values.items() if name in Versions.__struct_fields__}
         own = {name: value for name, value in values.items() if name not in versions}
-        change_documents(submission, lambda run: {"versions": replace(run.versions, **versions), **own})
+        change_documents(
+            submission, lambda run: {"versions": structs.replace(run.versions, **versions), **own}
+        )
 
     return forged
 
