@@ -194,6 +194,20 @@ def budget_steps(name: str, group_id: str) -> str:
     return f"{grouped(BUDGETS[name].steps_for(split_version(group_id)[0]))} training steps per task"
 
 
+COLUMN_NAMES = {
+    "final_performance": "Kept",
+    "learning_performance": "Learned",
+    "forgetting": "Forgotten",
+    "zero_shot_transfer": "Transfer",
+}
+"""What tables call a metric."""
+
+
+def column(name: str) -> str:
+    """The name of a metric's column on all pages: that of the table of methods, or the metric's own title."""
+    return COLUMN_NAMES.get(name, BY_NAME[name].title)
+
+
 def better(name: str) -> str:
     """Which direction of a metric is better."""
     return {"higher": "higher is better", "lower": "lower is better"}.get(BY_NAME[name].better, "not ranked")

@@ -128,7 +128,12 @@ def on_group(log: GroupScore, look: int, metric: Metric = FINAL) -> CoreGroup:
     if not values:
         return CoreGroup(runs=runs)
     value = to_interval(summary(values), suite_expert_errors([log], metric))
-    return CoreGroup(value.mean, value.low, value.high, runs)
+    others = {
+        name: fmean(found[: look or runs])
+        for name in CORE_METRICS
+        if name != metric.name and name in log.metrics and (found := log.metrics[name].runs)
+    }
+    return CoreGroup(value.mean, value.low, value.high, runs, others)
 
 
 def over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> MetricValue:

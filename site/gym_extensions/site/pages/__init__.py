@@ -9,42 +9,15 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
-from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.metrics import compute
-from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages import changes, compare, core, data, groups, submissions, tasks
+from gym_extensions.site.pages import changes, compare, data, groups, overview, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION
-from gym_extensions.submissions.review import REPORTED
-
-
-def _overview(site: Leaderboard, render: Render) -> Iterator[File]:
-    """Which method is best on the core, a figure of it, and where everything else is; then every pair."""
-    scored = [card for card in site.submissions if not card.problems and card.level != REPORTED]
-    board = site.scored.core
-    cards = {card.name: card for card in site.submissions}
-    boards = {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)}
-    values = {
-        "submissions": len(scored),
-        "verified": sum(is_verified(card.level) for card in scored),
-        "reported": sum(card.level == REPORTED for card in site.submissions),
-        "refused": sum(bool(card.problems) for card in site.submissions),
-        "groups": groups.groups(site),
-        "core_groups": len(CORES[CORE]),
-        "landscapes": {group.id: boards[group.id] for group in GROUPS.values() if group.id in boards},
-        "known": tasks.measured(site.references),
-        "board": board,
-        "cards": cards,
-        "costs": {row.name: core.cost(cards[row.name]) for row in (board.rows if board else ())},
-        "core": core,
-    }
-    yield "index.html", render("index.html", "index.html", **values)
-    yield "core.html", render("core.html", "core.html", **values)
 
 
 def _play(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -52,8 +25,7 @@ def _play(site: Leaderboard, render: Render) -> Iterator[File]:
     watch = paths.task_path("Hopper-v0")
     simulator = render.simulator
     files, absent = assets(site, render.folders, simulator) if simulator else ({}, {})
-    size = sum(map(len, simulator.files().values())) / 1e6 if simulator else 0.0
-    values = {"play": simulator, "absent": absent, "watch": watch, "size": size, "version": VERSION}
+    values = {"play": simulator, "absent": absent, "watch": watch, "version": VERSION}
     yield "play.html", render("play.html", "play.html", **values)
     yield from files.items()
 
@@ -105,9 +77,9 @@ def _metrics(site: Leaderboard, render: Render) -> Iterator[File]:
 
 
 PAGES = (
-    Page("Overview", "index.html", _overview),
+    Page("Overview", "index.html", overview.publish),
     Page("Core", "core.html"),
-    Page("Groups", "index.html#groups", groups.publish),
+    Page("Groups", "groups.html", groups.publish),
     Page("Tasks", TASK_LIST, tasks.publish),
     Page("Submissions", publish_submission=submissions.publish_submission),
     Page("Submissions", "submissions.html", submissions.publish_list),

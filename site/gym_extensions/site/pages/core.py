@@ -1,4 +1,4 @@
-"""The answer of the overview: one row per method on the core suite, in sentences and as a figure."""
+"""The page of the core: what each method takes and lacks, and two figures of them."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -9,18 +9,10 @@ from gym_extensions.metrics import formulas
 from gym_extensions.metrics.values import Estimate
 from gym_extensions.scoring.ranking.boards import CoreBoard, CoreReference, CoreRow
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
-from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import count, ends, fixed, grouped, mean, short, split_version
 
 FINAL, LEARNED, LOST = (each.name for each in (formulas.FINAL, formulas.LEARNING, formulas.FORGETTING))
-HEADINGS = {
-    FINAL: ("Kept", "final performance, the core score"),
-    LEARNED: ("Learned", "learning performance"),
-    LOST: ("Forgotten", "forgetting; lower is better"),
-    "zero_shot_transfer": ("Zero-shot transfer", "before the training on a task"),
-}
-"""What the table calls a metric, and the words below it; of others, its title and which way is better."""
 EDITIONS = {
     1: "First edition: verified runs are ranked. As soon as the project has trained its own reference agent "
     "here, only runs that were trained here are.",
@@ -28,12 +20,10 @@ EDITIONS = {
     "nobody knew before.",
 }
 """What the core ranks, by edition."""
-FIRST, OF_LIST = 20, 9
-"""Methods in the figure, and of each list on the overview."""
-MOST_ROWS, MOST_PAIRS = 200, 400
-"""Most methods, and pairs per metric, on the page of the core."""
-MOST_NAMED = 3
-"""Up to this many methods are named in a sentence; more are counted."""
+FIRST = 20
+"""Methods in a figure."""
+MOST_ROWS = 200
+"""Most methods on the page of the core."""
 
 
 def state(row: CoreRow | CoreScore) -> str:
@@ -41,18 +31,6 @@ def state(row: CoreRow | CoreScore) -> str:
     if row.missing:
         return f"lacks {', '.join(split_version(group)[0] for group in row.missing)}"
     return row.why
-
-
-LISTS = ("Without the task label at test time", "With the task label at test time")
-
-
-def share(row: CoreRow) -> str:
-    """The share of what was learned that is kept, beside forgetting; empty without one."""
-    kept = row.retention
-    if kept.mean is None or kept.ends is None:
-        return ""
-    low, high = kept.ends
-    return f"{fixed(100 * kept.mean, 0)}\u202f% kept ({fixed(100 * low, 0)} to {fixed(100 * high, 0)})"
 
 
 def notes(row: CoreRow | CoreScore) -> str:
@@ -75,12 +53,6 @@ def shared_notes(rows: Sequence[CoreRow]) -> dict[str, list[str]]:
     return found
 
 
-def scale(board: CoreBoard) -> Scale:
-    """The scale of the drawn column, the same in both lists, with every interval and 0."""
-    levels = [each.value.mean or 0.0 for each in board.references]
-    return scale_around([*_ends(board.rows), *levels], MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
-
-
 def cost(card: Scorecard) -> tuple[str, str]:
     """Training steps and processor time of a run, for example ``8.7M steps``, ``21 min in 6 of 7 groups``.
 
@@ -93,76 +65,12 @@ def cost(card: Scorecard) -> tuple[str, str]:
     minutes, timed = found.cpu_seconds / 60, found.timed_groups
     partly = f" in {timed} of {found.groups} groups" if timed < found.groups else ""
     spent = f"{fixed(minutes, int(minutes < 10))} min" if minutes >= 1 else f"{fixed(found.cpu_seconds, 0)} s"
-    steps = f"{fixed(found.steps / 1e6, 1)}M" if found.steps >= 1e5 else grouped(round(found.steps))
-    return f"{steps} steps{scope}", f"{spent}{partly}" if timed else ""
+    return f"{short_count(found.steps)} steps{scope}", f"{spent}{partly}" if timed else ""
 
 
-def answers(board: CoreBoard | None) -> list[Markup]:
-    """Who leads each list, who forgets least without the label, and how certain that is, in sentences."""
-    ranked = [[row for row in each.rows if row.ranked] for each in board.lists] if board else []
-    if board is None or not any(ranked):
-        return [Markup("No method has all runs of the core suite yet. Each row says what is missing.")]
-    sentences = []
-    for each, rows in zip(board.lists, ranked, strict=True):
-        if not rows:
-            continue
-        label = SCOPES[each.task_conditioned] if all(ranked) and len(ranked) > 1 else ""
-        if len(rows) == 1:
-            only = Markup("{}{} is the only method with all runs of the core suite so far; it keeps {} ({}).")
-            kept = rows[0].metrics[FINAL]
-            name = NAME.format(short(rows[0].title, 40))
-            sentences.append(only.format(label, name, mean(kept), ends(kept)))
-            continue
-        sentences.append(_answer(board, rows, FINAL, label))
-        learned = [row for row in rows if row.metrics[LOST].rank]
-        if learned and not each.task_conditioned:
-            learned.sort(key=lambda row: (row.metrics[LOST].mean or 0.0, row.name))
-            sentences.append(_answer(board, learned, LOST, LEARNERS))
-    return sentences
-
-
-LEARNERS = Markup('Of those that <a href="metrics.html#reading">learned</a>, ')
-SCOPES = (
-    Markup('Without the <a href="metrics.html#core">task label</a> at test time, '),
-    Markup('With the <a href="metrics.html#core">task label</a>, '),
-)
-"""What begins the sentences of the two lists, where both have a ranked method."""
-NAME = Markup("<strong><bdi>{}</bdi></strong>")
-PRELIMINARY = Markup(' (<a href="metrics.html#core">preliminary</a>)')
-WORDS = {
-    FINAL: ("leads with", "has the highest mean,", "better"),
-    LOST: ("forgets least:", "has the lowest mean forgetting,", "less"),
-}
-"""By metric: of a significant lead, of the best mean without one, and the relation to the others."""
-
-
-def _answer(board: CoreBoard, methods: Sequence[CoreRow], metric: str, of: str | Markup) -> Markup:
-    """The first of some methods, and from which of the others it differs significantly."""
-    first, *others = methods
-    pairs = [(row, pair) for row in others if (pair := board.pair(metric, first.name, row.name))]
-    # On fewer runs, the one with the lower mean can be significantly better.
-    won = [
-        row.name
-        for row, pair in pairs
-        if pair.verdict == "separated"
-        and ((pair.mean > 0) == (pair.first == first.name)) == (metric == FINAL)
-    ]
-    tied = [short(row.title, 40) for row, _ in pairs if row.name not in won]
-    leads, highest, relation = WORDS[metric]
-    best, verb = first.metrics[metric], leads if len(tied) < len(pairs) else highest
-    start = Markup("{}{} {} {} ({})").format(
-        of, NAME.format(short(first.title, 40)), verb, mean(best), ends(best)
-    )
-    if not pairs:
-        return start + "; no other method is compared with it."
-    names = " and ".join(filter(None, (", ".join(tied[:-1]), *tied[-1:])))
-    if len(tied) > MOST_NAMED:
-        names = f"{len(tied)} of {count(len(pairs), 'other method')}"
-    if len(tied) == len(pairs):
-        return start + Markup("; no significant difference from {}.").format(names)
-    note = PRELIMINARY if any(pair.exploratory for row, pair in pairs if row.name in won) else ""
-    scope = f"all but {names}" if tied else "every other method"
-    return start + Markup(", significantly {} than {}{}.").format(relation, scope, note)
+def short_count(steps: float) -> str:
+    """A number of steps: in millions from 100,000."""
+    return f"{fixed(steps / 1e6, 1)}M" if steps >= 1e5 else grouped(round(steps))
 
 
 SIDE, LEFT, TOP, BOTTOM = 400.0, 46.0, 16.0, 44.0
@@ -186,7 +94,7 @@ def figure(rows: Sequence[CoreRow], references: Sequence[CoreReference] = ()) ->
     shown = [row for row in rows if row.metrics[FINAL].mean is not None]
     if not shown:
         return Markup("")
-    reach = [*_ends(shown), *(each.value.mean or 0.0 for each in references)]
+    reach = [*ends_of(shown), *(each.value.mean or 0.0 for each in references)]
     x = scale_around(reach, LEFT, LEFT + SIDE, always=())
     y = scale_around(reach, TOP + SIDE, TOP, always=())
     # The line where nothing is lost, and the corner where everybody wants to be.
@@ -217,7 +125,7 @@ def cost_figure(rows: Sequence[CoreRow]) -> Markup:
     if len(stated) < 2:
         return Markup("")
     x = scale_around([each.mean or 0.0 for each in minutes], LEFT, LEFT + SIDE, always=(0.0,))
-    y = scale_around(_ends(stated, (FINAL,)), TOP + SIDE, TOP, always=())
+    y = scale_around(ends_of(stated, (FINAL,)), TOP + SIDE, TOP, always=())
     parts = _axes(x, y, "processor time of a run, minutes") + _points(stated, minutes, "{} minutes", x, y)
     return _plane("Processor time against kept, a point per method", parts)
 
@@ -251,7 +159,8 @@ def _points(rows: Sequence[CoreRow], across: Sequence[Estimate], words: str, x: 
     return parts + _labels(names, places, bars)
 
 
-def _ends(rows: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
+def ends_of(rows: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
+    """The ends of the intervals of these metrics."""
     values = [row.metrics[metric] for row in rows for metric in metrics]
     return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 

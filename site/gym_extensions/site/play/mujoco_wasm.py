@@ -32,6 +32,11 @@ class Simulator:
     wasm: bytes  # the WebAssembly, compressed with gzip
     license: bytes  # of both, Apache-2.0
 
+    @property
+    def megabytes(self) -> float:
+        """Their size as they are loaded."""
+        return sum(map(len, self.files().values())) / 1e6
+
     def facts(self) -> dict[str, str]:
         """Paths and digests, for the page's script."""
         return {

@@ -45,7 +45,7 @@
   // Every row that is not hidden. A drawing in a cell is its label, and controls are left out.
   function csv(table) {
     const words = (node) => (node.nodeType === 3 ? node.data : node.nodeName === "svg" ? node.getAttribute("aria-label") ?? ""
-      : /^(BUTTON|INPUT|SELECT)$/.test(node.nodeName) ? "" : [...node.childNodes].map(words).join(node.querySelector("wbr") ? "" : " "));
+      : /^(INPUT|SELECT)$/.test(node.nodeName) || node.className === "sort" || node.className === "tip" ? "" : [...node.childNodes].map(words).join(node.querySelector("wbr") ? "" : " "));
     const cells = (row) => [...row.cells].flatMap((cell) => {
       const value = words(cell).replace(/\s+/g, " ").trim();
       return [/[",]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value, ...Array(cell.colSpan - 1).fill("")];
@@ -66,7 +66,7 @@
 
   document.querySelectorAll("main figure").forEach((figure, i) => {
     const svg = figure.querySelector("svg[viewBox]"), name = `${here}-figure-${i + 1}`;
-    if (!svg || figure.closest(".watch, .maps")) return;
+    if (!svg || figure.closest(".watch, .maps, .forgetting")) return;
     offer(figure.querySelector("figcaption") ?? svg, name, {
       SVG: () => save(`${name}.svg`, new Blob([drawn(svg).text], { type: "image/svg+xml" })),
       PNG: () => png(svg, name),

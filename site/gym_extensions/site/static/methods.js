@@ -1,0 +1,186 @@
+// The table of methods: sorts its lists, switches what the cells show, orders by some groups only, and opens Compare.
+// The state is in the address, as #?cells=learned&sort=kept, so that it works from a file, too. Without it, the page is complete.
+"use strict";
+(() => {
+  const METRICS = { kept: "Kept", forgotten: "Forgotten", learned: "Learned", transfer: "Transfer" }; // in the order of the data
+  const FIRST = 100; // rows that are shown of many
+  const MOST = 4; // methods that Compare takes
+
+  const read = (hash) => {
+    const given = new URLSearchParams(hash.startsWith("#?") ? hash.slice(2) : "");
+    const list = (name) => (given.get(name) || "").split(",").filter(Boolean);
+    return { cells: given.get("cells") || "", list: given.get("list") || "", groups: list("groups"), sort: given.get("sort") || "",
+      up: given.get("up") === "1", ticked: list("compare").slice(0, MOST), all: given.get("all") === "1" };
+  };
+  const write = ({ cells, list, groups, sort, up, ticked, all }) => {
+    const given = new URLSearchParams();
+    const put = (name, value) => { if (value) given.set(name, value); };
+    put("cells", cells); put("list", list); put("groups", groups.join(",")); put("sort", sort); put("up", up ? "1" : "");
+    put("compare", ticked.join(",")); put("all", all ? "1" : "");
+    return String(given) ? `#?${given}` : "#";
+  };
+  const fixed = (value) => {
+    const text = value.toFixed(2);
+    return text.startsWith("-") ? (/[1-9]/.test(text) ? "\u2212" : "") + text.slice(1) : text;
+  };
+  // The mean of the values at some places; null if one of them is missing.
+  const meanAt = (values, places) => {
+    const found = places.map((at) => values[at]);
+    return found.length && found.every((value) => value !== null) ? found.reduce((a, b) => a + b) / found.length : null;
+  };
+  // Rows by their values at a key, those without one last.
+  const sorted = (rows, key, up) => [...rows].sort((a, b) => {
+    const [p, q] = [a.values[key] ?? null, b.values[key] ?? null];
+    if (p === null || q === null) return (p === null) - (q === null) || a.order - b.order;
+    return (up ? 1 : -1) * (typeof p === "string" ? -p.localeCompare(q, "en") : p - q) || a.order - b.order;
+  });
+  if (typeof module !== "undefined") module.exports = { read, write, meanAt, sorted };
+  if (typeof document === "undefined") return;
+
+  const table = document.getElementById("core-table");
+  if (!table) return;
+  const make = (tag, properties = {}, ...children) => {
+    const element = Object.assign(document.createElement(tag), properties);
+    element.append(...children);
+    return element;
+  };
+  const labelled = (text, control) => make("label", {}, control, ` ${text}`);
+  const groups = table.dataset.groups.split(" "), every = groups.map((_, at) => at);
+  const heads = [...table.tHead.rows[0].cells], at = (key) => heads.findIndex((head) => head.dataset.key === key);
+  const number = (text) => { const found = text.replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/); return found ? Number(found[0]) : null; };
+  let state = read(location.hash);
+
+  function rowOf(element, order) {
+    const cells = [...element.cells], shift = heads.length - cells.length; // a row without a score has one cell for two columns
+    const cell = (key) => cells[at(key) - (at(key) > 2 ? shift : 0)];
+    const numbers = element.dataset.cells.split(";").map((part) => part.split(" ").map((text) => (text === "-" ? null : Number(text) / 1000)));
+    const shown = groups.map((_, place) => cell(`g${place}`)), link = element.querySelector("th a");
+    const values = { name: link.textContent.toLowerCase(), rank: number(cell("rank").textContent), kept: shift ? null : number(cell("kept").textContent),
+      forgotten: number(cell("forgotten").textContent), minutes: number(cell("minutes").textContent),
+      tuning: number(cell("tuning").dataset.v), level: cell("level").textContent.trim() };
+    const box = make("input", { type: "checkbox", className: "tick" });
+    box.setAttribute("aria-label", `Compare ${link.textContent} (${element.dataset.name})`);
+    box.addEventListener("change", () => {
+      const others = state.ticked.filter((name) => name !== element.dataset.name);
+      update({ ticked: box.checked ? [...others, element.dataset.name].slice(-MOST) : others });
+    });
+    element.cells[0].append(" ", box);
+    const texts = shown.map(({ className, innerHTML }) => [className, innerHTML]);
+    const [rank, kept] = ["rank", "kept"].map((key) => (key === "kept" && shift ? null : cell(key)));
+    return { element, order, name: element.dataset.name, numbers, shown, texts, values, box, rank, kept, own: [rank.firstChild.data, kept?.innerHTML] };
+  }
+  const lists = [...table.tBodies].filter((body) => body.dataset.list).map((body) => ({
+    body, key: body.dataset.list, rows: [...body.rows].filter((row) => row.dataset.name).map(rowOf),
+  }));
+
+  const radios = (name, title, options) => {
+    const inputs = Object.entries(options).map(([value, text]) => {
+      const input = make("input", { type: "radio", name, value });
+      input.addEventListener("change", () => update({ [name]: value }));
+      return [input, labelled(text, input)];
+    });
+    return [inputs.map(([input]) => input), radioGroup(title, inputs.map(([, label]) => label))];
+  };
+  const radioGroup = (title, labels) => {
+    const element = make("div", { className: "methods" }, make("strong", { textContent: title }), ...labels);
+    element.setAttribute("role", "radiogroup");
+    element.setAttribute("aria-label", title);
+    return element;
+  };
+  const [cellInputs, cellSet] = radios("cells", "Cells", { "": "Kept", learned: "Learned", forgotten: "Forgotten", transfer: "Transfer" });
+  const [listInputs, listSet] = radios("list", "Lists", { "": "both", 0: "without task label", 1: "with it" });
+  const boxes = groups.map((group) => {
+    const box = make("input", { type: "checkbox" });
+    box.addEventListener("change", () => {
+      const chosen = groups.filter((_, place) => boxes[place].checked);
+      update({ groups: chosen.length === groups.length ? [] : chosen });
+    });
+    return box;
+  });
+  const chooser = make("details", { className: "columns" }, make("summary", { textContent: "Choose groups" }),
+    ...groups.map((group, place) => labelled(group, boxes[place])));
+  const compare = make("button", { type: "button" });
+  compare.addEventListener("click", () => { location.href = `${table.dataset.compare}#?${new URLSearchParams({ names: state.ticked.join(",") })}`; });
+  const status = make("p", { className: "status" });
+  status.setAttribute("role", "status");
+  const more = make("button", { type: "button", className: "more" });
+  more.addEventListener("click", () => update({ all: true }));
+  const region = table.closest(".scroll");
+  region.before(make("div", { className: "tools" }, cellSet, listSet, chooser, compare), status);
+  region.after(more);
+
+  for (const head of heads) {
+    const { key } = head.dataset, label = head.querySelector(".head");
+    if (key === "drawn") continue;
+    const button = make("button", { type: "button", className: "head", textContent: label.textContent });
+    button.setAttribute("aria-describedby", label.getAttribute("aria-describedby"));
+    button.addEventListener("click", () => {
+      const low = ["rank", "name", "forgotten", "minutes", "tuning"].includes(key); // what is best first
+      update({ sort: key, up: state.sort === key ? !state.up : low });
+    });
+    label.replaceWith(button);
+  }
+
+  // A cell shows a metric of its group; only kept has a test, and so a frame or hatching.
+  function showCells(row) {
+    const metric = Object.keys(METRICS).indexOf(state.cells || "kept");
+    row.shown.forEach((cell, place) => {
+      const value = row.numbers[metric][place], [kind, html] = row.texts[place], isChosen = !state.groups.length || boxes[place].checked;
+      cell.className = metric && value !== null ? `cell ${value < 0 ? "below" : `h${Math.min(10, Math.round(10 * value))}`}` : kind;
+      if (metric && value !== null) cell.textContent = fixed(value);
+      else cell.innerHTML = html;
+      cell.classList.toggle("left-out", !isChosen);
+      row.values[`g${place}`] = value;
+    });
+    const chosen = every.filter((place) => boxes[place].checked), mean = meanAt(row.numbers[0], chosen), [rank, kept] = row.own;
+    row.values.kept = mean;
+    row.rank.firstChild.data = state.groups.length ? "\u2013" : rank;
+    if (row.kept) row.kept.innerHTML = state.groups.length ? `<b>${mean === null ? "\u2013" : fixed(mean)}</b>` : kept;
+  }
+
+  function apply() {
+    const known = state.groups.filter((name) => groups.includes(name)), lost = state.groups.filter((name) => !groups.includes(name));
+    boxes.forEach((box, place) => { box.checked = !known.length || known.includes(groups[place]); });
+    const key = state.sort || (known.length ? "kept" : "");
+    for (const { body, key: label, rows } of lists) {
+      body.hidden = state.list !== "" && state.list !== label;
+      for (const row of rows) {
+        showCells(row);
+        row.box.checked = state.ticked.includes(row.name);
+      }
+      const order = key ? sorted(rows, key, state.up) : rows, shown = state.all ? order : order.slice(0, FIRST);
+      body.replaceChildren(body.rows[0], ...shown.map(({ element }) => element));
+    }
+    for (const head of heads) {
+      if (head.dataset.key === key && key) head.setAttribute("aria-sort", state.up ? "ascending" : "descending");
+      else head.removeAttribute("aria-sort");
+    }
+    for (const input of cellInputs) input.checked = input.value === state.cells;
+    for (const input of listInputs) input.checked = input.value === state.list;
+    const longest = Math.max(...lists.map(({ rows }) => rows.length));
+    more.hidden = state.all || longest <= FIRST;
+    more.textContent = `Show all ${longest} rows`;
+    const unknown = [...lost, ...state.ticked.filter((name) => !lists.some(({ rows }) => rows.some((row) => row.name === name)))];
+    status.textContent = [unknown.length ? `This table has no ${unknown.join(", ")}.` : "",
+      known.length ? `Ordered by the mean over ${known.length} of ${groups.length} groups: not tested.` : "",
+      state.cells ? `Cells: ${METRICS[state.cells]?.toLowerCase()}; differences are not tested.` : ""].filter(Boolean).join(" ");
+    compare.disabled = state.ticked.length < 2;
+    compare.textContent = state.ticked.length < 2 ? "Tick two to four to compare" : `Compare ${state.ticked.length}`;
+  }
+
+  function update(change) {
+    state = { ...state, ...change };
+    history.replaceState(null, "", write(state));
+    apply();
+  }
+
+  // A link to commands opens them.
+  function open() {
+    const target = location.hash.length > 1 && !location.hash.startsWith("#?") && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const details = target && target.closest("details");
+    if (details) { details.open = true; target.scrollIntoView({ block: "nearest" }); }
+  }
+  addEventListener("hashchange", () => { if (location.hash.startsWith("#?") || !location.hash) { state = read(location.hash); apply(); } else open(); });
+  apply();
+  open();
+})();
