@@ -41,7 +41,7 @@ def test_without_any_submission_every_page_says_so() -> None:
     valid(pages)
     assert "There are no submissions yet." in pages["index.html"].text
     assert "There are no submissions yet." in pages["submissions.html"].text
-    assert "nothing yet" in pages["index.html"].text
+    assert "nothing yet" in pages["groups.html"].text
     assert "No submission has runs on the core suite yet." in pages["core.html"].text
     assert not [path for path in pages if path.startswith("boards/")]
 
@@ -51,8 +51,8 @@ def test_one_submission_with_one_run_has_values_without_intervals() -> None:
     valid(pages)
     assert "one run" in pages[GROUP].text
     assert "No submission is ranked yet. Highest mean: Single single with " in pages[GROUP].text
-    assert "hopper-gravity 1 submission, none ranked" in pages["index.html"].text
-    assert "No method has all runs of the core suite yet." in pages["index.html"].text
+    assert "hopper-gravity 1 submission, none ranked" in pages["groups.html"].text
+    assert "No method has runs on the core suite yet." in pages["index.html"].text
     assert "Not ranked: Fewer than 5 runs." in pages[GROUP].text
     assert "It is the only submission with a score." in pages[GROUP].text
 

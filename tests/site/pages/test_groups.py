@@ -61,7 +61,7 @@ def test_a_suite_has_a_page_a_board_and_a_row_on_the_page_of_the_submission(
         "gravity": {"sequential": {"budget": "100k", "groups": list(card["groups"]), "metrics": metrics}}
     }
     pages = read(document)
-    assert "gravity suite Agile" in pages["index.html"].text
+    assert "gravity suite Agile" in pages["groups.html"].text
     for path in ("groups/gravity.html", "boards/gravity-sequential-100k.html", "submissions/agile.html"):
         assert "gravity suite, mean of 4 groups" in pages[path].text
 

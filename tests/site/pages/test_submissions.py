@@ -18,7 +18,7 @@ def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any
     metrics["zero_shot_transfer"] = metrics["asymptotic_transfer"]
     page = dict(files(document))[GROUP]
     assert '<p class="small">No asymptotic transfer: there is no' in page, "a column without a value"
-    cell = page.split('data-label="Zero-shot transfer"')[1].split("</td>")[0]
+    cell = page.split('data-label="Transfer"')[1].split("</td>")[0]
     (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+"><sup>1</sup></a>', cell)
     assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
 
@@ -36,7 +36,6 @@ def test_a_refused_submission_is_listed_with_its_problems_and_hints(document: di
     assert "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0." in text
     assert "Evaluate every task after every stage." in text
     assert "Broken broken refused 1 problem: missing-cell" in pages["submissions.html"].text
-    assert "1 refused" in pages["index.html"].text
 
 
 def test_a_copy_stands_below_the_other_submission_without_a_rank(document: dict[str, Any]) -> None:
@@ -106,8 +105,6 @@ def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
     assert f"agile {level}" in text
     said = "Claimed: the files keep to every rule. Not verified yet."
     assert (said in text) == (level == "claimed")
-    count = "0 of 5 submissions with logs are" if level == "claimed" else "1 of 5 submissions with logs is"
-    assert f"{count} verified" in pages["index.html"].text
     found = "5 claimed, 1 refused" if level == "claimed" else f"1 {level}, 4 claimed, 1 refused"
     assert f"6 submissions: {found}." in pages["submissions.html"].text
 

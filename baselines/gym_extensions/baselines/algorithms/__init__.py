@@ -3,13 +3,18 @@
 A module has one agent, with a factory ``make``, unless ``SHARED_MODULES`` says otherwise.
 """
 
+from __future__ import annotations
+
 import importlib
 import pkgutil
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from gym_extensions.baselines.agent import Factory
 from gym_extensions.errors import BenchError, did_you_mean
+
+if TYPE_CHECKING:  # it loads Gymnasium, which the names of agents do not need
+    from gym_extensions.baselines.agent import Factory
 
 SHARED_MODULES = {
     "cloning": "continual:Cloning",

@@ -28,7 +28,7 @@ class Wanted:
         look: number of runs per group that they complete.
         runs: their numbers by group.
         decides: about how many open comparisons they would separate; None for a submission without a rank.
-        hours: processor time of all of them, by what a step of its other runs took; None where none states it.
+        hours: processor time of all, by what a step of its other runs took; None if that is not known.
     """
 
     name: str
@@ -81,7 +81,10 @@ def wanted(cards: Sequence[Scorecard], board: CoreBoard | None, agents: Collecti
 
 
 def _missing(row: CoreRow, card: Scorecard, agents: Collection[str]) -> dict[str, list[int]]:
-    """The sequential runs by group that a submission lacks; none if none can be donated or compared."""
+    """The sequential runs by group that a submission lacks; none if none can be donated or compared.
+
+    A run after a gap is not scored, and counts as lacking; the command skips it.
+    """
     protocol = card.manifest.protocol if card.manifest else None
     is_own = protocol is not None and protocol.steps == RECORDED and protocol.algorithm in agents
     if not is_own or not (row.ranked or row.look == 0):

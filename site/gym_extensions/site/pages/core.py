@@ -7,10 +7,10 @@ from markupsafe import Markup, escape
 
 from gym_extensions.metrics import formulas
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.scoring.ranking.boards import CoreBoard, CoreReference, CoreRow
+from gym_extensions.scoring.ranking.boards import CoreReference, CoreRow
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
-from gym_extensions.site.text import count, ends, fixed, grouped, mean, short, split_version
+from gym_extensions.site.text import count, fixed, grouped, mean, short, split_version
 
 FINAL, LEARNED, LOST = (each.name for each in (formulas.FINAL, formulas.LEARNING, formulas.FORGETTING))
 EDITIONS = {

@@ -1,5 +1,6 @@
 """The first page: one task that is forgotten, one sentence with its limits, one table, and what is open."""
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,12 +14,11 @@ from gym_extensions.scoring.ranking.boards import Board, BoardRow, CoreBoard, Co
 from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.scoring.ranking.wanted import Wanted, wanted
 from gym_extensions.scoring.scorecard import CoreGroup, Scorecard
-from gym_extensions.scoring.submission.core_score import core_logs
 from gym_extensions.site import paths, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, scale_around
-from gym_extensions.site.pages import core, groups
+from gym_extensions.site.pages import core, groups, tasks
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.forgetting import forgetting
 from gym_extensions.site.submission_results import SEQUENTIAL
@@ -30,6 +30,34 @@ MOST_NAMED = 3
 """Up to this many methods are named in a sentence; more are counted."""
 MOST_IN_TRIANGLE = 12
 """Methods whose pairs are shown."""
+COLUMNS = {
+    "rank": (
+        "Rank",
+        "First and last possible place in its list. 1–3: the test does not tell which of these.",
+    ),
+    "name": ("Method", "Its page has every run, file and command."),
+    "drawn": (
+        "Score",
+        "0 is the floor, random or no action; 1 is the expert, one published policy per task.",
+    ),
+    "kept": ("Kept", "Score at the end, the mean over groups, with its 95 % interval. It sorts a list."),
+    "group": (
+        "",
+        "The mean over tasks of this group, and over runs, of what the cells show: score at the end.",
+    ),
+    "forgotten": (
+        "Forgotten",
+        "Score right after the training on a task minus that at the end; lower is better. Below: the share "
+        "of what was learned that is left.",
+    ),
+    "minutes": ("Minutes", "Processor time of one run of all groups."),
+    "tuning": ("Tuning", "Training steps spent on choosing the settings."),
+    "level": (
+        "Checked",
+        "Verified: its policies ran again on seeds that nobody knew before. Claimed: not yet.",
+    ),
+}
+"""Name and definition of the columns of the table, in which a column for each group stands in one's place."""
 LISTS = (
     ("Without task label", "one policy for all tasks"),
     ("With the task label at test time", "a method may keep a network for each task"),
@@ -58,6 +86,7 @@ class Overview:
     board: CoreBoard
     cards: Mapping[str, Scorecard]
     boards: Sequence[Board]
+    provisional: Mapping[str, str]  # the tasks of the core with a provisional expert, and why it is
 
     @cached_property
     def ranked(self) -> list[CoreRow]:
@@ -69,7 +98,8 @@ class Overview:
     def scale(self) -> Scale:
         """The scale of the strips, the same in both lists, with every interval and 0."""
         levels = [each.value.mean or 0.0 for each in self.board.references]
-        return scale_around([*core.ends_of(self.board.rows), *levels], MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
+        reach = [*core.ends_of(self.board.rows), *levels]
+        return scale_around(reach, MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
 
     @cached_property
     def _on_groups(self) -> dict[tuple[str, str], tuple[BoardRow, bool]]:
@@ -103,72 +133,72 @@ class Overview:
         return ";".join(found)
 
     def statement(self) -> Markup:
-        """What the reference agent loses, what the best method keeps, of how many, and how certain that is."""
+        """What the reference agent loses, what the best method keeps, of how many, and how certain it is."""
         if not self.ranked:
             return Markup("No method has all runs of the core suite yet. Each row says what is missing.")
         first, *others = self.ranked
-        name, score = NAME.format(short(first.title, 40)), f"{mean(first.metrics[core.FINAL])} ({ends(first.metrics[core.FINAL])})"
+        name, kept = NAME.format(short(first.title, 40)), first.metrics[core.FINAL]
+        score = f"{mean(kept)} ({ends(kept)})"
         if not others:
-            only = "{} is the only method with all runs of the core suite so far; it keeps {}."
-            return Markup(only).format(name, score)
-        parts = []
-        for row in others:
-            if row.name == REFERENCE:
-                learned, kept = (mean(row.metrics[metric]) for metric in (core.LEARNED, core.FINAL))
-                lost = "Trained on one task after another, {} falls from {} to {} (expert: 1)."
-                parts.append(Markup(lost).format(NAME.format(short(row.title, 40)), learned, kept))
+            return Markup(ALONE).format(name, score)
+        start = Markup("")
+        if reference := next((row for row in others if row.name == REFERENCE), None):
+            levels = [mean(reference.metrics[metric]) for metric in (core.LEARNED, core.FINAL)]
+            start = Markup(FALLS).format(NAME.format(short(reference.title, 40)), *levels)
+        start += Markup("Of {} methods{} that ran all {} groups, {} ").format(
+            len(self.ranked),
+            "" if first.task_conditioned else " without task label",
+            len(self.board.groups),
+            name,
+        )
         pairs = [pair for row in others if (pair := self.board.pair(core.FINAL, first.name, row.name))]
         # On fewer runs, the one with the lower mean can be significantly better.
-        won = [pair for pair in pairs if pair.verdict == "separated" and (pair.mean > 0) == (pair.first == first.name)]
-        label = "" if first.task_conditioned else " without task label"
-        verb = "keeps most" if len(won) == len(others) else "has the highest mean"
-        parts.append(Markup("Of {} methods{} that ran all {} groups, {} {}, {}").format(
-            len(self.ranked), label, len(self.board.groups), name, verb, score))
+        wins = [pair for pair in pairs if (pair.mean > 0) == (pair.first == first.name)]
+        won = [pair for pair in wins if pair.verdict == "separated"]
         if not won:
-            parts[-1] += Markup("; no difference is significant.")
-            return Markup(" ").join(parts)
-        better = "every other" if len(won) == len(others) else f"{len(won)} of the others"
-        found = [self._on_groups[group, first.name][0] for group in self.board.groups]
-        alone = sum(row.metrics[core.FINAL].rank == (1, 1) for row in found)
-        parts[-1] += Markup(": significantly more than {}, alone first in {} of {}.").format(better, alone, count(len(self.board.groups), "group"))
+            return start + Markup("has the highest mean, {}; no difference is significant.").format(score)
+        is_clear = len(won) == len(others)
+        found = [self._on_groups[group, first.name] for group in self.board.groups]
         looks = sorted({pair.look for pair in won})
-        parts.append(Markup("{} runs{}").format(" to ".join(map(str, dict.fromkeys((looks[0], looks[-1])))), PRELIMINARY if any(pair.exploratory for pair in won) else "."))
-        return Markup(" ").join(parts)
+        return start + Markup(LEADS).format(
+            "keeps most" if is_clear else "has the highest mean",
+            score,
+            "every other" if is_clear else f"{len(won)} of {len(others)} others",
+            sum(row.metrics[core.FINAL].rank == (1, 1) for row, _ in found),
+            count(len(found), "group"),
+            " to ".join(map(str, dict.fromkeys((looks[0], looks[-1])))),
+            PRELIMINARY if any(pair.exploratory for pair in won) else ".",
+        )
 
     def limits(self) -> list[Markup]:
-        """What the statement does not show, at most six sentences with a link each."""
-        rows, found = [row for row in self.board.rows if row.ranked], []
-        known = [(row, manifest) for row in rows if (manifest := self.cards[row.name].manifest)]
+        """What the statement does not show: at most six lines, each with a link."""
+        rows = [row for row in self.board.rows if row.ranked]
+        known = [(row.name, manifest) for row in rows if (manifest := self.cards[row.name].manifest)]
         if not known:
             return []
         parent, alike = Counter(row.parent for row in rows).most_common(1)[0]
-        line = 'One base learner: {} of {} ranked methods learn as <a href="{}">{}</a> does.'
-        if alike > 1:
-            found.append(Markup(line).format(alike, len(rows), paths.submission_path(parent), parent))
-        spent = [(manifest.tuning.steps if manifest.tuning else 0, row.name) for row, manifest in known]
-        (most, name), none = max(spent), sum(not steps for steps, _ in spent)
-        line = 'Settings were tuned unequally: not at all for {} of them, with {} steps for <a href="{}">{}</a>.'
-        found.append(Markup(line).format(none, core.short_count(most), paths.submission_path(name), name))
-        if lacking := [row.name for row in self.board.rows if row.missing]:
-            line = 'Not compared, because <a href="#open">groups are missing</a>: {}.'
-            found.append(Markup(line).format(text_list(lacking)))
-        if provisional := sorted(self.provisional):
-            line = 'The expert of {} is <a href="references.html">provisional</a>: scores there may be far above 1.'
-            found.append(Markup(line).format(text_list([split_version(task)[0] for task in provisional])))
-        (author, made), = Counter(manifest.authors[0] for _, manifest in known if manifest.authors).most_common(1) or [("", 0)]
-        if made:
-            line = '{} of {} ranked <a href="submissions.html">submissions</a> are by {}.'
-            found.append(Markup(line).format(made, len(rows), author))
-        if self.board.edition == 1:
-            line = 'Runs had been seen <a href="metrics.html#core">when the test was chosen</a>: results of up to 20 runs are preliminary.'
-            found.append(Markup(line))
-        return found
-
-    @cached_property
-    def provisional(self) -> dict[str, str]:
-        """The tasks of the core with a provisional expert, and why it is."""
-        logs = [log for row in self.board.rows for log in core_logs(self.cards[row.name]).values()]
-        return {task: each.provisional for log in logs for task, each in log.reference.items() if each.provisional}
+        spent = [(manifest.tuning.steps if manifest.tuning else 0, name) for name, manifest in known]
+        authors = Counter(author for _, manifest in known for author in manifest.authors)
+        lacking = [row.name for row in self.board.rows if row.missing]
+        provisional = [split_version(task)[0] for task in sorted(self.provisional)]
+        lines: list[tuple[object, str, tuple[object, ...]]] = [
+            (alike > 1, BASE, (alike, len(rows), paths.submission_path(parent), parent)),
+            (
+                max(spent)[0],
+                TUNED,
+                (
+                    sum(not steps for steps, _ in spent),
+                    core.short_count(max(spent)[0]),
+                    paths.submission_path(max(spent)[1]),
+                    max(spent)[1],
+                ),
+            ),
+            (lacking, LACKING, (_some(lacking),)),
+            (provisional, PROVISIONAL, (_some(provisional),)),
+            (authors, MADE, (*authors.most_common(1)[0], len(rows)) if authors else ()),
+            (self.board.edition == 1, SEEN, ()),
+        ]
+        return [Markup(line).format(*values) for applies, line, values in lines if applies]
 
     def pairs(self, metric: str) -> list[tuple[CoreRow, list[CorePair | None]]]:
         """The triangle: each ranked method but the first with its pairs with those above it."""
@@ -177,6 +207,11 @@ class Overview:
             (row, [self.board.pair(metric, other.name, row.name) for other in rows[:at]])
             for at, row in enumerate(rows)
         ]
+
+    def tint_of(self, pair: CorePair) -> str:
+        """The class of the colour of a difference: a step per 0.06, more or less."""
+        step = min(5, math.ceil(abs(pair.mean) / 0.06))
+        return "" if step == 0 else f"{'won' if pair.mean > 0 else 'lost'}{step}"
 
     @cached_property
     def wanted(self) -> list[Wanted]:
@@ -200,20 +235,39 @@ class Overview:
 
 NAME = Markup("<strong><bdi>{}</bdi></strong>")
 PRELIMINARY = Markup('; <a href="metrics.html#core">preliminary</a>.')
+ALONE = "{} is the only method with all runs of the core suite so far; it keeps {}."
+FALLS = "Trained on one task after another, {} falls from {} to {} (expert: 1). "
+LEADS = "{}, {}: significantly more than {}, alone first in {} of {}. {} runs{}"
+"""The sentences of the statement."""
+BASE = 'One base learner: {} of {} ranked methods learn as <a href="{}">{}</a> does.'
+TUNED = 'Settings were tuned unequally: not at all for {} of them, with {} steps for <a href="{}">{}</a>.'
+LACKING = 'Not compared, because <a href="#open">groups are missing</a>: {}.'
+PROVISIONAL = 'The expert of {} is <a href="references.html">provisional</a>: scores can be far above 1.'
+MADE = '{} made {} of the {} ranked <a href="submissions.html">submissions</a>.'
+SEEN = (
+    'Runs had been seen <a href="metrics.html#core">when the test was chosen</a>: what up to 20 runs show is '
+    "preliminary."
+)
+"""The lines of the limits."""
 
 
-def text_list(names: Sequence[str]) -> str:
+def _some(names: Sequence[str]) -> str:
     """Names with commas; of many, the first."""
-    return ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
-    """The first page, the rows that do not fit on it, the page of the core, and the list of groups."""
-    cards = {card.name: card for card in site.submissions}
-    board = site.scored.core
-    view = Overview(board, cards, site.scored.boards) if board else None
+    """The first page, the page of the core, and the list of groups."""
+    board, listed, known = site.scored.core, groups.groups(site), tasks.measured(site.references)
+    view = None
+    if board:
+        of_core = [task for each in listed if each.id in board.groups for task in each.tasks if task in known]
+        experts = {task: expert for task in of_core if (expert := known[task].expert)}
+        provisional = {task: each.provisional for task, each in experts.items() if each.provisional}
+        cards = {card.name: card for card in site.submissions}
+        view = Overview(board, cards, site.scored.boards, provisional)
     best = view.ranked[0].name if view and view.ranked else ""
-    on_board = {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)}
     values = {
         "view": view,
         "board": board,
@@ -221,10 +275,11 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         "shown": forgetting(site.submissions, render.folders, best),
         "of_list": OF_LIST,
         "lists": LISTS,
+        "columns": COLUMNS,
+        "submissions": len(site.submissions),
         "simulator": render.simulator,
-        "groups": groups.groups(site),
-        "landscapes": on_board,
+        "groups": listed,
+        "landscapes": {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)},
     }
-    yield "index.html", render("index.html", "index.html", **values)
-    yield "groups.html", render("groups.html", "groups.html", **values)
-    yield "core.html", render("core.html", "core.html", **values)
+    for page in ("index.html", "groups.html", "core.html"):
+        yield page, render(page, page, **values)

@@ -77,8 +77,9 @@ class Shown:
     @property
     def play(self) -> str:
         """The path of the page Play with this run of the method, after the stage that trained the task."""
-        facts = {"group": self.result.group, "task": split_version(self.result.tasks[self.task])[0]}
-        return f"play.html#?{urlencode(facts | {'submission': self.name, 'run': self.run, 'stage': self.task + 1})}"
+        task = split_version(self.result.tasks[self.task])[0]
+        chosen = {"submission": self.name, "run": self.run, "stage": self.task + 1}
+        return f"play.html#?{urlencode({'group': self.result.group, 'task': task} | chosen)}"
 
     def line(self, others: Sequence["Shown"]) -> Markup:
         """The score of the task after every stage: a line per run, the mean bold, on the scale of all."""
@@ -86,10 +87,12 @@ class Shown:
         x = svg.Scale(0, len(means) - 1, *X)
         y = svg.scale_around((score for each in others for run in each.scores for score in run), *Y)
         left, up = x.at(self.task + 1), y.at(means[self.task + 1])
-        body = [svg.stroke(x.start, y.at(level), x.end, y.at(level), "level") for level in (0.0, 1.0)]
-        body += [svg.text("tick side", x.start - 6, y.at(at) + 3.5, name) for at, name in ((0, "floor 0"), (1, "expert 1"))]
-        body += [f'<polyline class="thin" points="{svg.points(list(enumerate(run)), x, y)}"/>' for run in self.scores]
-        body.append(f'<polyline class="bold" points="{svg.points(list(enumerate(means)), x, y)}"/>')
+        body = []
+        for level, name in ((0.0, "floor 0"), (1.0, "expert 1")):
+            body.append(svg.stroke(x.start, y.at(level), x.end, y.at(level), "level"))
+            body.append(svg.text("tick side", x.start - 6, y.at(level) + 3.5, name))
+        for kind, line in [*(("thin", run) for run in self.scores), ("bold", means)]:
+            body.append(f'<polyline class="{kind}" points="{svg.points(enumerate(line), x, y)}"/>')
         body.append(f'<circle class="mean learning" cx="{svg.px(left)}" cy="{svg.px(up)}" r="4.5"/>')
         body.append(f'<circle class="mean" cx="{svg.px(x.end)}" cy="{svg.px(y.at(means[-1]))}" r="5"/>')
         for stage in range(len(means)):
