@@ -47,7 +47,7 @@ TARGETS = (
 )
 LOW_TARGETS = """(targets) => [...document.querySelectorAll(targets)].filter((e) =>
     e.checkVisibility({ visibilityProperty: true }) && e.getBoundingClientRect().height < 23.9
-    && !(e.type === "checkbox" && e.closest("label, th")))
+    && !(/checkbox|radio/.test(e.type) && e.closest("label, th")))
   .map((e) => `${e.getBoundingClientRect().height} ${e.outerHTML.slice(0, 120)}`).slice(0, 10)"""
 SERIOUS = """([excluded, only]) => axe.run({ exclude: [excluded] }, { resultTypes: ["violations"], ...only })
   .then(({ violations }) => violations

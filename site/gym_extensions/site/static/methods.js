@@ -110,15 +110,11 @@
   region.after(more);
 
   for (const head of heads) {
-    const { key } = head.dataset, label = head.querySelector(".head");
-    if (key === "drawn") continue;
-    const button = make("button", { type: "button", className: "head", textContent: label.textContent });
-    button.setAttribute("aria-describedby", label.getAttribute("aria-describedby"));
-    button.addEventListener("click", () => {
+    const key = head.dataset.key === "drawn" ? "kept" : head.dataset.key;
+    head.querySelector(".head").addEventListener("click", () => {
       const low = ["rank", "name", "forgotten", "minutes", "tuning"].includes(key); // what is best first
       update({ sort: key, up: state.sort === key ? !state.up : low });
     });
-    label.replaceWith(button);
   }
 
   // A cell shows a metric of its group; only kept has a test, and so a frame or hatching.
