@@ -18,7 +18,7 @@ def saved(page: "Page", kind: str, nth: int = 0) -> Path:
 
 
 def test_a_figure_is_saved_with_its_style_inside(visit: Callable[[str], "Page"]) -> None:
-    page = visit("index.html")
+    page = visit("core.html")
     drawing = ElementTree.fromstring(saved(page, "SVG").read_text("utf-8"))
     points = [each for each in drawing.iter() if each.get("class", "").startswith("method")]
     assert len(points) >= 2

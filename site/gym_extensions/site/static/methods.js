@@ -2,7 +2,6 @@
 // The state is in the address, as #?cells=learned&sort=kept, so that it works from a file, too. Without it, the page is complete.
 "use strict";
 (() => {
-  const METRICS = { kept: "Kept", forgotten: "Forgotten", learned: "Learned", transfer: "Transfer" }; // in the order of the data
   const FIRST = 100; // rows that are shown of many
   const MOST = 4; // methods that Compare takes
 
@@ -45,6 +44,7 @@
     return element;
   };
   const labelled = (text, control) => make("label", {}, control, ` ${text}`);
+  const metrics = table.dataset.metrics.split(" "), keys = metrics.map((name) => name.toLowerCase()); // the first is what cells show
   const groups = table.dataset.groups.split(" "), every = groups.map((_, at) => at);
   const heads = [...table.tHead.rows[0].cells], at = (key) => heads.findIndex((head) => head.dataset.key === key);
   const number = (text) => { const found = text.replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/); return found ? Number(found[0]) : null; };
@@ -64,7 +64,7 @@
       const others = state.ticked.filter((name) => name !== element.dataset.name);
       update({ ticked: box.checked ? [...others, element.dataset.name].slice(-MOST) : others });
     });
-    element.cells[0].append(" ", box);
+    element.cells[0].append(" ", make("label", { className: "pick" }, box));
     const texts = shown.map(({ className, innerHTML }) => [className, innerHTML]);
     const [rank, kept] = ["rank", "kept"].map((key) => (key === "kept" && shift ? null : cell(key)));
     return { element, order, name: element.dataset.name, numbers, shown, texts, values, box, rank, kept, own: [rank.firstChild.data, kept?.innerHTML] };
@@ -87,7 +87,7 @@
     element.setAttribute("aria-label", title);
     return element;
   };
-  const [cellInputs, cellSet] = radios("cells", "Cells", { "": "Kept", learned: "Learned", forgotten: "Forgotten", transfer: "Transfer" });
+  const [cellInputs, cellSet] = radios("cells", "Cells", Object.fromEntries(metrics.map((name, i) => [i ? keys[i] : "", name])));
   const [listInputs, listSet] = radios("list", "Lists", { "": "both", 0: "without task label", 1: "with it" });
   const boxes = groups.map((group) => {
     const box = make("input", { type: "checkbox" });
@@ -119,10 +119,10 @@
 
   // A cell shows a metric of its group; only kept has a test, and so a frame or hatching.
   function showCells(row) {
-    const metric = Object.keys(METRICS).indexOf(state.cells || "kept");
+    const metric = Math.max(keys.indexOf(state.cells), 0), cold = keys[metric] === "forgotten" ? 1 : -1; // what is lost is orange
     row.shown.forEach((cell, place) => {
       const value = row.numbers[metric][place], [kind, html] = row.texts[place], isChosen = !state.groups.length || boxes[place].checked;
-      cell.className = metric && value !== null ? `cell ${value < 0 ? "below" : `h${Math.min(10, Math.round(10 * value))}`}` : kind;
+      cell.className = metric && value !== null ? `cell ${value * cold > 0 ? "cold" : ""} h${Math.min(10, Math.round(10 * Math.abs(value)))}` : kind;
       if (metric && value !== null) cell.textContent = fixed(value);
       else cell.innerHTML = html;
       cell.classList.toggle("left-out", !isChosen);
@@ -151,7 +151,7 @@
       if (head.dataset.key === key && key) head.setAttribute("aria-sort", state.up ? "ascending" : "descending");
       else head.removeAttribute("aria-sort");
     }
-    for (const input of cellInputs) input.checked = input.value === state.cells;
+    for (const input of cellInputs) input.checked = input.value === (keys.indexOf(state.cells) > 0 ? state.cells : "");
     for (const input of listInputs) input.checked = input.value === state.list;
     const longest = Math.max(...lists.map(({ rows }) => rows.length));
     more.hidden = state.all || longest <= FIRST;
@@ -159,7 +159,7 @@
     const unknown = [...lost, ...state.ticked.filter((name) => !lists.some(({ rows }) => rows.some((row) => row.name === name)))];
     status.textContent = [unknown.length ? `This table has no ${unknown.join(", ")}.` : "",
       known.length ? `Ordered by the mean over ${known.length} of ${groups.length} groups: not tested.` : "",
-      state.cells ? `Cells: ${METRICS[state.cells]?.toLowerCase()}; differences are not tested.` : ""].filter(Boolean).join(" ");
+      keys.indexOf(state.cells) > 0 ? "Differences of what the cells show are not tested." : ""].filter(Boolean).join(" ");
     compare.disabled = state.ticked.length < 2;
     compare.textContent = state.ticked.length < 2 ? "Tick two to four to compare" : `Compare ${state.ticked.length}`;
   }
