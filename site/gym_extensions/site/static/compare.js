@@ -1,5 +1,5 @@
-/* The page Compare: two menus of submissions, the difference over the core first, then that on every common group.
-   The state is in the fragment of the address, as #?first=cloning&second=trpo, so that it works from a file, too. */
+/* The page Compare: menus of two to four submissions. The first is compared with each other one: over the core, then on every
+   common group. The state is in the fragment of the address, as #?first=cloning&second=trpo, so that it works from a file, too. */
 "use strict";
 
 let index = null;
@@ -101,35 +101,35 @@ function table(boards, first, second) {
     make("span", { className: "ends" }, found ? (found[1] === null ? "one run" : range(found[1], found[2])) : "")));
   const lines = rows.map(({ page, group, label, runs, kept, lost }) => make("tr", {},
     make("th", { scope: "row" }, link(group, page), " ", make("span", { className: "tags" }, label)),
-    make("td", { className: "drawn" }, ...(kept ? [bar(kept, reach)] : [])), number("Score", kept), number("Forgetting", lost),
+    make("td", { className: "drawn" }, ...(kept ? [bar(kept, reach)] : [])), number("Kept", kept), number("Forgotten", lost),
     named("Runs", make("td", { className: "num" }, runs))));
-  const heads = [["Group"], ["\u2190 second \u00b7 first better \u2192", "", "drawn"], ["Score", "metrics", "num"],
-    ["Forgetting", "forgetting", "num"], ["Runs", "intervals", "num"]].map(([name, anchor, side = ""]) =>
+  const heads = [["Group"], ["\u2190 other \u00b7 first better \u2192", "", "drawn"], ["Kept", "final_performance", "num"],
+    ["Forgotten", "forgetting", "num"], ["Runs", "intervals", "num"]].map(([name, anchor, side = ""]) =>
     make("th", { className: side, scope: "col" }, anchor ? link(name, `metrics.html#${anchor}`) : name));
   return make("table", { className: "submissions narrow" },
-    make("caption", {}, "First minus second, with 95\u202f% intervals. The score is the metric that sorts the board. \u2013: no value, or not among its first 60 submissions"),
+    make("caption", {}, `${title(first)} minus ${title(second)}, with 95\u202f% intervals. Kept is the metric that sorts the board. \u2013: no value, or not among its first 60 submissions`),
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 
 let unknown = []; // names in the address that are no submission here
-let render; // shows the pair that was chosen last, also when a script of differences comes late
+let render; // shows the submissions that were chosen last, also when a script of differences comes late
 
-function show(first, second) {
+function show(first, others) {
   const [place, region] = ["compared", "differences"].map((id) => document.getElementById(id));
-  const boards = index.boards.filter(({ submissions }) => [first, second].every((name) => Object.hasOwn(submissions, name)));
+  const shared = others.map((other) => index.boards.filter(({ submissions }) => [first, other].every((name) => Object.hasOwn(submissions, name))));
   render = () => {
-    if (first === second) {
+    if (!others.length) {
       place.replaceChildren(make("p", {}, "Choose two different submissions."));
       return region.replaceChildren();
     }
-    place.replaceChildren(answer(first, second, boards));
+    place.replaceChildren(...others.map((other, i) => answer(first, other, shared[i])));
     if (unknown.length) {
       place.prepend(make("p", { className: "note" }, `This site compares no submission ${unknown.map((name) => `“${name}”`).join(" or ")}; shown are others. `,
         link("All submissions", "submissions.html")));
     }
-    region.replaceChildren(...(boards.length ? [table(boards, first, second)] : []));
+    region.replaceChildren(...others.flatMap((other, i) => (shared[i].length ? [table(shared[i], first, other)] : [])));
   };
-  for (const board of first === second ? [] : boards) {
+  for (const board of shared.flat()) {
     if (loaded[board.id] !== undefined) continue;
     loaded[board.id] = null;
     const onerror = () => { delete loaded[board.id]; };
@@ -139,27 +139,34 @@ function show(first, second) {
 }
 
 function start() {
-  const [first, second] = ["first", "second"].map((id) => document.getElementById(id));
+  const sides = ["first", "second", "third", "fourth"], selects = sides.map((id) => document.getElementById(id));
   const names = Object.keys(index.titles).sort();
   if (names.length < 2) return;
-  for (const select of [first, second]) for (const name of names) {
-    select.add(new Option(title(name) === name ? name : `${title(name)} (${name})`, name));
-  }
+  selects.forEach((select, i) => {
+    if (i > 1) select.add(new Option("\u2013", ""));
+    for (const name of names) select.add(new Option(title(name) === name ? name : `${title(name)} (${name})`, name));
+  });
   const best = index.core.final_performance?.[0] || [names.find((name) => name !== "trpo"), names.includes("trpo") ? "trpo" : names[1]];
+  const chosen = () => {
+    const [first, ...others] = selects.map((select) => select.value).filter(Boolean);
+    show(first, [...new Set(others)].filter((name) => name !== first));
+  };
   const read = () => {
     const given = new URLSearchParams(location.hash.slice(location.hash.startsWith("#?") ? 2 : location.hash.length));
-    unknown = ["first", "second"].map((side) => given.get(side)).filter((name) => name && !names.includes(name));
-    const known = (side) => (names.includes(given.get(side)) ? given.get(side) : null);
-    first.value = known("first") ?? best.find((name) => name !== known("second"));
-    second.value = known("second") ?? best.find((name) => name !== first.value);
-    show(first.value, second.value);
+    unknown = sides.map((side) => given.get(side)).filter((name) => name && !names.includes(name));
+    const [first, second, ...more] = sides.map((side) => (names.includes(given.get(side)) ? given.get(side) : ""));
+    selects[0].value = first || best.find((name) => name !== second);
+    selects[1].value = second || best.find((name) => name !== selects[0].value);
+    more.forEach((name, i) => { selects[i + 2].value = name; });
+    chosen();
   };
   const changed = () => {
     unknown = [];
-    history.replaceState(null, "", `#?${new URLSearchParams({ first: first.value, second: second.value })}`);
-    show(first.value, second.value);
+    const named = sides.map((side, i) => [side, selects[i].value]).filter(([, name]) => name);
+    history.replaceState(null, "", `#?${new URLSearchParams(named)}`);
+    chosen();
   };
-  first.onchange = second.onchange = changed;
+  for (const select of selects) select.onchange = changed;
   addEventListener("hashchange", () => { if (location.hash.startsWith("#?") || !location.hash) read(); });
   document.getElementById("compare").hidden = false;
   read();

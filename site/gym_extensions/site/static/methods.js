@@ -3,13 +3,13 @@
 "use strict";
 (() => {
   const FIRST = 100; // rows that are shown of many
-  const MOST = 4; // methods that Compare takes
+  const SIDES = ["first", "second", "third", "fourth"]; // of the page Compare
 
   const read = (hash) => {
     const given = new URLSearchParams(hash.startsWith("#?") ? hash.slice(2) : "");
     const list = (name) => (given.get(name) || "").split(",").filter(Boolean);
     return { cells: given.get("cells") || "", list: given.get("list") || "", groups: list("groups"), sort: given.get("sort") || "",
-      up: given.get("up") === "1", ticked: list("compare").slice(0, MOST), all: given.get("all") === "1" };
+      up: given.get("up") === "1", ticked: list("compare").slice(0, SIDES.length), all: given.get("all") === "1" };
   };
   const write = ({ cells, list, groups, sort, up, ticked, all }) => {
     const given = new URLSearchParams();
@@ -35,6 +35,27 @@
   });
   if (typeof module !== "undefined") module.exports = { read, write, meanAt, sorted };
   if (typeof document === "undefined") return;
+
+  // The page Play in place of the drawings. It loads the simulator; its menus have the method, the run and the stage.
+  const offer = document.getElementById("simulate");
+  if (offer) {
+    const button = offer.querySelector("button"), section = offer.closest(".forgetting"), choices = [...section.querySelectorAll("input")];
+    const address = () => choices.find((input) => input.checked).value.replace("#", "?in-page#");
+    const live = Object.assign(document.createElement("iframe"), { title: offer.dataset.title });
+    button.addEventListener("click", () => {
+      if (location.protocol === "file:") {
+        offer.querySelector("span").textContent = "It needs a web server: run “python -m http.server” in the folder of the site.";
+        return;
+      }
+      live.src = address();
+      section.classList.add("live");
+      offer.remove();
+      section.querySelector("#stage").before(live);
+      live.focus();
+    });
+    for (const input of choices) input.addEventListener("change", () => { if (live.isConnected) live.contentWindow.location.replace(address()); });
+    offer.hidden = false;
+  }
 
   const table = document.getElementById("core-table");
   if (!table) return;
@@ -62,7 +83,7 @@
     box.setAttribute("aria-label", `Compare ${link.textContent} (${element.dataset.name})`);
     box.addEventListener("change", () => {
       const others = state.ticked.filter((name) => name !== element.dataset.name);
-      update({ ticked: box.checked ? [...others, element.dataset.name].slice(-MOST) : others });
+      update({ ticked: box.checked ? [...others, element.dataset.name].slice(-SIDES.length) : others });
     });
     element.cells[0].append(" ", make("label", { className: "pick" }, box));
     const texts = shown.map(({ className, innerHTML }) => [className, innerHTML]);
@@ -100,7 +121,7 @@
   const chooser = make("details", { className: "columns" }, make("summary", { textContent: "Choose groups" }),
     ...groups.map((group, place) => labelled(group, boxes[place])));
   const compare = make("button", { type: "button" });
-  compare.addEventListener("click", () => { location.href = `${table.dataset.compare}#?${new URLSearchParams({ names: state.ticked.join(",") })}`; });
+  compare.addEventListener("click", () => { location.href = `${table.dataset.compare}#?${new URLSearchParams(state.ticked.map((name, i) => [SIDES[i], name]))}`; });
   const status = make("p", { className: "status" });
   status.setAttribute("role", "status");
   const more = make("button", { type: "button", className: "more" });

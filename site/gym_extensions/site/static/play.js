@@ -41,8 +41,11 @@
     }
   }
 
+  const inPage = location.search === "?in-page"; // inside the first page, whose button asked for it
+  document.documentElement.classList.toggle("in-page", inPage);
   if (fits()) {
     button.hidden = false;
     button.addEventListener("click", start);
+    if (inPage) start();
   }
 })();

@@ -226,9 +226,6 @@ class Panel {
   }
 
   async start() {
-    const wanted = Object.fromEntries(new URLSearchParams(location.hash.slice(2))), groups = this.index.groups;
-    const group = groups.find(({ id }) => id === wanted.group) || groups.find(({ tasks }) => tasks.includes(wanted.task)) || groups[0];
-    by("group").value = group.id;
     by("group").addEventListener("change", () => this.chooseGroup());
     by("task").addEventListener("change", () => this.chooseTask());
     by("has-wall").addEventListener("input", () => this.putWall());
@@ -239,6 +236,16 @@ class Panel {
     by("back").addEventListener("click", () => this.push(-1));
     by("forward").addEventListener("click", () => this.push(1));
     by("panel").hidden = false;
+    await this.visit();
+    addEventListener("hashchange", () => { if (location.hash.startsWith("#?")) this.visit(); });
+    figure.clock((elapsed) => this.frame(Math.min(elapsed, LONGEST_FRAME)))(true);
+  }
+
+  // Chooses what the address names, and says what is not here.
+  async visit() {
+    const wanted = Object.fromEntries(new URLSearchParams(location.hash.slice(2))), groups = this.index.groups;
+    const group = groups.find(({ id }) => id === wanted.group) || groups.find(({ tasks }) => tasks.includes(wanted.task)) || groups[0];
+    by("group").value = group.id;
     await this.chooseGroup(wanted);
     const known = { group: groups.map(({ id }) => id), task: groups.flatMap(({ tasks }) => tasks) };
     const [lost] = Object.keys(known).filter((name) => wanted[name] && !known[name].includes(wanted[name]));
@@ -247,7 +254,6 @@ class Panel {
     if (wanted.submission && !runs.some(([number]) => !wanted.run || String(number) === wanted.run)) {
       this.missing = `This site does not offer ${wanted.run ? `run ${wanted.run} of ` : ""}${wanted.submission} here. `;
     }
-    figure.clock((elapsed) => this.frame(Math.min(elapsed, LONGEST_FRAME)))(true);
   }
 
   // `wanted` is what a link to this page asks for: a task; a submission and its run, after a stage and at the end.
