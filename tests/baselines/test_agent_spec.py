@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pandas as pd
 import pytest
@@ -325,6 +326,7 @@ def test_an_agent_that_holds_objects_of_packages_and_names_none_is_warned() -> N
         ({"buffer": {"seen": np.zeros((500, 2, 23))}}, True),
         ({"buffer": deque([(np.zeros(23), 0.0)] * 1000)}, True),
         ({"weights": np.zeros((23, 2000)), "losses": [0.5] * 5000, "last": np.zeros((25, 23))}, False),
+        ({"space": gym.spaces.Dict(), "norm": [np.float64(0.5)] * 5000}, False),  # its shape is None
     ],
 )
 def test_an_agent_that_holds_steps_and_states_none_is_warned(held: dict[str, Any], is_memory: bool) -> None:

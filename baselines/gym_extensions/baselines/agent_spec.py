@@ -6,10 +6,9 @@ import sys
 import tempfile
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
-from numbers import Number
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Self
@@ -40,8 +39,8 @@ CARD_TYPES: dict[str, Any] = {
 """The types of what ``submission.toml`` does not hold, or holds in another way."""
 NO_FOLDER = layout.Folder(Path("card"), "card", (), {})
 """The rules look at the tables only."""
-STORED = 1000
-"""Observations that an agent may hold without stating that it stores steps."""
+STORED, MOST_HELD = 1000, 100
+"""Observations that an agent may hold without stating that it stores steps; parts that are looked at."""
 TOLERANCE = 1e-4
 """Largest difference between an agent's action and its policy's, in half widths of the action space.
 
@@ -97,8 +96,16 @@ class AgentSpec:
             for log in logs:
                 require_submittable(policy, spec.card, spec.observes, *log)
         if isinstance(trial, agents.Resumable) and "sequential" in {protocol for _, protocol in logs}:
-            other = agents.create(make, spaces, 1, name)
-            check_restored(trial, other, lambda each: first_actions(each, env, seeds, label))
+            other, acted = agents.create(make, spaces, 1, name), []
+            with tempfile.TemporaryDirectory() as folder:
+                agents.save(trial, saved := Path(folder, "agent.npz"))
+                for each in (trial, agents.load(other, saved)):  # type: ignore[arg-type]
+                    with generators.preserved_global_generators(0):
+                        acted.append(first_actions(each, env, seeds, label))
+            if not np.allclose(*acted, rtol=TOLERANCE, atol=TOLERANCE):
+                message = "After save() and load() the agent takes other actions, so that an interrupted run "
+                hint = "would go on otherwise. Save the whole agent, random generators included."
+                warnings.warn(message + hint, stacklevel=3)
         if not spec.card.packages and (used := packages_of(trial)):
             message = f"The agent holds objects of {', '.join(used)}, and its card names no packages. "
             hint = "Name those on which results depend in Card(packages=...)."
@@ -134,62 +141,40 @@ def card_of(agent: Agent, name: str) -> Card:
     return card
 
 
-def check_restored(agent: agents.Resumable, other: Agent, act: Callable[[Agent], Array]) -> None:
-    """Saves an agent and loads it into another one; warns if their next actions differ.
-
-    Raises ``BenchError`` as :func:`agents.save` and :func:`agents.load` do.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        saved = Path(folder, "agent.npz")
-        agents.save(agent, saved)
-        moved = saved.rename(saved.with_name("agent0.npz"))  # as at the end of a stage
-        restored = agents.load(other, moved)  # type: ignore[arg-type]
-        with generators.preserved_global_generators(0):
-            expected = act(agent)  # type: ignore[arg-type]
-        with generators.preserved_global_generators(0):
-            found = act(restored)
-    if not np.allclose(found, expected, rtol=TOLERANCE, atol=TOLERANCE):
-        message = "After save() and load() the agent takes other actions, so an interrupted run would go on "
-        hint = "otherwise. Save the whole agent, random generators included."
-        warnings.warn(message + hint, stacklevel=4)
-
-
 def packages_of(agent: object) -> list[str]:
     """The names of packages, besides those that every run states, whose objects an agent holds."""
-    kinds = [[kind.__module__.partition(".")[0] for kind in type(value).__mro__] for value in _held(agent)]
-    roots = {root for each in kinds if each[0] != "gym_extensions" for root in each}
-    own = type(agent).__module__.partition(".")[0]
-    others = roots - {own, *sys.stdlib_module_names, *run.Versions.__struct_fields__}
-    names = metadata.packages_distributions() if others else {}
-    return sorted({name for root in others for name in names.get(root, ())[:1]})
+    held = (value for value in _held(agent) if type(value).__module__.partition(".")[0] != "gym_extensions")
+    roots = {kind.__module__.partition(".")[0] for value in held for kind in type(value).__mro__}
+    known = {
+        type(agent).__module__.partition(".")[0],
+        *sys.stdlib_module_names,
+        *run.Versions.__struct_fields__,
+    }
+    names = metadata.packages_distributions() if roots - known else {}
+    return sorted({name for root in roots - known for name in names.get(root, ())[:1]})
 
 
 def warn_of_stored_steps(agent: object, shape: tuple[int, ...]) -> None:
     """Warns if an agent whose card states no stored steps holds many observations of this shape."""
     most = 0
     for value in _held(agent):
+        size = getattr(value, "shape", None)
         if isinstance(value, list | deque):
-            is_steps = bool(value) and not isinstance(value[0], Number | str | np.generic)
-            most = max(most, len(value) * is_steps)
-        else:
-            size = tuple(getattr(value, "shape", ()))
-            rows = math.prod(size[: -len(shape)]) if shape and size[-len(shape) :] == shape else 0
-            most = max(most, rows)
+            most = max(most, len(value) if value and not np.isscalar(value[0]) else 0)
+        elif isinstance(size, tuple) and shape and size[-len(shape) :] == shape:
+            most = max(most, math.prod(size[: -len(shape)]))
     if most >= STORED:
         message = f"The agent holds about {most:,} steps, and its card says stored_steps=0. "
         warnings.warn(f"{message}State them in Card(stored_steps=...).", stacklevel=2)
 
 
-def _held(owner: object, depth: int = 3) -> Iterator[Any]:
+def _held(owner: Any, depth: int = 3) -> Iterator[Any]:
     """What an object holds: attributes, items of containers, and theirs, but not the parts of a network."""
-    values: Iterable[Any] = getattr(owner, "__dict__", {}).values()
-    if isinstance(owner, Mapping):
-        values = owner.values()
-    elif isinstance(owner, list | tuple | deque):
-        values = itertools.islice(owner, 10)
-    elif isinstance(owner, type | ModuleType) or callable(getattr(owner, "parameters", None)):
-        values = ()
-    for value in values if depth else ():
+    if not depth or isinstance(owner, type | ModuleType) or callable(getattr(owner, "parameters", None)):
+        return
+    values = owner if isinstance(owner, list | tuple | deque) else getattr(owner, "__dict__", {}).values()
+    values = owner.values() if isinstance(owner, Mapping) else values
+    for value in itertools.islice(values, MOST_HELD):
         yield value
         yield from _held(value, depth - 1)
 

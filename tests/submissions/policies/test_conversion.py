@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -291,3 +294,21 @@ def test_a_process_that_exports_prints_nothing_also_at_its_end() -> None:
     code += "from_torch(torch.nn.Sequential(torch.nn.RMSNorm(4), torch.nn.Linear(4, 2)), (4,))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("", "")
+
+
+def test_threads_that_export_at_the_same_time_leave_the_process_as_it_was(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda _: from_torch(layers(nn.ReLU()), (INPUTS,)), range(8)))
+    sys.stdout.write("seen\n")
+    sys.stdout.flush()
+    os.write(1, b"seen\n")
+    assert capfd.readouterr().out == "seen\nseen\n"
+    assert torch.backends.mha.get_fastpath_enabled()
+    assert logging.root.manager.disable == logging.NOTSET
+
+
+def test_whatever_a_module_raises_is_a_refusal_with_its_name() -> None:
+    with pytest.raises(BenchError, match="Written cannot become a policy: it fails on zeros: 'head'"):
+        from_torch(Written(lambda own, x: {"body": x}["head"]), (INPUTS,))

@@ -5,14 +5,14 @@ from __future__ import annotations
 import copy
 import io
 import logging
-import os
 import re
-import sys
+import threading
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
+from unittest import mock
 
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies.onnx import MISSING, OnnxPolicy, required
@@ -27,6 +27,7 @@ SCALES, TOLERANCE = (0.01, 0.1, 1.0, 10.0, 100.0) * 3, 1e-3
 OPERATOR = re.compile(r"(?:operator|namespace) '?(\w+::\w+)|op='([\w.]+)'")
 """The operator in an exporter's error that ONNX does not have."""
 OUTPUTS = ("action", "next_state")
+ONE_AT_A_TIME = threading.Lock()
 
 
 def from_torch(
@@ -83,7 +84,7 @@ def from_torch(
     types = {key: getattr(torch, dtype) if key == "observation" else number for key in sizes}
     zeros = {key: torch.zeros(size, dtype=types[key]) for key, size in sizes.items()}
     modes = {each: each.training for each in module.modules()}
-    with _eager():
+    with _exporting():
         try:
             if any(each.device.type != "cpu" for each in tensors):
                 module = copy.deepcopy(module).to("cpu")
@@ -91,14 +92,9 @@ def from_torch(
             with torch.nn.utils.parametrize.cached():  # normalized weights become constants
                 results = acting(*zeros.values())
                 return _network(acting, zeros, results, name)
-        except (
-            AttributeError,
-            IndexError,
-            NotImplementedError,
-            RuntimeError,
-            TypeError,
-            ValueError,
-        ) as error:
+        except BenchError:
+            raise
+        except Exception as error:  # the module may raise anything
             raise _refused(name, f"it fails on zeros: {_reason(error)}") from error
         finally:
             for each, is_training in modes.items():
@@ -121,12 +117,9 @@ def _network(
             policy = OnnxPolicy(_exported(acting, zeros, results, dynamo))
             seeded = torch.Generator().manual_seed(0)
             for index, scale in enumerate(SCALES):  # of an `if`, an exporter keeps one branch
-                feeds = {
-                    key: (scale * torch.randn((1 + index % 3, *each.shape[1:]), generator=seeded)).to(
-                        each.dtype
-                    )
-                    for key, each in zeros.items()
-                }
+                sizes = {key: (1 + index % 3, *each.shape[1:]) for key, each in zeros.items()}
+                drawn = {key: scale * torch.randn(size, generator=seeded) for key, size in sizes.items()}
+                feeds = {key: values.to(zeros[key].dtype) for key, values in drawn.items()}
                 found = policy.run({key: feeds[key].numpy() for key in policy.network.inputs})
                 rounding = TOLERANCE, TOLERANCE * max(1.0, scale)
                 for output, result in zip(found, acting(*feeds.values()), strict=True):
@@ -152,19 +145,18 @@ def _exported(
 
     onnx, file, inputs = required("onnx"), io.BytesIO(), tuple(zeros.values())
     names: dict[str, Any] = {"input_names": list(zeros), "output_names": list(OUTPUTS[: len(results)])}
-    with _silence():
-        if dynamo:
-            batch = (tuple({0: torch.export.Dim.AUTO} for _ in inputs),)
-            program = torch.onnx.export(acting, inputs, dynamo=True, dynamic_shapes=batch, **names)
-            assert program is not None
-            model = program.model_proto
-        else:
-            if any(isinstance(each, torch.jit.ScriptModule) for each in acting.modules()):
-                acting = torch.jit.trace(acting, inputs, check_trace=False)  # type: ignore[no-untyped-call]
-            axes = {name: {0: "batch"} for each in names.values() for name in each}
-            options: Any = {"opset_version": OPSET, "dynamic_axes": axes, "dynamo": False}
-            torch.onnx.export(acting, inputs, file, **names, **options)  # type: ignore[arg-type]
-            model = onnx.load_model_from_string(file.getvalue())
+    if dynamo:
+        batch = (tuple({0: torch.export.Dim.AUTO} for _ in inputs),)
+        program = torch.onnx.export(acting, inputs, dynamo=True, dynamic_shapes=batch, **names)
+        assert program is not None
+        model = program.model_proto
+    else:
+        if any(isinstance(each, torch.jit.ScriptModule) for each in acting.modules()):
+            acting = torch.jit.trace(acting, inputs, check_trace=False)  # type: ignore[no-untyped-call]
+        axes = {name: {0: "batch"} for each in names.values() for name in each}
+        options: Any = {"opset_version": OPSET, "dynamic_axes": axes, "dynamo": False}
+        torch.onnx.export(acting, inputs, file, **names, **options)  # type: ignore[arg-type]
+        model = onnx.load_model_from_string(file.getvalue())
     for value, result in zip(model.graph.output, results, strict=True):
         # An exporter loses shapes that it cannot derive.
         kind, shape = value.type.tensor_type.elem_type, ("batch", *result.shape[1:])
@@ -194,9 +186,7 @@ def _acting(module: torch.nn.Module, with_state: bool) -> torch.nn.Module:
     return Acting()
 
 
-def _refused(
-    name: str, reason: str, hint: str = "docs/policies.md says what a module returns."
-) -> BenchError:
+def _refused(name: str, reason: str, hint: str = "docs/policies.md says what modules return.") -> BenchError:
     return BenchError("unsupported-policy", f"{name} cannot become a policy: {reason}.", "from_torch()", hint)
 
 
@@ -208,46 +198,32 @@ def _reason(error: Exception) -> str:
         return error.message.rstrip(".")
     if operator := OPERATOR.search(f"{error}\n{error.__cause__}"):
         return f"ONNX has no operator {operator[1] or operator[2]}"
-    return (
-        str(error).strip().splitlines()[0][:200].rstrip(".") if str(error).strip() else type(error).__name__
-    )
+    first, *_ = [*str(error).strip().splitlines(), type(error).__name__]
+    return first[:200].rstrip(".")
 
 
 @contextmanager
-def _eager() -> Iterator[None]:
-    """Modules are called as they are written, without gradients.
+def _exporting() -> Iterator[None]:
+    """Modules are called as they are written, without gradients, and nobody sees graphs and advice.
 
     They are not compiled, and use no fused attention, which has no operator in ONNX. Distributions do not
-    check values, on which a graph cannot depend.
+    check values, on which a graph cannot depend. All of this is set for the process, so that threads wait for
+    each other, and what another thread prints meanwhile is lost.
     """
     import torch
 
-    attention, distributions = torch.backends.mha, torch.distributions.Distribution
-    fast, checks = attention.get_fastpath_enabled(), distributions._validate_args
-    attention.set_fastpath_enabled(False)
-    distributions.set_default_validate_args(False)
-    try:
-        with torch.no_grad(), torch.compiler.set_stance("force_eager"):
-            yield
-    finally:
-        attention.set_fastpath_enabled(fast)
-        distributions.set_default_validate_args(checks)
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Exporters write graphs and advice, also from C++, which nobody sees."""
-    sys.stdout.flush()
-    with ExitStack() as stack:
-        nothing = stack.enter_context(open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123
-        stack.callback(logging.disable, logging.root.manager.disable)
+    attention, distributions, unseen = torch.backends.mha, torch.distributions.Distribution, io.StringIO()
+    printed_from_c = mock.patch.object(torch._C, "_jit_onnx_log", lambda *_: None, create=True)
+    with ONE_AT_A_TIME, printed_from_c, redirect_stdout(unseen), redirect_stderr(unseen):
+        before = attention.get_fastpath_enabled(), distributions._validate_args, logging.root.manager.disable
+        attention.set_fastpath_enabled(False)
+        distributions.set_default_validate_args(False)
         logging.disable()
-        saved = os.dup(1)
-        stack.callback(os.close, saved)
-        stack.callback(os.dup2, saved, 1)
-        os.dup2(nothing.fileno(), 1)
-        stack.enter_context(warnings.catch_warnings())
-        warnings.simplefilter("ignore")
-        stack.enter_context(redirect_stdout(nothing))
-        stack.enter_context(redirect_stderr(nothing))
-        yield
+        try:
+            with torch.no_grad(), torch.compiler.set_stance("force_eager"), warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                yield
+        finally:
+            attention.set_fastpath_enabled(before[0])
+            distributions.set_default_validate_args(before[1])
+            logging.disable(before[2])
