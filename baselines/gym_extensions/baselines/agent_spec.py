@@ -96,13 +96,13 @@ class AgentSpec:
             for log in logs:
                 require_submittable(policy, spec.card, spec.observes, *log)
         if isinstance(trial, agents.Resumable) and "sequential" in {protocol for _, protocol in logs}:
-            other, acted = agents.create(make, spaces, 1, name), []
+            other, acted = agents.create(make, spaces, 1, name), list[Array]()
             with tempfile.TemporaryDirectory() as folder:
                 agents.save(trial, saved := Path(folder, "agent.npz"))
                 for each in (trial, agents.load(other, saved)):  # type: ignore[arg-type]
                     with generators.preserved_global_generators(0):
                         acted.append(first_actions(each, env, seeds, label))
-            if not np.allclose(*acted, rtol=TOLERANCE, atol=TOLERANCE):
+            if not np.allclose(acted[0], acted[1], TOLERANCE, TOLERANCE):
                 message = "After save() and load() the agent takes other actions, so that an interrupted run "
                 hint = "would go on otherwise. Save the whole agent, random generators included."
                 warnings.warn(message + hint, stacklevel=3)

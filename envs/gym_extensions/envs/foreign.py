@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from itertools import zip_longest
+from itertools import chain
 from typing import Any, NoReturn
 
 import gymnasium as gym
@@ -23,7 +23,8 @@ SEEDS = "Call super().reset(seed=seed), and draw every random number from self.n
 CHECK_STEPS, CHECK_SECONDS = 200, 1.0
 """The longest episode of the check of a task, and the time for all episodes of a group."""
 TOLERANCE = 1e-4
-"""How far an observation may lie outside its space, relative to the bound where that is above 1: rounding."""
+"""How far an observation may lie outside its space, absolute and relative to the bound: rounding."""
+REWARD = Box(-np.inf, np.inf, (1,), np.float64)
 
 
 class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
@@ -51,10 +52,9 @@ class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
         where = f"step {self._steps} of an episode, with the action {np.asarray(action).tolist()},"
         observation, reward, *ends, info = self._called(where, 5, self.env.step, action)
         seen = self._array("observation", observation, self.observation_space, where)
-        value = self._array("reward", np.ravel(reward), Box(-np.inf, np.inf, (1,), np.float64), where)
+        (value,) = self._array("reward", np.ravel(reward), REWARD, where).tolist()
         terminated, truncated = map(bool, ends)
-        info = {key: value for key, value in info.items() if key != IS_SUCCESS}
-        return seen, float(value[0]), terminated, truncated, info
+        return seen, value, terminated, truncated, {key: info[key] for key in info if key != IS_SUCCESS}
 
     def _called(self, where: str, size: int, method: Any, *arguments: Any, **options: Any) -> Any:
         try:
@@ -117,29 +117,24 @@ def check(group: TaskGroup) -> None:
     """
     tasks = [task for task in group.tasks if task.is_foreign]
     for task in tasks:
-        first, second = build(task), build(task)
-        recorded: list[Any] = []
-        for env in (first, first, second):
-            until = time.monotonic() + CHECK_SECONDS / len(tasks) / 3
-            episode = list(_episode(env, until))
-            for step, (row, other) in enumerate(zip_longest(episode, recorded)):
-                if row and other and not all(map(np.array_equal, row, other)):
-                    first.fail(
-                        f"two episodes with the seed {SEED} and the same actions differ at step {step}", SEEDS
-                    )
-            recorded = recorded or episode
-        first.close()
-        second.close()
+        with build(task) as first, build(task) as second:
+            seconds = CHECK_SECONDS / len(tasks) / 3
+            recorded, *others = (list(_episode(env, seconds)) for env in (first, first, second))
+            shorter = (zip(recorded, each, strict=False) for each in others)  # slow episodes are cut
+            for step, rows in chain.from_iterable(map(enumerate, shorter)):
+                if not all(map(np.array_equal, *rows)):
+                    message = f"two episodes with the seed {SEED} and the same actions differ at step {step}"
+                    first.fail(message, SEEDS)
 
 
-def _episode(env: ForeignEnv, until: float) -> Iterator[tuple[Any, ...]]:
+def _episode(env: ForeignEnv, seconds: float) -> Iterator[tuple[Any, ...]]:
     """The observation of a reset and the rows of random steps, the first of them in any case."""
     space: Any = env.observation_space
+    until = time.monotonic() + seconds
     env.action_space.seed(SEED)
     row: tuple[Any, ...] = (env.reset(seed=SEED)[0], 0.0, False, False)
-    margin = TOLERANCE * np.maximum(1.0, np.abs(np.stack([space.low, space.high], dtype=np.float64)))
     for step in range(CHECK_STEPS):
-        if (row[0] < space.low - margin[0]).any() or (row[0] > space.high + margin[1]).any():
+        if not np.allclose(row[0], np.clip(row[0], space.low, space.high), TOLERANCE, TOLERANCE):
             env.fail(f"the observation at step {step} lies outside of {space}")
         yield row
         if row[2] or row[3] or (step and time.monotonic() > until):

@@ -3,6 +3,7 @@
 Dates are those of the reviews, so that the same data gives the same bytes.
 """
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -38,17 +39,15 @@ def changes(site: Leaderboard) -> list[Change]:
         found: dict[tuple[str, str], list[str]] = {}
         for decision in card.decisions:
             found.setdefault((decision.date, decision.action), []).append(decision.reason)
-        for date, passed in dict.fromkeys((part.date, part.passed) for part in card.verifications):
-            parts = [part for part in card.verifications if (part.date, part.passed) == (date, passed)]
-            runs, repeated, episodes = (
-                sum(getattr(part, name) for part in parts) for name in ("runs", "repeated", "episodes")
-            )
-            said = f"{count(runs, 'run')}, {grouped(repeated)} of {grouped(episodes)} episodes repeated."
-            found[date, "verified" if passed else "not verified"] = [said]
-        rows += [
-            Change(date, card.name, kind, " ".join(texts), card.title)
-            for (date, kind), texts in found.items()
-        ]
+        totals: dict[tuple[str, str], Counter[str]] = {}
+        for part in card.verifications:
+            total = totals.setdefault((part.date, "verified" if part.passed else "not verified"), Counter())
+            total.update(runs=part.runs, repeated=part.repeated, episodes=part.episodes)
+        for key, total in totals.items():
+            repeated = f"{grouped(total['repeated'])} of {grouped(total['episodes'])} episodes repeated."
+            found[key] = [f"{count(total['runs'], 'run')}, {repeated}"]
+        for (date, kind), texts in found.items():
+            rows.append(Change(date, card.name, kind, " ".join(texts), card.title))
     return sorted(rows, reverse=True)
 
 

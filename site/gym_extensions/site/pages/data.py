@@ -8,18 +8,11 @@ from typing import Annotated, Literal
 import msgspec
 
 from gym_extensions.catalog.protocol import REPORTS
-from gym_extensions.documents import DIALECT, JsonDocument, about, json_schema
+from gym_extensions.documents import DIALECT, JsonDocument, about, filled, json_schema
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.scoring.output.board_frames import board_frame, to_csv
+from gym_extensions.scoring.output.board_frames import board_frame, scores, to_csv
 from gym_extensions.scoring.ranking.boards import BoardsDocument
-from gym_extensions.scoring.scorecard import (
-    GroupScore,
-    ReferencesInfo,
-    ReferenceValue,
-    Scorecard,
-    ScorecardDocument,
-    SuiteScore,
-)
+from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages.groups import groups
 from gym_extensions.site.pages.page import File, Render
@@ -115,25 +108,13 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
         found = {name: each for name, each in metrics.items() if each.mean is not None}
         return {name: Estimate(each.mean, each.low, each.high) for name, each in found.items()}
 
-    everything: dict[str, Mapping[str, GroupScore | SuiteScore]] = {**submission.groups, **submission.suites}
-    scores = {
-        name: {
-            protocol: SmallScore(score.budget, len(getattr(score, "runs", ())), known(score.metrics))
-            for protocol, score in protocols.items()
-        }
-        for name, protocols in everything.items()
-    }
-    small = Summary(
-        references=render.references,
-        name=submission.name,
-        title=submission.title,
-        level=submission.level,
-        accepted=submission.accepted,
-        core=known(submission.core.metrics) if submission.core else {},
-        groups=scores,
-        path=path,
-    )
-    yield paths.summary_data(submission.name), small.to_json()
+    on_groups: dict[str, dict[str, SmallScore]] = {}
+    for name, protocol, score in scores(submission):
+        runs = len(getattr(score, "runs", ()))
+        on_groups.setdefault(name, {})[protocol] = SmallScore(score.budget, runs, known(score.metrics))
+    core = known(submission.core.metrics) if submission.core else {}
+    own = {"format": 1, "references": render.references, "core": core, "groups": on_groups, "path": path}
+    yield paths.summary_data(submission.name), filled(Summary, submission, **own).to_json()
 
 
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
