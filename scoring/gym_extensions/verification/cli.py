@@ -162,7 +162,8 @@ def lines_of(report: Report) -> Iterator[str]:
     if report.first_arithmetic:
         size = count(len(report.first_arithmetic), "run")
         yield f"{report.name}: {size} of the first arithmetic, which other processors do not repeat."
-        yield f"  Their level stays. To record them again: python -m tools.record_again submissions/{report.name}"
+        command = f"python -m tools.record_again submissions/{report.name}"
+        yield f"  Their level stays. To record them again: {command}"
     found = report.verification
     if found is None:
         if not report.without_policies and not report.first_arithmetic:
