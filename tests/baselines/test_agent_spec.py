@@ -77,7 +77,19 @@ def test_integers_of_numpy_are_counts() -> None:
 
 
 @pytest.mark.parametrize(
-    "value", [-2.5, True, [1, 2.5], ("a", False), [], "x" * 4000, 2**63 - 1, np.float64(1)]
+    "value",
+    [
+        -2.5,
+        True,
+        [1, 2.5],
+        ("a", False),
+        [],
+        "x" * 4000,
+        2**63 - 1,
+        np.float64(1),
+        np.int64(3),
+        [np.int64(3)],
+    ],
 )
 def test_a_setting_accepted_here_has_no_finding_in_the_manifest(value: Any) -> None:
     card = checked_card(AgentWithCard(changed({"setting": value})), "mine")

@@ -103,7 +103,7 @@ class Odd(gym.Env[Any, Any]):
 
     def step(self, action: Any) -> Any:
         self.steps += 1
-        return self.seen(), self.reward(action), np.bool_(self.steps >= 1500), 0, {}
+        return self.seen(), self.reward(action), np.array([self.steps >= 1500]), 0, {}
 
     def reward(self, action: Any) -> Any:
         return np.asarray(action)
@@ -143,6 +143,11 @@ class FourValues(Odd):
 class OldReset(Odd):
     def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
         return self.seen()
+
+
+class NoInfo(Odd):
+    def step(self, action: Any) -> Any:
+        return *super().step(action)[:4], None
 
 
 class Raises(Odd):
@@ -201,6 +206,7 @@ BROKEN: list[tuple[type[Odd], str]] = [
     (FourValues, "(expected 5, got 4)"),
     (Raises, "step 1 of an episode, with the action ["),
     (OldReset, "reset() returned list; expected 2 values"),
+    (NoInfo, "returned the info None; expected a dictionary"),
     (Raises, "raised ZeroDivisionError: division by zero."),
     (Text, "returned the reward array(['much']"),
     (NotMade, "It cannot be made: FileNotFoundError: model.xml."),

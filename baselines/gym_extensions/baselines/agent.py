@@ -186,9 +186,17 @@ class Card:
     parent: str = ""
 
     def __post_init__(self) -> None:
+        def plain(value: Any) -> Any:
+            """Numbers of numpy, such as ``np.prod`` of a shape, are numbers."""
+            if isinstance(value, list | tuple):
+                return [plain(each) for each in value]
+            return value.item() if isinstance(value, np.generic) else value
+
         for name in ("tuning_steps", "stored_steps", "parameters"):
-            if isinstance(value := getattr(self, name), np.integer):  # such as np.prod of a shape
-                object.__setattr__(self, name, int(value))
+            object.__setattr__(self, name, plain(getattr(self, name)))
+        if isinstance(self.hyperparameters, Mapping):
+            settings = {key: plain(value) for key, value in self.hyperparameters.items()}
+            object.__setattr__(self, "hyperparameters", settings)
 
 
 @runtime_checkable
@@ -295,7 +303,7 @@ def load(agent: Resumable, path: Path) -> Agent:
 
     Raises ``BenchError`` if there is no checkpoint, ``load`` raises, or it returns something else.
     """
-    hint = "Restore the agent's code, or delete the folder to start the run again."
+    hint = "Correct load(); or, of an interrupted run, delete the folder to start it again."
     if not path.exists():
         raise BenchError("bad-checkpoint", "The agent's checkpoint is missing.", str(path), hint)
     try:

@@ -30,9 +30,7 @@ def parser() -> argparse.ArgumentParser:
     add("agent", help=f"{', '.join(algorithms.names())}, or module:factory")
     add("--groups", required=True, help=groups)
     add("--protocol", default="sequential", help=f"comma-separated: {protocols} (default: %(default)s)")
-    add(
-        "--budget", default=STANDARD_BUDGET, help=f"training steps per task: {budgets} (default: %(default)s)"
-    )
+    add("--budget", default=STANDARD_BUDGET, help=f"steps per task: {budgets} (default: %(default)s)")
     add("--runs", default="0", help="training seeds, such as 0,1 or 0-4 (default: 0)")
     add("--out", required=True, type=Path, help="the submission's folder")
     add("--jobs", type=int, default=1, help="worker processes; 0: train in this process (default: 1)")
@@ -40,20 +38,15 @@ def parser() -> argparse.ArgumentParser:
     add("--num-threads", type=int, default=1, help="threads per job that step environments (default: 1)")
     every = "also evaluate during training, after each number of steps (default: after each stage only)"
     add("--evaluate-every", type=int, metavar="STEPS", help=every)
-    add(
-        "--evaluate-episodes", type=int, default=5, help="episodes per task of these evaluations (default: 5)"
-    )
+    add("--evaluate-episodes", type=int, default=5, help="episodes per task of these (default: 5)")
     add(
         "--by",
         default="",
         metavar="NAME",
         help="your name, if you donate these runs to a submission of others",
     )
-    add(
-        "--isolated",
-        action="store_true",
-        help="run the agent in a box without network and files; it may be path/to/agent.py:factory",
-    )
+    box = "run the agent in a box without network and files; it may be path/to/agent.py:factory"
+    add("--isolated", action="store_true", help=box)
     seeds = "a text from which the seeds of training follow, as those of runs that the project trained"
     add("--seeds", default="", metavar="TEXT", help=seeds)
     add("--quiet", action="store_true", help="do not show the progress")

@@ -53,7 +53,7 @@ class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
         observation, reward, *ends, info = self._called(where, 5, self.env.step, action)
         seen = self._array("observation", observation, self.observation_space, where)
         (value,) = self._array("reward", np.ravel(reward), REWARD, where).tolist()
-        terminated, truncated = map(bool, ends)
+        terminated, truncated = (bool(np.any(each)) for each in ends)
         return seen, value, terminated, truncated, {key: info[key] for key in info if key != IS_SUCCESS}
 
     def _called(self, where: str, size: int, method: Any, *arguments: Any, **options: Any) -> Any:
@@ -66,6 +66,8 @@ class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
         if not isinstance(returned, tuple) or len(returned) != size:
             shown = f"{len(returned)} values" if isinstance(returned, tuple) else type(returned).__name__
             self.fail(f"{where} returned {shown}; expected {size} values, as in Gymnasium 1")
+        if not isinstance(returned[-1], dict):
+            self.fail(f"{where} returned the info {returned[-1]!r}; expected a dictionary")
         return returned
 
     def _array(self, name: str, value: Any, space: Any, where: str) -> NDArray[Any]:

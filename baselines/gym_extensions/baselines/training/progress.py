@@ -259,8 +259,8 @@ def line(event: Event) -> str:
     if isinstance(event, BatchTrained | StepsTrained):
         result = ""
         if isinstance(event, BatchTrained):
-            result = f"mean return {event.mean_return:.1f}, " if event.mean_return is not None else ""
-            result = result or "no episode ended, "
+            ended = event.mean_return is not None
+            result = f"mean return {event.mean_return:.1f}, " if ended else "no episode ended, "
         return f"{where}: {event.step:,} steps, {result}{_speed(event.steps_per_second)} steps per second"
     during = f" after {event.step:,} steps" if event.in_training else ""
     return f"{where}{during}: {event.task} mean return {event.mean_return:.1f}"

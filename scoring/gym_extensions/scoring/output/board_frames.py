@@ -130,17 +130,11 @@ def core_frame(board: CoreBoard | None) -> pd.DataFrame:
             )
         )
     for each in board.references:
-        why = "Trained in another way: no sequence of tasks."
-        facts: dict[str, object] = {
-            "name": each.name,
-            "title": each.title,
-            "level": "",
-            "observes_task": False,
-        }
-        facts |= {"look": each.runs, "ranked": False, "why": why, "notes": ""}
+        facts: dict[str, object] = {"name": each.name, "title": each.title, "level": "", "notes": ""}
+        facts |= {"observes_task": False, "look": each.runs, "ranked": False}
+        facts |= {"why": "Trained in another way: no sequence of tasks."}
         facts |= {name: group.mean for name, group in each.groups.items()}
-        score = zip(ENDS, _ends([each.value]), strict=True)
-        facts |= {f"{FINAL.name}{end}": value for end, value in score}
+        facts |= zip([f"{FINAL.name}{end}" for end in ENDS], _ends([each.value]), strict=True)
         rows.append(tuple(facts.get(column) for column in CORE_DTYPES))
     return typed(rows, CORE_DTYPES)
 

@@ -124,11 +124,8 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         of = {each: replace(value, rank=ranks[each].get(row.name)) for each, value in row.metrics.items()}
         vs_next, vs_leader = versus(place, place + 1), versus(place, 0)
         rows.append(replace(row, metrics=of, vs_next=vs_next, vs_leader=vs_leader))
-    forgetting = [
-        (value.mean or 0.0, row.name)
-        for row in rows
-        if (value := row.metrics.get(FORGETTING.name)) and value.rank
-    ]
+    values_of = ((row.metrics.get(FORGETTING.name), row.name) for row in rows)
+    forgetting = [(value.mean or 0.0, name) for value, name in values_of if value and value.rank]
     return documents.Board(
         group=key.group,
         published=key.group in SUITES or key.group in {group.id for group in GROUPS.values()},
@@ -240,9 +237,8 @@ def _rank_note(
     for protocol in metric.needs:
         if protocol in PROTOCOLS and not documents.is_verified(documents.board_level(card, key, protocol)):
             return f"the {NEEDS[protocol]} are not verified"
-    return (
-        f"fewer than {FULL_SUBMISSION_RUNS} runs" if summary and summary.runs < FULL_SUBMISSION_RUNS else ""
-    )
+    is_short = summary is not None and summary.runs < FULL_SUBMISSION_RUNS
+    return f"fewer than {FULL_SUBMISSION_RUNS} runs" if is_short else ""
 
 
 def _submission(
