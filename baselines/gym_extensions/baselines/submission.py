@@ -59,9 +59,8 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         if not out.is_dir():
             raise BenchError("bad-out", "A submission is a folder, and this is a file.", str(out), ANOTHER)
         folders = sorted(path.name for path in out.iterdir() if path.is_dir())
-        unexpected = [
-            folder for folder in folders if folder not in (*names, PROGRESS, AGENT, *layout.WRITTEN)
-        ]
+        allowed = {*names, PROGRESS, AGENT, *layout.WRITTEN}
+        unexpected = [folder for folder in folders if folder not in allowed]
         if unexpected:
             message = f"Unexpected folder {unexpected[0]!r}: no published group, and none of those named."
             hint = f"Name the file of a custom group, too, or use another folder, such as {out / 'mine'}."
@@ -302,10 +301,8 @@ def _policies(jobs: Sequence[JobFolder]) -> dict[str, agent.Array]:
         arrays, missing = arrays | part, missing + absent
     if not arrays:
         return {}
-    message = (
-        f"{missing[0].name} is missing, but other stages have a policy." if missing else size_error(arrays)
-    )
-    if message:
+    message = f"{missing[0].name} is missing, but other stages have a policy." if missing else ""
+    if message := message or size_error(arrays):
         hint = "Record the stage with a policy, or delete the files policy*.npz to write the run without."
         raise BenchError("bad-policies", message, str((missing or [jobs[0].path])[0]), hint)
     return arrays

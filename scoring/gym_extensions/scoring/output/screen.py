@@ -81,9 +81,8 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
             f"(p = {part.p_value:.3g}), {part.repeated:,} of {part.episodes:,} episodes repeated"
         )
     if len(card.verifications) > 1:
-        repeated, episodes = (
-            sum(getattr(part, name) for part in card.verifications) for name in ("repeated", "episodes")
-        )
+        repeated = sum(part.repeated for part in card.verifications)
+        episodes = sum(part.episodes for part in card.verifications)
         out.print(f"  all verifications: {repeated:,} of {episodes:,} episodes repeated")
     for doubt in card.doubts:
         out.print(f"  {doubt}")

@@ -11,13 +11,7 @@ import numpy as np
 
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies import mlp_arrays
-from gym_extensions.submissions.policies.mlp_arrays import (
-    ACTIVATIONS,
-    KEYS,
-    LAYER_FIELDS,
-    Array,
-    Arrays,
-)
+from gym_extensions.submissions.policies.mlp_arrays import ACTIVATIONS, KEYS, LAYER_FIELDS, Array, Arrays
 
 if TYPE_CHECKING:
     import torch
@@ -236,9 +230,8 @@ def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tu
 
     log σ is 0 if it is not stated. Raises ``BenchError`` if the observations have another size.
     """
-    from gym_extensions.submissions.policies import (
-        arithmetic,  # loads a compiler, which scoring does not need
-    )
+    # It loads a compiler, which scoring does not need.
+    from gym_extensions.submissions.policies import arithmetic
 
     seen = np.asarray(observations, policy.observation_dtype)
     seen = seen.reshape(len(seen), -1).astype(np.float64)
