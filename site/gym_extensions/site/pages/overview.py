@@ -1,5 +1,6 @@
 """The first page: one task that is forgotten, one sentence with its limits, one table, and what is open."""
 
+import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -258,7 +259,7 @@ def _some(names: Sequence[str]) -> str:
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
-    """The first page, the page of the core, and the list of groups."""
+    """The first page, its further rows, the page of the core, and the list of groups."""
     board, listed, known = site.scored.core, groups.groups(site), tasks.measured(site.references)
     view = None
     if board:
@@ -283,3 +284,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     }
     for page in ("index.html", "groups.html", "core.html"):
         yield page, render(page, page, **values)
+    lists = {int(each.task_conditioned): each.rows[OF_LIST:] for each in board.lists} if board else {}
+    more = {key: render("rows.html", "index.html", rows=rows, **values) for key, rows in lists.items() if rows}
+    if more:
+        yield paths.METHODS, f"methodRows({json.dumps(more)});\n"

@@ -69,7 +69,7 @@
   const groups = table.dataset.groups.split(" "), every = groups.map((_, at) => at);
   const heads = [...table.tHead.rows[0].cells], at = (key) => heads.findIndex((head) => head.dataset.key === key);
   const number = (text) => { const found = text.replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/); return found ? Number(found[0]) : null; };
-  let state = read(location.hash);
+  let state = read(location.hash), chosen = every;
 
   function rowOf(element, order) {
     const cells = [...element.cells], shift = heads.length - cells.length; // a row without a score has one cell for two columns
@@ -87,12 +87,28 @@
     });
     element.cells[0].append(" ", make("label", { className: "pick" }, box));
     const texts = shown.map(({ className, innerHTML }) => [className, innerHTML]);
-    const [rank, kept] = ["rank", "kept"].map((key) => (key === "kept" && shift ? null : cell(key)));
-    return { element, order, name: element.dataset.name, numbers, shown, texts, values, box, rank, kept, own: [rank.firstChild.data, kept?.innerHTML] };
+    const rank = cell("rank"), kept = shift ? null : cell("kept"), first = { rank: rank.firstChild.data, html: kept?.innerHTML, kept: values.kept };
+    return { element, order, name: element.dataset.name, numbers, shown, texts, values, box, rank, kept, first };
   }
   const lists = [...table.tBodies].filter((body) => body.dataset.list).map((body) => ({
-    body, key: body.dataset.list, rows: [...body.rows].filter((row) => row.dataset.name).map(rowOf),
+    body, key: body.dataset.list, rows: [...body.rows].filter((row) => row.dataset.name).map(rowOf), total: Number(body.dataset.rows),
   }));
+  const longest = Math.max(...lists.map(({ total }) => total));
+
+  // The rows that are not on the page, which a script has, are loaded before anything is sorted or searched for.
+  let rest = lists.some(({ rows, total }) => rows.length < total);
+  globalThis.methodRows = (texts) => {
+    for (const { key, rows, body } of lists) {
+      const part = make("table", { innerHTML: `<tbody>${texts[key] || ""}</tbody>` });
+      rows.push(...[...part.rows].map((row, i) => rowOf(row, body.rows.length + i)));
+    }
+    apply();
+  };
+  function load() {
+    if (!rest) return;
+    rest = false;
+    document.head.append(make("script", { src: table.dataset.more }));
+  }
 
   const radios = (name, title, options) => {
     const inputs = Object.entries(options).map(([value, text]) => {
@@ -113,8 +129,8 @@
   const boxes = groups.map((group) => {
     const box = make("input", { type: "checkbox" });
     box.addEventListener("change", () => {
-      const chosen = groups.filter((_, place) => boxes[place].checked);
-      update({ groups: chosen.length === groups.length ? [] : chosen });
+      const names = groups.filter((_, place) => boxes[place].checked);
+      update({ groups: names.length === groups.length ? [] : names });
     });
     return box;
   });
@@ -125,7 +141,7 @@
   const status = make("p", { className: "status" });
   status.setAttribute("role", "status");
   const more = make("button", { type: "button", className: "more" });
-  more.addEventListener("click", () => update({ all: true }));
+  more.addEventListener("click", () => (rest ? load() : update({ all: true })));
   const region = table.closest(".scroll");
   region.before(make("div", { className: "tools" }, cellSet, listSet, chooser, compare), status);
   region.after(more);
@@ -138,34 +154,41 @@
     });
   }
 
+  // What rows are sorted by: the metric that the cells show, and the mean over the chosen groups.
+  const metricOf = () => Math.max(keys.indexOf(state.cells), 0);
+  function evaluate(row) {
+    const values = row.numbers[metricOf()];
+    every.forEach((place) => { row.values[`g${place}`] = values[place]; });
+    row.values.kept = chosen.length < every.length || !row.kept ? meanAt(row.numbers[0], chosen) : row.first.kept;
+  }
+
   // A cell shows a metric of its group; only kept has a test, and so a frame or hatching.
-  function showCells(row) {
-    const metric = Math.max(keys.indexOf(state.cells), 0), cold = keys[metric] === "forgotten" ? 1 : -1; // what is lost is orange
+  function paint(row) {
+    const metric = metricOf(), cold = keys[metric] === "forgotten" ? 1 : -1; // what is lost is orange
     row.shown.forEach((cell, place) => {
-      const value = row.numbers[metric][place], [kind, html] = row.texts[place], isChosen = !state.groups.length || boxes[place].checked;
-      cell.className = metric && value !== null ? `cell ${value * cold > 0 ? "cold" : ""} h${Math.min(10, Math.round(10 * Math.abs(value)))}` : kind;
-      if (metric && value !== null) cell.textContent = fixed(value);
+      const value = row.numbers[metric][place], [kind, html] = row.texts[place], isOther = metric && value !== null;
+      cell.className = isOther ? `cell ${value * cold > 0 ? "cold" : ""} h${Math.min(10, Math.round(10 * Math.abs(value)))}` : kind;
+      if (isOther) cell.textContent = fixed(value);
       else cell.innerHTML = html;
-      cell.classList.toggle("left-out", !isChosen);
-      row.values[`g${place}`] = value;
+      cell.classList.toggle("left-out", !chosen.includes(place));
     });
-    const chosen = every.filter((place) => boxes[place].checked), mean = meanAt(row.numbers[0], chosen), [rank, kept] = row.own;
-    row.values.kept = mean;
-    row.rank.firstChild.data = state.groups.length ? "\u2013" : rank;
-    if (row.kept) row.kept.innerHTML = state.groups.length ? `<b>${mean === null ? "\u2013" : fixed(mean)}</b>` : kept;
+    const isPart = chosen.length < every.length, { kept } = row.values;
+    row.rank.firstChild.data = isPart ? "\u2013" : row.first.rank;
+    if (row.kept) row.kept.innerHTML = isPart ? `<b>${kept === null ? "\u2013" : fixed(kept)}</b>` : row.first.html;
+    row.box.checked = state.ticked.includes(row.name);
   }
 
   function apply() {
     const known = state.groups.filter((name) => groups.includes(name)), lost = state.groups.filter((name) => !groups.includes(name));
-    boxes.forEach((box, place) => { box.checked = !known.length || known.includes(groups[place]); });
-    const key = state.sort || (known.length ? "kept" : "");
+    chosen = known.length ? every.filter((place) => known.includes(groups[place])) : every;
+    boxes.forEach((box, place) => { box.checked = chosen.includes(place); });
+    const key = state.sort || (chosen === every ? "" : "kept");
+    if (key || state.all || state.ticked.length) load();
     for (const { body, key: label, rows } of lists) {
       body.hidden = state.list !== "" && state.list !== label;
-      for (const row of rows) {
-        showCells(row);
-        row.box.checked = state.ticked.includes(row.name);
-      }
+      rows.forEach(evaluate);
       const order = key ? sorted(rows, key, state.up) : rows, shown = state.all ? order : order.slice(0, FIRST);
+      shown.forEach(paint);
       body.replaceChildren(body.rows[0], ...shown.map(({ element }) => element));
     }
     for (const head of heads) {
@@ -174,10 +197,9 @@
     }
     for (const input of cellInputs) input.checked = input.value === (keys.indexOf(state.cells) > 0 ? state.cells : "");
     for (const input of listInputs) input.checked = input.value === state.list;
-    const longest = Math.max(...lists.map(({ rows }) => rows.length));
-    more.hidden = state.all || longest <= FIRST;
-    more.textContent = `Show all ${longest} rows`;
-    const unknown = [...lost, ...state.ticked.filter((name) => !lists.some(({ rows }) => rows.some((row) => row.name === name)))];
+    more.hidden = !rest && (state.all || longest <= FIRST);
+    more.textContent = rest ? "Show more rows" : `Show all ${longest} rows of a list`;
+    const unknown = [...lost, ...state.ticked.filter((name) => !rest && !lists.some(({ rows }) => rows.some((row) => row.name === name)))];
     status.textContent = [unknown.length ? `This table has no ${unknown.join(", ")}.` : "",
       known.length ? `Ordered by the mean over ${known.length} of ${groups.length} groups: not tested.` : "",
       keys.indexOf(state.cells) > 0 ? "Differences of what the cells show are not tested." : ""].filter(Boolean).join(" ");
