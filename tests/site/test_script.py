@@ -77,3 +77,21 @@ def test_the_functions_of_the_script() -> None:
     assert results["ranks"] == {"v": 1, "h": None, "last": 9}
     assert results["state"] == "#?q=a+b&sort=forgetting&up=1&level=verified&hide=runs&compare=x%2Cy"
     assert results["csv"] == 'a,b,c\n"\'=1,2",,-1\n'
+
+
+def test_rows_without_a_value_are_last_in_both_directions() -> None:
+    rows = [{"order": at, "values": {"kept": value}} for at, value in enumerate((0.2, None, 0.5))]
+    for up, order in ((False, [2, 0, 1]), (True, [0, 2, 1])):
+        found = run(
+            f"t.sorted({json.dumps(rows)}, 'kept', {json.dumps(up)}).map((r) => r.order)", "methods.js"
+        )
+        assert found == order
+
+
+def test_a_mean_over_groups_needs_all_of_them() -> None:
+    assert run("[t.meanAt([1, 3, null], [0, 1]), t.meanAt([1, 3, null], [1, 2])]", "methods.js") == [2, None]
+
+
+def test_the_address_of_the_table_is_read_as_it_was_written() -> None:
+    text = "#?cells=learned&list=1&groups=hopper-wall&sort=g2&up=1&compare=a%2Cb&all=1"
+    assert run(f"t.write(t.read({json.dumps(text)}))", "methods.js") == text

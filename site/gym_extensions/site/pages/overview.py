@@ -285,6 +285,8 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     for page in ("index.html", "groups.html", "core.html"):
         yield page, render(page, page, **values)
     lists = {int(each.task_conditioned): each.rows[OF_LIST:] for each in board.lists} if board else {}
-    more = {key: render("rows.html", "index.html", rows=rows, **values) for key, rows in lists.items() if rows}
+    more = {
+        key: render("rows.html", "index.html", rows=rows, **values) for key, rows in lists.items() if rows
+    }
     if more:
         yield paths.METHODS, f"methodRows({json.dumps(more)});\n"

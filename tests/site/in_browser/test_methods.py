@@ -1,0 +1,72 @@
+"""The table of methods on the first page: cells, groups, sorting, Compare, and the address that holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+Visit = Callable[[str], "Page"]
+ROWS = "#core-table tr[data-name]"
+
+
+def names(page: Page) -> list[str]:
+    """The methods from top to bottom."""
+    found: list[str] = page.locator(ROWS).evaluate_all("(rows) => rows.map((row) => row.dataset.name)")
+    return found
+
+
+def cell(page: Page, name: str, group: int = 0) -> str:
+    """What the cell of a method and group shows."""
+    return page.locator(f"tr[data-name={name}] .cell").nth(group).inner_text()
+
+
+def test_heads_sort_and_rows_without_a_value_are_last(visit: Visit) -> None:
+    page = visit("index.html")
+    assert names(page) == ["keeps", "loses", "lacks"]
+    page.get_by_role("button", name="Kept", exact=True).click()
+    page.get_by_role("button", name="Kept", exact=True).click()
+    assert names(page) == ["loses", "keeps", "lacks"]
+    assert page.locator("th[data-key=kept]").get_attribute("aria-sort") == "ascending"
+    described = page.get_by_role("button", name="Rank").get_attribute("aria-describedby")
+    assert "First and last possible place" in (page.locator(f"#{described}").text_content() or "")
+
+
+def test_cells_show_another_metric_and_the_address_keeps_it(visit: Visit) -> None:
+    page = visit("index.html")
+    kept = cell(page, "loses")
+    page.get_by_role("radio", name="Forgotten").check()
+    lost = cell(page, "loses")
+    assert lost != kept
+    page.reload()
+    assert cell(page, "loses") == lost
+    assert "not tested" in page.locator(".status").first.inner_text()
+    page.get_by_role("radio", name="Kept").check()
+    assert cell(page, "loses") == kept
+
+
+def test_an_order_by_some_groups_is_not_tested_and_has_no_rank(visit: Visit) -> None:
+    page = visit("index.html#?groups=hopper-gravity,nowhere")
+    assert names(page) == ["lacks", "keeps", "loses"], "the one that lacks other groups is best on this one"
+    said = page.locator(".status").first.inner_text()
+    assert said == "This table has no nowhere. Ordered by the mean over 1 of 7 groups: not tested."
+    assert page.locator(f"{ROWS} .place").first.inner_text().strip() == "–"
+    page.get_by_text("Choose groups").click()
+    for box in page.locator(".columns input").all():
+        box.check()
+    assert names(page) == ["keeps", "loses", "lacks"]
+    assert page.evaluate("location.hash") in ("", "#")
+
+
+def test_two_to_four_ticked_methods_open_compare(visit: Visit) -> None:
+    page = visit("index.html")
+    assert page.get_by_role("button", name="Tick two to four").is_disabled()
+    for name in ("Keeps", "Lacks", "W"):
+        page.get_by_label(f"Compare {name}").check()
+    page.get_by_role("button", name="Compare 3").click()
+    page.wait_for_url("**/compare.html#?first=keeps&second=lacks&third=loses")
+    assert page.locator("#differences table").count() == 2
+    page.get_by_label("Fourth").select_option("agile")
+    page.wait_for_function("() => location.hash.endsWith('&fourth=agile')")

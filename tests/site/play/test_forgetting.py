@@ -1,0 +1,50 @@
+"""The task on the first page: where the reference agent loses and another method keeps most."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.play.forgetting import BEGINNING, forgetting
+from gym_extensions.submissions.poses import write
+
+from ..browser import typed
+from ..conftest import everything
+from ..pages.test_core import method
+from .test_watch import GROUP, poses_of
+
+
+@pytest.fixture
+def cards(tmp_path: Path) -> list[Scorecard]:
+    """The reference agent, which forgets half, and one that keeps all, with drawings on one group."""
+    made = [method("trpo", 0.8, 0.5), method("keeper", 0.8, 1.0)]
+    for card in made:
+        poses = poses_of({"submissions": [card]})
+        write(tmp_path / card["name"], "hopper-gravity", replace(poses, submission=card["name"]))
+    return list(typed({**everything(), "submissions": made}).submissions)
+
+
+def test_both_methods_are_shown_on_the_task_where_they_differ_most(
+    cards: list[Scorecard], tmp_path: Path
+) -> None:
+    folders = {card.name: tmp_path / card.name for card in cards}
+    loser, keeper = forgetting(cards, folders, "keeper")
+    assert (loser.name, keeper.name, loser.result.group) == ("trpo", "keeper", GROUP)
+    assert loser.lost > 0.3 > keeper.lost
+    assert loser.means[-1] < loser.means[loser.task + 1]
+    assert loser.line((loser, keeper)).count('class="thin"') == len(loser.scores) == 5
+    assert len(keeper.pictures) == 2
+    assert loser.frames == BEGINNING * 61
+    assert keeper.play.endswith("&submission=keeper&run=0&stage=" + str(keeper.task + 1))
+
+
+def test_nothing_is_shown_without_drawings_or_without_another_method(
+    cards: list[Scorecard], tmp_path: Path
+) -> None:
+    folders = {card.name: tmp_path / card.name for card in cards}
+    assert forgetting(cards, folders, "trpo") == forgetting(cards, {}, "keeper") == ()
+    empty = dict.fromkeys(folders, tmp_path / "none")
+    assert forgetting(cards, empty, "keeper") == ()
