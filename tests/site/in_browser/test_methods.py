@@ -1,4 +1,4 @@
-"""The table of methods on the first page: cells, groups, sorting, Compare, and the address that holds them."""
+"""The table of methods on the first page: cells, groups, sorting, Compare, and the address that has them."""
 
 from __future__ import annotations
 

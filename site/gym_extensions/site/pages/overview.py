@@ -240,7 +240,7 @@ ALONE = "{} is the only method with all runs of the core suite so far; it keeps 
 FALLS = "Trained on one task after another, {} falls from {} to {} (expert: 1). "
 LEADS = "{}, {}: significantly more than {}, alone first in {} of {}. {} runs{}"
 """The sentences of the statement."""
-BASE = 'One base learner: {} of {} ranked methods learn as <a href="{}">{}</a> does.'
+BASE = 'One base learner: {} of {} ranked methods are <a href="{}">{}</a> until their first stage ends.'
 TUNED = 'Settings were tuned unequally: not at all for {} of them, with {} steps for <a href="{}">{}</a>.'
 LACKING = 'Not compared, because <a href="#open">groups are missing</a>: {}.'
 PROVISIONAL = 'The expert of {} is <a href="references.html">provisional</a>: scores can be far above 1.'
