@@ -220,6 +220,11 @@ class Overview:
         return wanted(list(self.cards.values()), self.board, algorithms.names())
 
     @property
+    def of_first_arithmetic(self) -> int:
+        """The number of methods whose runs were logged in the first arithmetic."""
+        return sum(self.cards[row.name].arithmetic == 1 for row in self.board.rows)
+
+    @property
     def wanted_names(self) -> set[str]:
         """The submissions whose missing runs anybody can train."""
         return {each.name for each in self.wanted}
