@@ -33,7 +33,7 @@ def test_both_methods_are_shown_on_the_task_where_they_differ_most(
     folders = {card.name: tmp_path / card.name for card in cards}
     loser, keeper = forgetting(cards, folders, "keeper")
     assert (loser.name, keeper.name, loser.result.group) == ("trpo", "keeper", GROUP)
-    assert loser.lost > 0.3 > keeper.lost
+    assert max(loser.changes) < -0.3 < min(keeper.changes)
     assert loser.means[-1] < loser.means[loser.task + 1]
     assert loser.line((loser, keeper)).count('class="thin"') == len(loser.scores) == 5
     assert len(keeper.pictures) == 2

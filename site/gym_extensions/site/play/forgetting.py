@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import sub
 from pathlib import Path
 from urllib.parse import urlencode
 
@@ -47,16 +48,10 @@ class Shown:
         return [variation(task, self.result.tasks) for task in self.result.tasks]
 
     @property
-    def lost(self) -> float:
-        """How much of the task's score is lost at the end: of all runs or of the one shown, the smaller."""
-        losses = [run[self.task + 1] - run[-1] for run in self.scores]
-        return min(sum(losses) / len(losses), losses[self.result.runs.index(self.run)])
-
-    @property
-    def kept(self) -> float:
-        """As ``lost``, the smaller of both gains."""
-        gains = [run[-1] - run[self.task + 1] for run in self.scores]
-        return min(sum(gains) / len(gains), gains[self.result.runs.index(self.run)])
+    def changes(self) -> tuple[float, float]:
+        """Its score at the end minus that right after its training: over all runs, and of the one drawn."""
+        changes = [run[-1] - run[self.task + 1] for run in self.scores]
+        return sum(changes) / len(changes), changes[self.result.runs.index(self.run)]
 
     @property
     def means(self) -> list[float]:
@@ -105,15 +100,17 @@ class Shown:
 def forgetting(cards: Sequence[Scorecard], folders: Mapping[str, Path], best: str) -> tuple[Shown, ...]:
     """The reference agent and another method on the task of the core where they differ most; or nothing.
 
-    That is the task on which the reference lost and the other one kept most. Both are true of the mean over
-    runs and of the run that is drawn. Poses that are not those of the scored runs are not shown.
+    They differ in how much is lost: in the mean over runs and in the run that is drawn, of which the smaller
+    difference counts. Poses that are not those of the scored runs are not shown.
     """
     by_name = {card.name: card for card in cards}
     if not {REFERENCE, best} <= {*by_name} & {*folders} or best == REFERENCE:
         return ()
     first, second = (_shown(by_name[name], load_submission(folders[name])) for name in (REFERENCE, best))
-    pairs = [(first[key].lost + second[key].kept, key) for key in first if key in second]
-    most, key = max(pairs, default=(0.0, ("", 0)))
+    differences = {
+        key: min(map(sub, second[key].changes, first[key].changes)) for key in first if key in second
+    }
+    most, key = max(((value, key) for key, value in differences.items()), default=(0.0, ("", 0)))
     chosen = (first[key], second[key]) if most > 0 else ()
     shortest = min((episode.clip.frames for each in chosen for episode in each.episodes), default=0)
     return tuple(replace(each, frames=BEGINNING * shortest) for each in chosen)
