@@ -46,7 +46,7 @@ def load(
         run: the number of the run.
         stage: how many tasks the policy was trained on; the last stage if None.
         task: in the protocol ``single``, the trained task.
-        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
+        protocol: ``sequential``, ``single`` or another one (docs/concepts.md).
         sha256: the digest of the content, ``policies.sha256`` of the run's document. An address needs it.
 
     Raises:

@@ -21,7 +21,7 @@ from msgspec.structs import asdict
 from gym_extensions.baselines import agent as agents, algorithms, generators
 from gym_extensions.baselines.agent import Agent, Array, Card, Context, Factory, TaskLabel, VectorEnv
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import STANDARD_BUDGET, evaluation_seed
+from gym_extensions.catalog.protocol import IN_ORDER, STANDARD_BUDGET, evaluation_seed
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import clip_actions
 from gym_extensions.errors import BenchError
@@ -95,7 +95,7 @@ class AgentSpec:
             require_agreement(policy, env, seeds, actions, 0)
             for log in logs:
                 require_submittable(policy, spec.card, spec.observes, *log)
-        if isinstance(trial, agents.Resumable) and "sequential" in {protocol for _, protocol in logs}:
+        if isinstance(trial, agents.Resumable) and any(protocol in IN_ORDER for _, protocol in logs):
             other, acted = agents.create(make, spaces, 1, name), list[Array]()
             with tempfile.TemporaryDirectory() as folder:
                 agents.save(trial, saved := Path(folder, "agent.npz"))

@@ -17,7 +17,7 @@ from gym_extensions.baselines.training import environment, runner
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder, usage_since
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, parse_request
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import stages
+from gym_extensions.catalog.protocol import IN_ORDER, stages
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
@@ -81,15 +81,15 @@ def parse_stage(
         raise BenchError("bad-task", message, "task", "Name the trained task in the protocol single alone.")
     index = None if task is None else group.tasks.index(task_named(task, group.tasks))
     job = TrainingJob(group, protocol, run, index)
-    if protocol != "sequential" and stage is None:
+    if protocol not in IN_ORDER and stage is None:
         return job, 1
     numbers = stages(protocol, len(group.tasks))
     if stage is not None and stage in numbers and not isinstance(stage, bool | float):
         return job, int(stage)  # also an integer of numpy
-    missing = "The protocol sequential needs a stage."
+    missing = f"The protocol {protocol} needs a stage."
     message = missing if stage is None else f"Stage {stage!r} is out of range."
     hint = f"Use the number of tasks that the policy was trained on, {numbers[0]} to {numbers[-1]}."
-    hint = hint if protocol == "sequential" else "Leave stage out."
+    hint = hint if protocol in IN_ORDER else "Leave stage out."
     raise BenchError("bad-stage", message, "stage", hint)
 
 
@@ -186,7 +186,7 @@ def record(
             Stable-Baselines3. Actions are clipped to the action space.
         group: a task group: the name of a published group, the TOML file of a custom group, or a
             :class:`gym_extensions.envs.TaskGroup`.
-        protocol: ``"sequential"``, ``"single"``, ``"joint"`` or ``"cumulative"``.
+        protocol: ``"sequential"``, ``"single"`` or another one (docs/concepts.md).
         run: the number of the run, 0 to 99.
         stage: sequential: the number of tasks that the policy has been trained on, 0 to T. 0 is the policy
             before training.

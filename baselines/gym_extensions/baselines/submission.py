@@ -46,9 +46,10 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
     """Checks that ``out`` is, or can become, the folder of a submission of ``groups``. Changes nothing.
 
     Raises ``BenchError`` if the name is not allowed, ``out`` is a file or not accessible, it contains folders
-    that are not groups, it contains runs without a manifest, or the log of a run is damaged.
+    that are not groups, it contains runs without a manifest, the log of a run is damaged, or a document
+    states another order than its place.
     """
-    names = {*GROUPS, *(group.name for group in groups)}
+    known = GROUPS | {group.name: group for group in groups}
     with _reports_access(out):
         name = out.resolve().name
         if not layout.NAME.fullmatch(name):
@@ -59,23 +60,28 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         if not out.is_dir():
             raise BenchError("bad-out", "A submission is a folder, and this is a file.", str(out), ANOTHER)
         folders = sorted(path.name for path in out.iterdir() if path.is_dir())
-        allowed = {*names, PROGRESS, AGENT, *layout.WRITTEN}
+        allowed = {*known, PROGRESS, AGENT, *layout.WRITTEN}
         unexpected = [folder for folder in folders if folder not in allowed]
         if unexpected:
             message = f"Unexpected folder {unexpected[0]!r}: no published group, and none of those named."
             hint = f"Name the file of a custom group, too, or use another folder, such as {out / 'mine'}."
             raise BenchError("bad-out", message, str(out), hint)
-        runs = [path for folder in folders if folder in names for path in (out / folder).glob(f"*/run*{LOG}")]
+        runs = [path for folder in folders if folder in known for path in (out / folder).glob(f"*/run*{LOG}")]
         if runs and not (out / MANIFEST).exists():
             message = f"The folder contains {runs[0].relative_to(out)} but no {MANIFEST}."
             hint = f"Restore {MANIFEST}, or choose another --out."
             raise BenchError("manifest-lost", message, str(out), hint)
         for path in runs:
             document = path.with_suffix(DOCUMENT)
-            if not document.exists() or documents.read_run(document).log != documents.file_sha256(path):
+            made = documents.read_run(document) if document.exists() else None
+            if made is None or made.log != documents.file_sha256(path):
                 message = "The run is damaged: its document is missing or states another log."
                 hint = f"Restore it, or delete {path.stem}.* to train the run again."
                 raise BenchError("damaged-run", message, str(path), hint)
+            group, protocol, run = known[path.parts[-3]], path.parts[-2], int(path.stem.removeprefix("run"))
+            if message := documents.order_error(made, group, protocol, run):
+                hint = "Move its files to where they belong, or choose another --out."
+                raise BenchError("wrong-order", message, str(document), hint)
 
 
 def prepare(out: Path) -> None:
@@ -243,6 +249,7 @@ def write_run_files(
         group=group.id,
         protocol=protocol,  # type: ignore[arg-type]
         run=run,
+        order=documents.order_of(group, protocol, run),
         command=command,
         commit=commit,
         by=by,

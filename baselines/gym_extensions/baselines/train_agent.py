@@ -48,7 +48,7 @@ def train(
         agent: the name of a reference agent, ``"module:factory"``, or a factory.
         groups: a task group or several: names of published groups, ``"core"``, TOML files of custom
             groups, or :class:`gym_extensions.envs.TaskGroup` objects.
-        protocols: ``"sequential"``, ``"single"``, ``"joint"`` or ``"cumulative"``, or several.
+        protocols: ``"sequential"``, ``"single"`` or another one (docs/concepts.md), or several.
         budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: training steps per task.
         runs: the number of a run, which is its training seed, from 0 to 99; or several.
         out: the submission's folder.

@@ -5,10 +5,14 @@ from dataclasses import dataclass
 
 from gym_extensions.errors import require_known
 
-PROTOCOLS = ("sequential", "single", "joint", "cumulative")
+PROTOCOLS = ("sequential", "single", "joint", "cumulative", "descending", "balanced")
 """``sequential``: one policy learns the tasks in order. ``single``: one policy per task. ``joint``: one
 policy learns all tasks together. ``cumulative``: one policy learns the last task alone, for the steps of the
-whole sequence, which tells practice from transfer."""
+whole sequence, which tells practice from transfer. ``descending``: as sequential, from the last task to the
+first. ``balanced``: as sequential, run r in the order of row r of a balanced square, which tells the task
+from its position."""
+IN_ORDER = ("sequential", "descending", "balanced")
+"""The protocols in which one policy learns the tasks one after another."""
 EVALUATION_EPISODES = 20
 FIRST_REFERENCE_RUN = 1000
 """First training seed of reference runs. A submission may not use this seed or a larger one."""
@@ -30,7 +34,34 @@ def evaluation_seed(group_id: str, task_id: str, episode: int) -> int:
 
 def stages(protocol: str, count: int) -> tuple[int, ...]:
     """The stages in a log of the protocol, for a group of ``count`` tasks."""
-    return tuple(range(count + 1)) if protocol == "sequential" else (1,)
+    return tuple(range(count + 1)) if protocol in IN_ORDER else (1,)
+
+
+def balanced_square(count: int) -> tuple[tuple[int, ...], ...]:
+    """Orders of ``count`` tasks, given as indices: every task is equally often in every position, and equally
+    often right after every other task.
+
+    There are ``count`` rows, for an odd number also their reverses. Source: E. J. Williams, Experimental
+    designs balanced for the estimation of residual effects of treatments, Australian Journal of Scientific
+    Research A 2, 1949.
+
+    >>> balanced_square(4)
+    ((0, 1, 3, 2), (1, 2, 0, 3), (2, 3, 1, 0), (3, 0, 2, 1))
+    """
+    first = [(place + 1) // 2 if place % 2 else -(place // 2) for place in range(count)]
+    rows = tuple(tuple((task + row) % count for task in first) for row in range(count))
+    return rows + tuple(row[::-1] for row in rows) if count % 2 and count > 1 else rows
+
+
+def task_order(protocol: str, run: int, count: int) -> tuple[int, ...]:
+    """The indices of a group's ``count`` tasks in the order in which a run learns them.
+
+    A balanced run takes the row of its number, and after the last row the first one again.
+    """
+    if protocol == "balanced":
+        rows = balanced_square(count)
+        return rows[run % len(rows)]
+    return tuple(range(count))[:: -1 if protocol == "descending" else 1]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.catalog.protocol import IN_ORDER, PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
 from gym_extensions.submissions import layout, manifest
 from gym_extensions.submissions.problem import Finding, Rule, rule as registered
@@ -28,7 +28,9 @@ RUN_FILE = re.compile(
     rf"submissions/[^/]+/([^/]+/(?:{'|'.join(PROTOCOLS)})/run\d+)\.(?:csv|json|npz|stage[^/]+\.onnx)"
 )
 """The path of a file of a run; its group is the run's name in review.toml."""
-SEQUENTIAL = re.compile(r"submissions/[^/]+/[^/]+/sequential/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)")
+LEARNED_IN_ORDER = re.compile(
+    rf"submissions/[^/]+/[^/]+/({'|'.join(IN_ORDER)})/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)"
+)
 CODE = re.compile(rf"submissions/[^/]+/{layout.AGENT}/")
 DAYS_BETWEEN = 30
 """Between two versions of the code of a submission."""
@@ -295,16 +297,16 @@ def next_version(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
-    """No sequential log and no policies of its runs equal those of another one, byte for byte. (Training on
-    one task alone, or on all together, gives the same bytes for methods that differ only between tasks.)"""
-    files = (file for file in pull_request.base_files if SEQUENTIAL.fullmatch(file.path))
-    theirs = {file.object_id: file.path for file in files}
+    """No log of tasks that are learned one after another, and no policies of its runs, equal those of another
+    one of the same protocol, byte for byte. (Training on one task alone, or on all together, gives the same
+    bytes for methods that differ only between tasks.)"""
+    matches = ((file, LEARNED_IN_ORDER.fullmatch(file.path)) for file in pull_request.base_files)
+    theirs = {(file.object_id, match[1]): file.path for file, match in matches if match}
     changed = {change.path for change in pull_request.changes}
     for file in pull_request.head_files:
-        original = theirs.get(file.object_id)
-        if original is None or file.path not in changed or not SEQUENTIAL.fullmatch(file.path):
-            continue
-        if original != file.path:
+        match = LEARNED_IN_ORDER.fullmatch(file.path)
+        original = theirs.get((file.object_id, match[1])) if match else None
+        if original not in (None, file.path) and file.path in changed:
             yield Finding(file.path, f"It is the same as {original}.", "Submit your own runs.")
 
 

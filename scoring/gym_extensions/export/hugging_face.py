@@ -203,7 +203,7 @@ CITATION = "@software{gym_extensions, title = {gym-extensions}, author = {{The g
 DESCRIPTIONS = {
     "submission": "name of the submission",
     "group": "id of the group of tasks",
-    "protocol": "sequential, single, joint or cumulative",
+    "protocol": "sequential, single, joint, cumulative, descending or balanced",
     "run": "training seed",
     "stage": "number of tasks trained so far",
     "task": "id of the evaluated task",

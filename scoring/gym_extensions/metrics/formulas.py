@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gym_extensions.catalog.protocol import CURVE_POINTS, PROTOCOLS
+from gym_extensions.catalog.protocol import CURVE_POINTS, IN_ORDER, PROTOCOLS
 from gym_extensions.documents import about
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.statistics import Number, mean, standard_deviation
@@ -37,6 +37,7 @@ class NormalizedRun:
         cumulative: p_cumulative[T] by T; empty without a cumulative run of this training seed.
         auc: area under the training curve in the sequential log, by j.
         single_task_auc: area under the training curve in the single log, by j.
+        order: the task at each position j, counted from 1 in the order of the group; j itself if empty.
     """
 
     T: int
@@ -47,6 +48,11 @@ class NormalizedRun:
     cumulative: dict[int, float] = field(default_factory=dict)
     auc: dict[int, float] = field(default_factory=dict)
     single_task_auc: dict[int, float] = field(default_factory=dict)
+    order: tuple[int, ...] = ()
+
+    def task(self, j: int) -> int:
+        """The task at position j, counted from 1 in the order of the group."""
+        return self.order[j - 1] if self.order else j
 
     def p(self, s: int, j: int) -> float:
         """Normalized mean return on task j after stage s."""
@@ -90,7 +96,7 @@ class Metric:
     formula: str
     terms: Callable[[NormalizedRun], Iterable[tuple[int, float]]] | None
     better: str
-    protocols: tuple[str, ...] = ("sequential",)
+    protocols: tuple[str, ...] = IN_ORDER
     needs: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
     shown: tuple[Place, ...] = ("boards",)
@@ -102,16 +108,16 @@ class Metric:
         return mean(value for _, value in self.terms(run)) if self.terms else None
 
     def shares(self, run: NormalizedRun) -> dict[int, float]:
-        """What each task adds to the value of one run, by j: their sum is the value.
+        """What each task adds to the value of one run, by task from 1: their sum is the value.
 
         Every share is proportional to the task's scores, so that an error of the span from floor to expert
         by one per cent changes it by one per cent.
         """
         terms = list(self.terms(run)) if self.terms else []
-        shares: dict[int, list[float]] = {j: [] for j, _ in terms}
+        shares: dict[int, list[float]] = {run.task(j): [] for j, _ in terms}
         for j, value in terms:
-            shares[j].append(value)
-        return {j: math.fsum(values) / len(terms) for j, values in shares.items()}
+            shares[run.task(j)].append(value)
+        return {task: math.fsum(values) / len(terms) for task, values in shares.items()}
 
 
 HIGHER, LOWER, NOT_RANKED = "higher", "lower", ""
@@ -136,8 +142,8 @@ TABLE = (
         "mean over j of p[T][j]",
         lambda run: ((j, run.p(run.T, j)) for j in run.scored),
         HIGHER,
-        protocols=("sequential", "joint"),
-        columns=("sequential", "joint"),
+        protocols=(*IN_ORDER, "joint"),
+        columns=(*IN_ORDER, "joint"),
         shown=("boards", "ranks", "screen", "core", "alone"),
         known_as="ACC, average performance; the paper's Fully Trained",
         limits="Whether low values come from forgetting or from never learning.",
@@ -148,7 +154,7 @@ TABLE = (
         "mean over j of p[j][j]",
         lambda run: ((j, run.p(j, j)) for j in run.scored),
         HIGHER,
-        columns=("sequential",),
+        columns=IN_ORDER,
         shown=("boards", "screen", "core"),
         known_as="the paper's After Env Training",
         limits="What is left at the end.",
@@ -159,7 +165,7 @@ TABLE = (
         "mean over j < T of ( p[j][j] − p[T][j] )",
         lambda run: ((j, run.p(j, j) - run.p(run.T, j)) for j in run.scored if j < run.T),
         LOWER,
-        columns=("sequential",),
+        columns=IN_ORDER,
         shown=("boards", "ranks", "screen", "core"),
         known_as="minus backward transfer (Lopez-Paz & Ranzato 2017)",
         limits="Whether anything was learned; and gains on one task cancel losses on another.",
@@ -193,7 +199,7 @@ TABLE = (
         lambda run: ((j, run.p(j, j) - run.single_task[j]) for j in run.scored if j >= 2),
         HIGHER,
         needs=("single",),
-        columns=("sequential",),
+        columns=IN_ORDER,
         shown=("boards", "screen"),
         known_as="Taylor & Stone 2009",
         limits="How fast a task was learned.",
@@ -205,7 +211,7 @@ TABLE = (
         lambda run: ((j, run.p(j - 1, j) - run.p(0, j)) for j in run.scored if j >= 2),
         HIGHER,
         needs=("untrained",),
-        columns=("sequential",),
+        columns=IN_ORDER,
         shown=("boards", "core"),
         known_as="FWT (Lopez-Paz & Ranzato 2017); jumpstart",
         limits="Whether a gain is due to similar tasks or to any training at all.",
@@ -257,7 +263,7 @@ TABLE = (
         "mean over j of the population standard deviation of the 20 normalized returns at stage T",
         lambda run: ((j, standard_deviation(run.final_episodes[j])) for j in run.scored),
         NOT_RANKED,
-        protocols=("sequential", "joint"),
+        protocols=(*IN_ORDER, "joint"),
         needs=("episodes",),
         shown=(),
         known_as="the paper's constrained variance",
@@ -269,7 +275,7 @@ TABLE = (
         "mean over j of the mean of the ⌈n/10⌉ lowest normalized returns at stage T",
         lambda run: ((j, _lowest_tenth(run.final_episodes[j])) for j in run.scored),
         HIGHER,
-        protocols=("sequential", "joint"),
+        protocols=(*IN_ORDER, "joint"),
         needs=("episodes",),
         columns=("joint",),
         known_as="conditional value at risk, expected shortfall; worst tenth",
@@ -281,6 +287,7 @@ TABLE = (
         "p_cumulative[T] − p_single[T]",
         lambda run: _last_task(run, lambda j: run.cumulative[j] - run.single_task[j]),
         NOT_RANKED,
+        protocols=("sequential",),
         needs=("single", "cumulative"),
         shown=(),
         limits="Whether the earlier tasks helped: both policies saw the last task alone.",
@@ -291,6 +298,7 @@ TABLE = (
         "p[T][T] − p_cumulative[T]",
         lambda run: _last_task(run, lambda j: run.p(j, j) - run.cumulative[j]),
         NOT_RANKED,
+        protocols=("sequential",),
         needs=("cumulative",),
         shown=(),
         limits="Any task but the last.",

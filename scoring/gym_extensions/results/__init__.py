@@ -16,6 +16,7 @@ from gym_extensions.results.scores import (
     core_variants,
     landscapes,
     metrics,
+    order_effects,
     score_matrix,
     scores,
 )
@@ -30,6 +31,7 @@ __all__ = [
     "evaluations",
     "landscapes",
     "metrics",
+    "order_effects",
     "plot_board",
     "plot_curves",
     "plot_matrix",

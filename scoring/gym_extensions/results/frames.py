@@ -53,7 +53,7 @@ def episodes(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     ===========  =======  ==========================================================================
     submission   str      name of the submission's folder
     group        str      group id
-    protocol     str      ``sequential``, ``single``, ``joint`` or ``cumulative``
+    protocol     str      ``sequential``, ``single`` or another one (docs/concepts.md)
     run          int64    training seed
     stage        int64    number of tasks trained so far: 0 untrained; 1 in the other protocols
     task         str      task id
@@ -101,7 +101,7 @@ def curves(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     ===========  =======  ==========================================================================
     submission   str      name of the submission's folder
     group        str      group id
-    protocol     str      ``sequential``, ``single``, ``joint`` or ``cumulative``
+    protocol     str      ``sequential``, ``single`` or another one (docs/concepts.md)
     run          int64    training seed
     task         str      task id
     step         int64    training steps since the stage began
@@ -133,7 +133,7 @@ def evaluations(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFram
     ===========  =======  ==========================================================================
     submission   str      name of the submission's folder
     group        str      group id
-    protocol     str      ``sequential``, ``single``, ``joint`` or ``cumulative``
+    protocol     str      ``sequential``, ``single`` or another one (docs/concepts.md)
     run          int64    training seed
     stage        int64    the stage in training; 0 before training
     task         str      id of the evaluated task

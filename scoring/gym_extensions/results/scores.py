@@ -32,7 +32,7 @@ def metrics(
     name      str      name of the submission's folder
     level     str      ``reported``, ``claimed``, ``verified`` or ``trained here``
     group     str      group id, or name of a suite
-    protocol  str      ``sequential``, ``single``, ``joint`` or ``cumulative``
+    protocol  str      ``sequential``, ``single`` or another one (docs/concepts.md)
     budget    str      name of the training budget
     runs      Int64    number of runs; missing for a suite, 0 for a reported submission
     metric    str      name of the metric (docs/metrics.md)
@@ -95,7 +95,7 @@ def board(
         group: name or id of a group (``hopper-gravity``, ``hopper-gravity-v0``), name of a suite, or a
             TaskGroup.
         submissions: a submission, a folder of submissions, or a list of these.
-        protocol: ``sequential``, ``single``, ``joint`` or ``cumulative``.
+        protocol: ``sequential``, ``single`` or another one (docs/concepts.md).
         budget: name of the training budget. The site has no board of the budget ``smoke``.
         task_conditioned: whether the agents observe the task in evaluation.
         groups: custom groups, as in :func:`metrics`.
@@ -196,6 +196,50 @@ def core_variants(submissions: Paths = "submissions") -> pd.DataFrame:
     return board_frames.core_variants_frame(_core_board(submissions))
 
 
+EFFECT_DTYPES = {"submission": "str", "group": "str", "budget": "str", "runs": "int64", "metric": "str"}
+EFFECT_DTYPES |= {"kind": "str", "level": "str"} | dict.fromkeys(("mean", "low", "high"), "float64")
+
+
+def order_effects(
+    submissions: Paths = "submissions", *, groups: CustomGroups = (), references: str | Path | None = None
+) -> pd.DataFrame:
+    """What of a score is due to the task, and what to its position in training (docs/metrics.md, "Order").
+
+    One row per submission, group and level, where ``balanced`` runs fill the balanced square of the group.
+    The arguments and errors are those of :func:`metrics`.
+
+    ==========  =======  ==========================================================================
+    column      dtype    value
+    ==========  =======  ==========================================================================
+    submission  str      name of the submission's folder
+    group       str      group id
+    budget      str      name of the training budget
+    runs        int64    number of balanced runs; those beyond the last whole square do not count
+    metric      str      ``final_performance`` or ``forgetting``
+    kind        str      ``position``, ``task`` or ``share``
+    level       str      the position from 1, the task id, or of a share ``position``, ``task``, ``rest``
+    mean        float64  mean at equal tasks or positions; of a share, that of the squared deviations
+    low, high   float64  ends of the 95 % interval over runs
+    ==========  =======  ==========================================================================
+    """
+    cards = valid_scorecards(submissions, make_scorer(groups, references)).values()
+    rows = (
+        (card.name, group, score.budget, len(score.runs), metric, kind, str(level), value.mean, *ends)
+        for card in cards
+        for group, protocols in card.groups.items()
+        if (score := protocols.get("balanced"))
+        for metric, effects in score.order_effects.items()
+        for kind, levels in {
+            "position": enumerate(effects.position, 1),
+            "task": zip(score.tasks, effects.task, strict=True),
+            "share": effects.shares.items(),
+        }.items()
+        for level, value in levels
+        if (ends := (value.low, value.high)) and value.mean is not None
+    )
+    return board_frames.typed(rows, EFFECT_DTYPES)
+
+
 LANDSCAPE_DTYPES = {"submission": "str", "group": "str", "share": "str", "runs": "int64"}
 LANDSCAPE_DTYPES |= dict.fromkeys(("mean", "low", "high"), "float64")
 
@@ -258,7 +302,7 @@ def scores(
     ==========  =======  ===========================================================================
     submission  str      name of the submission's folder
     group       str      group id
-    protocol    str      ``sequential``, ``single``, ``joint`` or ``cumulative``
+    protocol    str      ``sequential``, ``single`` or another one (docs/concepts.md)
     run         int64    training seed
     stage       int64    number of tasks trained so far: 0 untrained; 1 in the other protocols
     task        str      task id, in training order

@@ -12,6 +12,7 @@ import msgspec
 
 from gym_extensions.documents import JsonDocument, about, filled
 from gym_extensions.metrics.formulas import Profile
+from gym_extensions.metrics.order_effects import OrderEffects
 from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.submissions.manifest import Code, Hyperparameter, Observes, Protocol, Tuning
 from gym_extensions.submissions.problem import Problem
@@ -231,7 +232,7 @@ class GroupScore:
     runs: Annotated[tuple[int, ...], about("training seeds; empty in a reported submission")]
     unverified: Annotated[tuple[int, ...], about("training seeds of the runs that are not verified")] = ()
     provenance: Annotated[tuple[RunProvenance, ...], about("how each run was trained")] = ()
-    tasks: Annotated[tuple[str, ...], about("task ids in training order")]
+    tasks: Annotated[tuple[str, ...], about("task ids in the order of the group")]
     metrics: Annotated[dict[str, MetricValue], about("every metric of the protocol by name")]
     profile: Annotated[Profile | None, about("performance profile of p[T][j] over runs and tasks")] = None
     iqm: Annotated[float | None, about("interquartile mean of p[T][j] over runs and tasks")] = None
@@ -239,7 +240,8 @@ class GroupScore:
     return_matrix: Annotated[
         tuple[tuple[tuple[float, ...], ...], ...],
         about(
-            "mean raw returns `[run][stage][task]`: stages 0 to T in `sequential`, else the last stage only"
+            "mean raw returns `[run][stage][task]`: stages 0 to T where tasks are learned one after another, "
+            "else the last stage only"
         ),
     ]
     success_rates: Annotated[
@@ -247,7 +249,8 @@ class GroupScore:
         about("share of successful episodes; null where the task defines no success, empty if no task does"),
     ] = ()
     stages: Annotated[
-        tuple[tuple[StageScore, ...], ...], about("means over runs `[stage][task]`, of the same stages")
+        tuple[tuple[StageScore, ...], ...],
+        about("means over runs `[stage][task]`, of the same stages; empty in `balanced`"),
     ] = ()
     changes: Annotated[
         tuple[TaskChange, ...], about("of each task but the last; empty outside `sequential`")
@@ -267,6 +270,10 @@ class GroupScore:
     ] = ()
     paper_table: Annotated[tuple[PaperRow, ...], about("one row per task; empty outside `sequential`")] = ()
     paper_total: Annotated[PaperColumns | None, about("its total: mean of means, pooled deviation")] = None
+    order_effects: Annotated[
+        dict[str, OrderEffects],
+        about("of final performance and forgetting, by name, over whole squares; empty outside `balanced`"),
+    ] = field(default_factory=dict)
     printed_total: Annotated[PaperColumns | None, about("the total as printed, in reported submissions")] = (
         None
     )

@@ -51,9 +51,9 @@ FILE = re.compile(f"{HEADER}\n({ROW}\n)++".encode())
 class Episode:
     """One evaluation episode, one row of a run's log.
 
-    ``stage`` is the number of tasks trained so far (0 untrained; 1 in all but sequential logs), ``return_``
-    the ``math.fsum`` of all rewards, ``terminated`` whether the task ended it (else the time limit did),
-    ``success`` the ``is_success`` of its last step, or None where the task defines none.
+    ``stage`` is the number of tasks trained so far (0 untrained; 1 where the protocol has one stage),
+    ``return_`` the ``math.fsum`` of all rewards, ``terminated`` whether the task ended it (else the time
+    limit did), ``success`` the ``is_success`` of its last step, or None where the task defines none.
     """
 
     stage: int

@@ -9,6 +9,7 @@ import msgspec
 import tomli_w
 from msgspec import Meta
 
+from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import REVIEW, max_bytes, read_regular
@@ -25,9 +26,7 @@ Text = Annotated[str, Meta(max_length=4000)]
 Date = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]
 Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 Value = Annotated[str, Meta(pattern="^[0-9a-f]{8,128}$")]
-RunKey = Annotated[
-    str, Meta(pattern=r"^[a-z0-9-]+/(sequential|single|joint|cumulative)/run(0|[1-9]\d{0,8})$")
-]
+RunKey = Annotated[str, Meta(pattern=rf"^[a-z0-9-]+/({'|'.join(PROTOCOLS)})/run(0|[1-9]\d{{0,8}})$")]
 """The name of a run: ``hopper-gravity/sequential/run3``."""
 Count = Annotated[int, Meta(ge=0)]
 Probability = Annotated[float, Meta(ge=0, le=1)]

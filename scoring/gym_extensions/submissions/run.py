@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 import msgspec
 from msgspec import Meta
 
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import task_order
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import DOCUMENT, max_bytes, read_regular
@@ -99,6 +101,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     Attributes:
         group: the group's id, with its version.
         run: the training seed.
+        order: the task ids in the order of training, where it is not that of the group; else empty.
         command, commit: what trained it, and of the code; empty if it is not known.
         by: who trained it, if not the authors of the submission: a donated run.
         steps: training steps over all stages.
@@ -115,8 +118,9 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     format: Literal[1] = FORMAT
     group: Text
-    protocol: Literal["sequential", "single", "joint", "cumulative"]
+    protocol: Literal["sequential", "single", "joint", "cumulative", "descending", "balanced"]
     run: Count
+    order: list[Text] = []
     command: Annotated[str, Meta(max_length=4000)] = ""
     commit: Text = ""
     by: Text = ""
@@ -140,6 +144,20 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         """The SHA-256 of the digests of the log and of the policies: what a verification is about."""
         policies = self.policies.sha256 if self.policies else ""
         return hashlib.sha256(f"{self.log} {policies}\n".encode()).hexdigest()
+
+
+def order_of(group: TaskGroup, protocol: str, run: int) -> list[str]:
+    """What the document of a run states as ``order``."""
+    indices = task_order(protocol, run, len(group.tasks)) if protocol in ("descending", "balanced") else ()
+    return [group.task_ids[index] for index in indices]
+
+
+def order_error(document: RunDocument, group: TaskGroup, protocol: str, run: int) -> str:
+    """What is wrong with the order that a document states, given the place of its file; empty if nothing."""
+    orders = document.order, order_of(group, protocol, run)
+    stated, expected = (", ".join(ids)[:LONGEST] or "no order" for ids in orders)
+    same = f"It states {stated}; the document of {protocol} run {run} states {expected}."
+    return "" if orders[0] == orders[1] else same
 
 
 def run_of(data: bytes) -> RunDocument:
@@ -167,6 +185,8 @@ def run_text(document: RunDocument) -> str:
     """The text of the document's file: a key per line, and a curve per line."""
     lines = []
     for key, value in msgspec.to_builtins(document).items():
+        if key == "order" and not value:
+            continue
         if isinstance(value, list) and value:
             parts = ",\n  ".join(json.dumps(part, allow_nan=False, ensure_ascii=False) for part in value)
             text = f"[\n  {parts}\n ]"

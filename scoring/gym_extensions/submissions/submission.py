@@ -21,7 +21,7 @@ from gym_extensions.submissions.training import Training
 
 TOLERANCE = 1e-5
 """Largest difference of identical returns, absolute and relative: a copy with noise is the same run."""
-PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",), ("cumulative",))
+PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",), ("cumulative",), ("descending",), ("balanced",))
 """Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, task_order
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
@@ -89,15 +89,15 @@ def files_digest(runs: Mapping[str, str]) -> str:
     return hashlib.sha256("".join(f"{name} {runs[name]}\n" for name in sorted(runs)).encode()).hexdigest()
 
 
-def tested_cells(protocol: str, tasks: Sequence[Task]) -> list[tuple[int, int]]:
+def tested_cells(protocol: str, run: int, tasks: Sequence[Task]) -> list[tuple[int, int]]:
     """Stage and index of the task of the cells of final performance and forgetting.
 
-    Sequential: R[T][j] and R[j][j]. Single, joint and cumulative: every task at stage 1.
+    Where tasks are learned one after another, R[T][j] and R[j][j]; else every task at stage 1.
     """
-    if protocol != "sequential":
+    if protocol not in IN_ORDER:
         return [(1, index) for index in range(len(tasks))]
     last = [(len(tasks), index) for index in range(len(tasks))]
-    return list(dict.fromkeys([*last, *((index + 1, index) for index in range(len(tasks)))]))
+    return list(dict.fromkeys([*last, *enumerate(task_order(protocol, run, len(tasks)), 1)]))
 
 
 def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> float:

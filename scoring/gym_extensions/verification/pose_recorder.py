@@ -113,7 +113,7 @@ def poses_of(run: verify.LoggedRun, submission: Submission) -> store.Poses:
     """
     assert submission.manifest is not None, "it has no problems"
     group = run.log.group
-    keys = sorted(new_seeds.tested_cells(run.log.protocol, group.tasks))
+    keys = sorted(new_seeds.tested_cells(run.log.protocol, run.document.run, group.tasks))
     cells = [run.prescribed_cell(*key) for key in keys]
     if submission.manifest.protocol.evaluation == verify.SAMPLED:
         cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]

@@ -72,7 +72,7 @@ class LoggedRun:
     def tested(self, draw: new_seeds.Draw) -> tuple[Cell, ...]:
         """The cells of final performance and forgetting, with the new seeds of a draw."""
         group, cells = self.log.group, []
-        for stage, task in new_seeds.tested_cells(self.log.protocol, group.tasks):
+        for stage, task in new_seeds.tested_cells(self.log.protocol, self.document.run, group.tasks):
             task_id = group.task_ids[task]
             noise = draw.seed(group.id, self.log.protocol, self.document.run, stage, task_id)
             cells.append(Cell(stage, task, tuple(draw.seeds(group.id, task_id)), noise))

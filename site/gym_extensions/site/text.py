@@ -172,6 +172,12 @@ PROTOCOLS = {
         "Cumulative",
         "One policy is trained on the last task alone, for the steps of the whole sequence.",
     ),
+    "descending": ("Descending", "One policy learns the tasks from the last to the first."),
+    "balanced": (
+        "Balanced orders",
+        "One policy learns the tasks one after another; over the runs, every task is equally often in every "
+        "position.",
+    ),
 }
 BUDGET_KINDS = {"1M": "long", "300k": "standard", "100k": "quick", "smoke": "trials"}
 """What a budget is for, where its name does not say it."""

@@ -61,7 +61,7 @@ class MultiHead(Trpo):
         """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
         tasks = np.unique(env.env_tasks)  # type: ignore[attr-defined]  # of the training environments
         if len(tasks) > 1:
-            hint = "Use the protocol sequential or single, or an agent without heads, such as trpo."
+            hint = "Use the protocol sequential, single or balanced, or an agent without heads, such as trpo."
             message = (
                 f"The agent learns a single task at a time, but the environments run {len(tasks)} tasks."
             )

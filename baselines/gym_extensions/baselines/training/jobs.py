@@ -11,7 +11,14 @@ from typing import Any
 
 from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
-from gym_extensions.catalog.protocol import CURVE_POINTS, PROTOCOLS, Budget, budget as budget_named
+from gym_extensions.catalog.protocol import (
+    CURVE_POINTS,
+    IN_ORDER,
+    PROTOCOLS,
+    Budget,
+    budget as budget_named,
+    task_order,
+)
 from gym_extensions.catalog.tasks import Task, whole_number
 from gym_extensions.envs import foreign, make_vec
 from gym_extensions.errors import BenchError, require_known
@@ -197,8 +204,9 @@ class TrainingJob:
 
     def stages(self, budget: Budget) -> list[Stage]:
         tasks, steps = self.group.tasks, budget.steps_for(self.group.name)
-        if self.protocol == "sequential":
-            trained = [(), *((task,) for task in tasks)]
+        if self.protocol in IN_ORDER:
+            order = task_order(self.protocol, self.run, len(tasks))
+            trained = [(), *((tasks[index],) for index in order)]
             return [Stage(k, which, steps if which else 0, tasks) for k, which in enumerate(trained)]
         if self.protocol == "joint":
             return [Stage(1, tasks, steps * len(tasks), tasks)]

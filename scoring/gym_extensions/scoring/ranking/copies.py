@@ -4,6 +4,7 @@ import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 
+from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.metrics.statistics import smaller_spread_p, standard_deviation
 from gym_extensions.scoring.ranking.boards import BoardKey, board_level, is_verified
 from gym_extensions.scoring.scorecard import SKETCH_SIZE, Scorecard, Sketch
@@ -21,13 +22,13 @@ ALIKE += "their standard deviation is {:.2g}, that of the others {:.2g} (F test,
 
 
 def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
-    """The original of each submission that is a copy, by name. Only sequential logs can show that.
+    """The original of each submission that is a copy, by name. Only logs of tasks in order can show that.
 
     Methods that differ between tasks alone rightly have equal single-task logs, and joint training is the
     same for them. Of identical submissions the original is a verified one, then the one that was accepted
     first, then the first by name.
     """
-    if key.protocol != "sequential":
+    if key.protocol not in IN_ORDER:
         return {}
 
     def original_first(card: Scorecard) -> tuple[bool, str, str]:

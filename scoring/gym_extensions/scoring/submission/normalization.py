@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, stages
+from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, IN_ORDER, stages, task_order
 from gym_extensions.metrics.formulas import NormalizedRun, area
 from gym_extensions.references import References
 from gym_extensions.submissions.submission import SubmittedGroup
@@ -26,7 +26,7 @@ class GroupReturns:
         group: the group.
         steps: the budget's training steps per task.
         runs: training seeds by protocol.
-        returns: by protocol, [run][stage][task][episode]. All but sequential logs have one stage.
+        returns: by protocol, [run][stage][task][episode]. Logs of one stage have one row.
         curves: training curves by (protocol, run, task id).
         successes: as ``returns``: 1, 0, or -1 where the task defines no success.
     """
@@ -86,44 +86,48 @@ def normalized_runs(results: GroupReturns, references: References, protocol: str
 
     ``single_task``, ``cumulative`` and the areas are filled in where the submission has such runs and curves.
     """
-    ids = results.group.task_ids
-    scored = {j: reference for j, task in enumerate(ids, 1) if not (reference := references.tasks[task]).open}
+    ids, is_in_order = results.group.task_ids, protocol in IN_ORDER
     T = len(ids)
-    first_stage = 0 if protocol == "sequential" else T
+    first_stage = 0 if is_in_order else T
 
-    def last_stage(name: str, run: int, positions: Iterable[int]) -> dict[int, float]:
-        """The scores of the run of this seed in another log, by position."""
-        if run not in results.runs.get(name, ()):
-            return {}
-        (means,) = results.means[name][results.runs[name].index(run)]
-        return {j: scored[j].normalize(means[j - 1]) for j in positions}
+    def normalized(run: int, episodes: list[list[list[float]]], means: list[list[float]]) -> NormalizedRun:
+        """A run from its returns and their means, [stage][task]; the task at position j is at[j]."""
+        at = dict(enumerate(task_order(protocol, run, T), 1))
+        known = {j: references.tasks[ids[task]] for j, task in at.items()}
+        scored = {j: reference for j, reference in known.items() if not reference.open}
 
-    def areas(name: str, run: int) -> dict[int, float]:
-        """The areas under the training curves of the run of this seed, by position."""
-        heights = {}
-        for j, reference in scored.items():
-            steps, values = results.curves.get((name, run, ids[j - 1]), ([], []))
-            heights[j] = area(steps, [reference.normalize(value) for value in values], results.steps)
-        return {j: height for j, height in heights.items() if height is not None}
+        def last_stage(name: str, positions: Iterable[int]) -> dict[int, float]:
+            """The scores of the run of this seed in another log, by position."""
+            if run not in results.runs.get(name, ()):
+                return {}
+            (row,) = results.means[name][results.runs[name].index(run)]
+            return {j: scored[j].normalize(row[at[j]]) for j in positions}
 
-    return [
-        NormalizedRun(
+        def areas(name: str) -> dict[int, float]:
+            """The areas under the training curves of the run of this seed, by position."""
+            heights = {}
+            for j, reference in scored.items() if is_in_order else ():
+                steps, values = results.curves.get((name, run, ids[at[j]]), ([], []))
+                heights[j] = area(steps, [reference.normalize(value) for value in values], results.steps)
+            return {j: height for j, height in heights.items() if height is not None}
+
+        return NormalizedRun(
             T=T,
             scored=tuple(scored),
             normalized_returns={
-                (s, j): reference.normalize(row[j - 1])
+                (s, j): reference.normalize(row[at[j]])
                 for s, row in enumerate(means, first_stage)
                 for j, reference in scored.items()
             },
             final_episodes={
-                j: tuple(map(reference.normalize, episodes[-1][j - 1])) for j, reference in scored.items()
+                j: tuple(map(reference.normalize, episodes[-1][at[j]])) for j, reference in scored.items()
             },
-            single_task=last_stage("single", run, scored),
-            cumulative=last_stage("cumulative", run, scored.keys() & {T}),
-            auc=areas("sequential", run) if protocol == "sequential" else {},
-            single_task_auc=areas("single", run) if protocol == "sequential" else {},
+            single_task=last_stage("single", scored),
+            cumulative=last_stage("cumulative", [j for j in scored if at[j] == T - 1]),
+            auc=areas(protocol),
+            single_task_auc=areas("single"),
+            order=tuple(task + 1 for task in at.values()),
         )
-        for run, episodes, means in zip(
-            results.runs[protocol], results.returns[protocol], results.means[protocol], strict=True
-        )
-    ]
+
+    runs = results.runs[protocol], results.returns[protocol], results.means[protocol]
+    return [normalized(*run) for run in zip(*runs, strict=True)]

@@ -7,9 +7,10 @@ from dataclasses import replace
 import msgspec
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.catalog.protocol import BUDGETS, IN_ORDER, task_order
 from gym_extensions.documents import filled
 from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, NormalizedRun, iqm, profile
+from gym_extensions.metrics.order_effects import order_effects
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 from gym_extensions.references import References
 from gym_extensions.scoring import scorecard
@@ -66,7 +67,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
                         scorecard.RunProvenance.of(document, key in again)
                         for document, key in zip(documents, found, strict=True)
                     ],
-                    sketches=run_sketches(submitted, protocol) if protocol == "sequential" else (),
+                    sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
                 )
         if submission.trained:
             trained = trained_logs(submission.trained, references)
@@ -201,6 +202,7 @@ def score_group(
         episode_sketches=sketches,
         paper_table=rows,
         paper_total=total,
+        order_effects=order_effects(runs) if protocol == "balanced" else {},
     )
 
 
@@ -256,17 +258,18 @@ def run_sketches(submitted: SubmittedGroup, protocol: str) -> tuple[scorecard.Sk
 def episode_sketches(log: Log) -> tuple[scorecard.Sketch, ...]:
     """The sketch of each run: the 16 smallest digests of its episodes after the last stage, sorted.
 
-    Where there are several tasks, the last one does not count: methods that only differ in what they keep of
-    earlier tasks rightly have equal episodes on it. An episode's digest is the first eight hexadecimal digits
-    of the SHA-256 of its task's index, number, length, return (five significant digits) and end. Two sketches
-    estimate the Jaccard index of the episodes of two runs: the number of common ones per episode that either
-    has.
+    Where there are several tasks, the one that was trained last does not count: methods that only differ in
+    what they keep of earlier tasks rightly have equal episodes on it. An episode's digest is the first eight
+    hexadecimal digits of the SHA-256 of its task's index, number, length, return (five significant digits)
+    and end. Two sketches estimate the Jaccard index of the episodes of two runs: the number of common ones
+    per episode that either has.
 
     Source: E. Cohen and H. Kaplan, Summarizing data using bottom-k sketches, PODC 2007.
     """
     digests: dict[int, set[str]] = {run: set() for run in log.runs}
     last = log.rows[log.rows["stage"] == log.rows["stage"].max()]
-    earlier = last[last["position"] < last["position"].max()]
+    ends = {run: task_order(log.protocol, run, len(log.group.tasks))[-1] for run in log.runs}
+    earlier = last[last["position"] != last["run"].map(ends)]
     last = earlier if len(earlier) else last
     columns = ("run", "position", "episode", "length", "return", "terminated")
     for run, *key, return_, terminated in zip(*(last[name].tolist() for name in columns), strict=True):

@@ -117,7 +117,7 @@ def with_stages(score: GroupScore, protocol: str, single: GroupScore | None = No
         task_changes.append(TaskChange(value.mean, value.low, value.high, normalized=normalized is not None))
     return replace(
         score,
-        stages=stage_scores(score),
+        stages=stage_scores(score) if protocol != "balanced" else (),  # its stages differ between runs
         changes=tuple(task_changes),
         top_score=max([1.0, *(value for rows in scores for row in rows or () for value in row)]),
         largest_loss=changes[0],

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gym_extensions.catalog.bodies import UNBOUNDED, Arrival
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed, stages
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, evaluation_seed, stages
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions import layout, submission
 from gym_extensions.submissions.log import FLAGS, Log
@@ -94,7 +94,7 @@ class RowRule(NamedTuple):
         for index in indices[:ROWS_LISTED]:
             row: dict[Any, Any] = rows.iloc[[index]].to_dict("records")[0]
             stated = row | {
-                "stages": f"0 to {last}" if log.protocol == "sequential" else "1",
+                "stages": f"0 to {last}" if log.protocol in IN_ORDER else "1",
                 "task": row["task"][:MAX_QUOTE],
                 "group": log.group.id,
                 "last_episode": EVALUATION_EPISODES - 1,
@@ -116,7 +116,7 @@ ROW_RULES = {
         "",
     ),
     "wrong-stage": RowRule(
-        "Stages are 0 to the number of tasks in the sequential protocol, and 1 in the others.",
+        "Stages are 0 to the number of tasks where tasks are learned one after another, and 1 in the others.",
         lambda rows, log: ~np.isin(rows.stage, stages(log.protocol, len(log.group.tasks))),
         "Column `stage` is {stage}; expected {stages}.",
         "The stage is the number of tasks trained so far; it is 1 (trained) where a protocol has one stage.",

@@ -7,13 +7,13 @@ from itertools import pairwise
 import msgspec
 
 from gym_extensions.catalog import fingerprints, groups, tasks
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, Budget, stages
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, Budget, stages, task_order
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions import layout, log
 from gym_extensions.submissions.policies.files import missing_networks
 from gym_extensions.submissions.problem import MAX_QUOTE, Finding, quote, rule
 from gym_extensions.submissions.rules.manifest import first_invisible
-from gym_extensions.submissions.run import Curve, InterimEvaluation, RunDocument, Versions
+from gym_extensions.submissions.run import Curve, InterimEvaluation, RunDocument, Versions, order_error
 
 BUDGET_TOLERANCE = 1.02
 """A run may exceed the budget by 2 %, for an agent whose last batch exceeds it."""
@@ -66,6 +66,15 @@ def misplaced_document(run: SubmittedRun) -> Iterator[Finding]:
         if actual != value:
             message = f"The value is {quote(actual)}; the file is that of {value!r}."
             yield Finding(run.key(name), message, "Move the files of the run to where they belong.")
+
+
+@rule("document")
+def wrong_order(run: SubmittedRun) -> Iterator[Finding]:
+    """The document of a balanced run states the row of its number as the order of the tasks, that of a
+    descending run the reversed order. The document of another run states none."""
+    if message := order_error(run.document, run.group, run.protocol, run.run):
+        hint = "Move the files of the run to where they belong, or train it as that run."
+        yield Finding(run.key("order"), message, hint)
 
 
 @rule("document")
@@ -179,8 +188,9 @@ def over_budget(run: SubmittedRun) -> Iterator[Finding]:
 @rule("document")
 def foreign_curve(run: SubmittedRun) -> Iterator[Finding]:
     """Every curve and every evaluation during training belongs to a task of the group and to a stage with
-    training; a stage of the sequential protocol trains one task. No curve is repeated."""
+    training; where tasks are learned one after another, a stage trains one task. No curve is repeated."""
     group, protocol = run.group, run.protocol
+    trained = [group.task_ids[index] for index in task_order(protocol, run.run, len(group.tasks))]
     allowed = [stage for stage in stages(protocol, len(group.tasks)) if stage > 0]
     seen = set[tuple[str, int, str]]()
     for name, part in run.parts():
@@ -191,8 +201,8 @@ def foreign_curve(run: SubmittedRun) -> Iterator[Finding]:
             message = f"Stage {part.stage} of the protocol {protocol} has no training."
         elif key in seen:
             message = "The stage and task have two of them."
-        elif name == "curves" and protocol == "sequential" and part.task != group.task_ids[part.stage - 1]:
-            message = f"Stage {part.stage} trains {group.task_ids[part.stage - 1]}."
+        elif name == "curves" and protocol in IN_ORDER and part.task != trained[part.stage - 1]:
+            message = f"Stage {part.stage} trains {trained[part.stage - 1]}."
         elif name == "curves" and protocol == "cumulative" and part.task != group.task_ids[-1]:
             message = f"The cumulative protocol trains {group.task_ids[-1]} alone."
         seen.add(key)

@@ -63,7 +63,7 @@ class IndexBoard:
 
     id: Annotated[str, about("its name")]
     group: Annotated[str, about("group id or suite name")]
-    protocol: Annotated[str, about("`sequential`, `single`, `joint` or `cumulative`")]
+    protocol: Annotated[str, about("`sequential`, `single` or another one")]
     budget: Annotated[str, about("name of the budget")]
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
     submissions: Annotated[int, about("number of its submissions")]
