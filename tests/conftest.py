@@ -27,7 +27,10 @@ from gym_extensions.catalog.protocol import (
     BUDGETS,
     EVALUATION_EPISODES,
     FULL_SUBMISSION_RUNS,
+    IN_ORDER,
     evaluation_seed,
+    stages,
+    task_order,
 )
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
@@ -43,6 +46,7 @@ from gym_extensions.submissions.run import (
     RunDocument,
     Versions,
     file_sha256,
+    order_of,
     write_run,
 )
 
@@ -159,6 +163,7 @@ def write_submission(
             group=members.id,
             protocol=protocol,  # type: ignore[arg-type]
             run=run,
+            order=order_of(members, protocol, run),
             versions=VERSIONS,
             steps=BUDGETS["smoke"].steps_for(group_name) * len(members.tasks),
             memory=Memory(stored_steps=2000, parameters_first=parameters, parameters_last=parameters),
@@ -178,7 +183,6 @@ def write_submission(
 
 def episodes_of(members: TaskGroup, protocol: str, run: int, value: Value) -> list[Episode]:
     """The episodes of a run, whose returns follow from the formula."""
-    stages = range(len(members.tasks) + 1) if protocol == "sequential" else (1,)
     return [
         Episode(
             stage=stage,
@@ -191,7 +195,7 @@ def episodes_of(members: TaskGroup, protocol: str, run: int, value: Value) -> li
             success=None if task.body.success is None else False,
         )
         for stage, (position, task), episode in product(
-            stages, enumerate(members.tasks, 1), range(EVALUATION_EPISODES)
+            stages(protocol, len(members.tasks)), enumerate(members.tasks, 1), range(EVALUATION_EPISODES)
         )
     ]
 
@@ -201,12 +205,12 @@ def curves_of(members: TaskGroup, protocol: str, run: int, value: Value, points:
     steps = BUDGETS["smoke"].steps_for(members.name)
     return [
         Curve(
-            stage=position if protocol == "sequential" else 1,
-            task=task,
+            stage=position if protocol in IN_ORDER else 1,
+            task=members.task_ids[index],
             steps=[steps * point // points for point in range(1, points + 1)],
             returns=[float(value(protocol, run, 1, 1, point)) for point in range(1, points + 1)],
         )
-        for position, task in enumerate(members.task_ids, 1)
+        for position, index in enumerate(task_order(protocol, run, len(members.tasks)), 1)
         if points
     ]
 

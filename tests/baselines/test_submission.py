@@ -90,6 +90,22 @@ def test_a_damaged_run_is_named_before_training(name: str, random_submission: Pa
     assert path.stem in caught.value.where
 
 
+@pytest.mark.parametrize(("origin", "target"), [("balanced", "sequential"), ("sequential", "balanced")])
+def test_a_run_in_the_place_of_another_order_is_named_before_training(
+    origin: str, target: str, tmp_path: Path
+) -> None:
+    out = tmp_path / "mine"
+    train("zero", QUICK_GROUP, origin, "smoke", 1, out=out)
+    (out / QUICK_GROUP.name / origin).rename(out / QUICK_GROUP.name / target)
+    with pytest.raises(BenchError) as caught:
+        train("zero", QUICK_GROUP, target, "smoke", 0, out=out)
+    assert (caught.value.code, f"the document of {target} run 1" in caught.value.message) == (
+        "wrong-order",
+        True,
+    )
+    assert not (out / QUICK_GROUP.name / target / "run0.csv").exists()
+
+
 def test_a_manifest_that_is_not_toml_is_rejected(random_submission: Path, tmp_path: Path) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
     (out / "submission.toml").write_text("title =\n")

@@ -14,6 +14,8 @@ import pytest
 
 from gym_extensions.baselines import Monitor, Parallel, train
 from gym_extensions.errors import BenchError
+from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.submissions.run import read_run
 
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests
 
@@ -120,3 +122,19 @@ def test_an_agent_that_a_worker_process_cannot_receive_is_refused_before_trainin
         train(agent, "pusher", "joint", "smoke", 0, out=tmp_path / "mine", parallel=Parallel(jobs=2))
     assert caught.value.code == "bad-agent"
     assert not (tmp_path / "mine").exists()
+
+
+@pytest.mark.parametrize("agent", ["trpo", "packnet"])
+def test_runs_in_other_orders_are_those_of_their_rows_and_are_scored(agent: str, tmp_path: Path) -> None:
+    """Of two tasks, row 0 of the square ascends and row 1 descends: the same runs, in every byte."""
+    protocols, ids = ("sequential", "descending", "balanced"), QUICK_GROUP.task_ids
+    train(agent, QUICK_GROUP, protocols, "smoke", (0, 1), out=tmp_path / "mine")
+    folder = tmp_path / "mine" / QUICK_GROUP.name
+    for row, equal in enumerate(["sequential", "descending"]):
+        assert read_run(folder / f"balanced/run{row}.json").order == list(ids[:: 1 - 2 * row])
+        logs = [folder / f"{protocol}/run{row}.csv" for protocol in ("balanced", equal)]
+        assert logs[0].read_bytes() == logs[1].read_bytes()
+    text = (folder / "sequential/run0.json").read_text()
+    assert '"order"' not in text
+    card = make_scorer((QUICK_GROUP,))(tmp_path / "mine")
+    assert (card.problems, list(card.groups[QUICK_GROUP.id])) == ((), list(protocols))

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
+from itertools import pairwise
+
+import pytest
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, PAPER_GROUPS, group, groups_named
-from gym_extensions.catalog.protocol import BUDGETS, evaluation_seed
+from gym_extensions.catalog.protocol import BUDGETS, balanced_square, evaluation_seed, task_order
 from gym_extensions.catalog.tasks import FAMILIES, TASKS
 
 MUJOCO_GROUPS = [name for name, row in GROUPS.items() if row.tasks[0].base != "Navigation"]
@@ -63,3 +67,25 @@ def test_a_budget_counts_training_steps_per_task() -> None:
     assert BUDGETS["1M"].steps_for("hopper-gravity") == 1_000_000
     assert BUDGETS["paper"].steps_for("hopper-body") * 2 == BUDGETS["paper"].steps_for("hopper-gravity")
     assert BUDGETS["100k"].steps_for("hopper-body") == BUDGETS["100k"].steps_for("hopper-gravity")
+
+
+@pytest.mark.parametrize("count", range(1, 15))
+def test_a_square_is_balanced_in_positions_and_in_what_follows_what(count: int) -> None:
+    rows = balanced_square(count)
+    assert all(sorted(row) == list(range(count)) for row in rows)
+    assert len(rows) == (2 * count if count % 2 and count > 1 else count)
+    places = Counter(place for row in rows for place in enumerate(row))
+    follows = Counter(pair for row in rows for pair in pairwise(row))
+    assert (len(places), len(set(places.values()))) == (count * count, 1)
+    assert (len(follows), len(set(follows.values()))) == (count * (count - 1), min(1, count - 1))
+
+
+def test_the_square_of_five_tasks_is_fixed() -> None:
+    first = [(0, 1, 4, 2, 3), (1, 2, 0, 3, 4), (2, 3, 1, 4, 0), (3, 4, 2, 0, 1), (4, 0, 3, 1, 2)]
+    assert balanced_square(5) == (*first, *(row[::-1] for row in first))
+
+
+def test_the_order_of_a_run_follows_from_protocol_and_number() -> None:
+    assert task_order("sequential", 3, 4) == task_order("single", 3, 4) == (0, 1, 2, 3)
+    assert task_order("descending", 3, 4) == (3, 2, 1, 0)
+    assert [task_order("balanced", run, 2) for run in range(3)] == [(0, 1), (1, 0), (0, 1)]

@@ -12,8 +12,10 @@ import pytest
 
 from gym_extensions import metrics
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.metrics.formulas import METRICS, area, iqm, profile
+from gym_extensions.metrics.order_effects import order_effects
 from gym_extensions.metrics.statistics import (
     Interval,
     difference,
@@ -64,7 +66,7 @@ def cells(nested: Any, axes: int) -> Any:
 def results(case: dict[str, Any]) -> GroupReturns:
     returns = {
         protocol: cells(case[protocol], 3)
-        if protocol == "sequential"
+        if protocol in IN_ORDER
         else [[run] for run in cells(case[protocol], 2)]
         for protocol in METRICS
         if case.get(protocol) is not None
@@ -83,9 +85,14 @@ def references(case: dict[str, Any], group: TaskGroup) -> References:
     return References("kit", tasks)
 
 
+OWN_FILE = [protocol for protocol in METRICS if protocol not in ("descending", "balanced")]
+"""The others have the metrics of sequential, with another order of training: order.json."""
+
+
 @pytest.mark.parametrize("protocol", list(METRICS))
 def test_metrics_of_runs(protocol: str) -> None:
-    for case in kit(protocol)["cases"]:
+    cases = kit(protocol if protocol in OWN_FILE else "order")["cases"]
+    for case in (each for each in cases if each.get("protocol", protocol) == protocol):
         found = results(case)
         known = references(case, found.group)
         got = metric_values(found, known, protocol, normalized_runs(found, known, protocol))
@@ -97,7 +104,22 @@ def test_metrics_of_runs(protocol: str) -> None:
                 assert got[name].runs == pytest.approx(expected, abs=EXACT), (case["name"], name)
 
 
-@pytest.mark.parametrize("protocol", list(METRICS))
+def test_effects_of_position_and_task() -> None:
+    (case,) = [case for case in kit("order")["cases"] if "effects" in case]
+    found = results(case)
+    effects = order_effects(normalized_runs(found, references(case, found.group), "balanced"))
+    assert effects.keys() == case["effects"].keys()
+    for name, expected in case["effects"].items():
+        got = {
+            "position": [each.mean for each in effects[name].position],
+            "task": [each.mean for each in effects[name].task],
+            "shares": {share: value.mean for share, value in effects[name].shares.items()},
+        }
+        for kind, values in expected.items():
+            assert got[kind] == pytest.approx(values, abs=EXACT), (name, kind)
+
+
+@pytest.mark.parametrize("protocol", OWN_FILE)
 def test_every_metric_has_a_case(protocol: str) -> None:
     files = [protocol, "transfer"] if protocol == "sequential" else [protocol]
     inside = {name for file in files for case in kit(file)["cases"] for name in case["expected"]}

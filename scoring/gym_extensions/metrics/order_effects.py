@@ -75,12 +75,15 @@ def _effects_on(metric: Metric, runs: Sequence[NormalizedRun]) -> OrderEffects |
 
 
 def _estimate(values: Sequence[float], used: float) -> Estimate:
-    """The mean of one value per run, each of which has ``used`` degrees of freedom less by the other effects."""
+    """The mean of one value per run. The estimated other effects use a part of the degrees of freedom.
+
+    ``used`` is that part, per value. There is no interval if less than one is left.
+    """
     if not values:
         return Estimate()
     found = summary(values)
-    if found.runs > 1:
-        left = found.df - used * found.runs
-        found = replace(found, squared_error=found.squared_error * found.df / left, df=max(left, 1.0))
-    value = to_interval(found)
+    left = found.df - used * len(values)
+    if left < 1:
+        return Estimate(found.mean)
+    value = to_interval(replace(found, squared_error=found.squared_error * found.df / left, df=left))
     return Estimate(value.mean, value.low, value.high)

@@ -41,6 +41,17 @@ def test_a_sequential_job_trains_each_task_in_turn_and_evaluates_all_after_each(
     assert PendingJob(job, Settings(SPEC, SMOKE), Path()).steps == 5000
 
 
+@pytest.mark.parametrize(
+    ("protocol", "run", "order"), [("descending", 3, [4, 3, 2, 1, 0]), ("balanced", 6, [4, 3, 0, 2, 1])]
+)
+def test_a_job_in_another_order_trains_each_task_in_turn(protocol: str, run: int, order: list[int]) -> None:
+    (job,) = jobs_of(GROUP, protocol, [run])
+    untrained, *stages = job.stages(SMOKE)
+    assert (untrained.trained, untrained.steps) == ((), 0)
+    assert [stage.trained for stage in stages] == [(GROUP.tasks[index],) for index in order]
+    assert {stage.evaluated for stage in stages} == {GROUP.tasks}
+
+
 def test_a_joint_job_trains_all_tasks_at_once_with_the_steps_of_all() -> None:
     (job,) = jobs_of(GROUP, "joint", [0])
     (stage,) = job.stages(SMOKE)

@@ -50,6 +50,10 @@ EXAMPLES = (
     Example(
         "misplaced-document", "another group's", document(group="pusher-v0"), key("group"), "'pusher-v0'"
     ),
+    Example(
+        *("wrong-order", "an ascending run with the order of a balanced one", document(order=[HALF])),
+        *(key("order"), "document of sequential run 0 states no order"),
+    ),
     Example("different-log", "a changed log", edit("false", "true"), LOG, "the document states"),
     Example(
         "different-policies",
