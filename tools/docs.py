@@ -126,7 +126,8 @@ def tables() -> dict[str, str]:
     head = ("`kind`", "arguments", "what it does", "bodies")
     found["variations"] = table(head, variation_rows())
     names = ("metric", "formula", "better", "also needs", "also known as")
-    found |= {f"metrics {protocol}": table(names, metric_rows(protocol)) for protocol in METRICS}
+    orders = ("descending", "balanced")  # they have the metrics of sequential
+    found |= {f"metrics {name}": table(names, metric_rows(name)) for name in METRICS if name not in orders}
     for document in DOCUMENTS.values():
         parts = json_schema(document)["$defs"]
         keys = {name: key_rows(part, parts) for name, part in parts.items()}
