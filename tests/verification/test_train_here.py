@@ -146,6 +146,19 @@ def test_code_that_changed_is_the_next_version_and_due(
     assert capsys.readouterr().out == '["new"]\n'
 
 
+def test_half_a_run_is_due_again_and_a_broken_record_is_not_written_over(folder: Path) -> None:
+    submission = take(folder)
+    (submission / f"trained/1/{RUN}.csv").unlink()
+    assert read(submission).problems
+    assert train_here.present(read(submission), "")[0] == 1
+    (submission / "agent/agent.py").write_text("make = 1\n", encoding="utf-8")
+    assert train_here.is_due(read(submission), 5)
+    (submission / "trained/1.toml").write_text("rank = 1\n", encoding="utf-8")
+    assert not train_here.is_due(read(submission), 5)
+    with pytest.raises(BenchError, match=r"trained/1\.toml"):
+        train_here.present(read(submission), "")
+
+
 def test_code_that_is_not_committed_has_no_seeds(folder: Path) -> None:
     submission = folder / "main/submissions/new"
     (submission / "agent/agent.py").write_text("make = 1\n", encoding="utf-8")

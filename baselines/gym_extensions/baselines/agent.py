@@ -308,6 +308,8 @@ def load(agent: Resumable, path: Path) -> Agent:
         raise BenchError("bad-checkpoint", "The agent's checkpoint is missing.", str(path), hint)
     try:
         returned = agent.load(path)
+    except BenchError:  # of an agent in a box, which says more
+        raise
     except Exception as error:
         message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}."
         raise BenchError("bad-checkpoint", message, str(path), hint) from error

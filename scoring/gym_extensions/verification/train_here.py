@@ -8,6 +8,7 @@ import dataclasses
 import tempfile
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from gym_extensions.submissions import layout, reader
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
-from gym_extensions.submissions.problem import cut
+from gym_extensions.submissions.problem import Problem, cut
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.submissions.training import Training, training_of, training_text
@@ -52,9 +53,15 @@ def wanted_runs(runs: int) -> Runs:
     return {run_key(group, PROTOCOL, run): (group, run) for group in CORE_GROUPS for run in range(runs)}
 
 
+def problems_of(submission: Submission) -> tuple[Problem, ...]:
+    """Its problems without those of runs here: a machine that died may have left half a run, which is trained
+    again."""
+    return tuple(each for each in submission.problems if not fnmatch(each.where, f"{TRAINED}/*/*"))
+
+
 def is_due(submission: Submission, runs: int) -> bool:
     """Whether a submission has code that was not trained yet, or not as often."""
-    if submission.problems or not submission.code:
+    if problems_of(submission) or not submission.code:
         return False
     training = submission.trained.training if submission.trained else None
     finished = training.runs if training and training.agent == submission.code else {}
@@ -81,9 +88,7 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
 
     Raises ``BenchError`` if the submission has problems or no code, or was trained with another value.
     """
-    # A machine that died may have left half a run, which is trained again.
-    problems = [each for each in submission.problems if not each.where.startswith(f"{TRAINED}/")]
-    dataclasses.replace(submission, problems=tuple(problems)).require_no_problems()
+    dataclasses.replace(submission, problems=problems_of(submission)).require_no_problems()
     trained, where = submission.trained, submission.name
     if not submission.code:
         hint = "Add its code as agent/, with [agent] in submission.toml."

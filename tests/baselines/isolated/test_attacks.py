@@ -18,8 +18,8 @@ import gymnasium as gym
 from gym_extensions.baselines.isolated.confine import MEBIBYTE, Limits
 from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.errors import BenchError
-from gym_extensions.baselines.agent_spec import first_actions, require_agreement
-from gym_extensions.baselines.agent import policy_of
+from gym_extensions.baselines.agent_spec import check_restored, first_actions, require_agreement
+from gym_extensions.baselines.agent import Resumable, policy_of
 from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import make_vec
@@ -39,12 +39,16 @@ env = make_vec(hopper, 1)
 
 def story(cpu_seconds, wait_seconds):
     limits = Limits(cpu_seconds=cpu_seconds, wait_seconds=wait_seconds, **small)
-    agent = IsolatedAgent("agent.py:Agent", limits)(env.single_observation_space, env.single_action_space, 0)
+    spaces = env.single_observation_space, env.single_action_space
+    agent = IsolatedAgent("agent.py:Agent", limits)(*spaces, 0)
     agent.card()
     actions = first_actions(agent, env, [1], None)
     policy = policy_of(agent)
     if policy is not None:
         require_agreement(policy, env, [1], actions, 0)
+    if isinstance(agent, Resumable):
+        other = IsolatedAgent("agent.py:Agent", limits)(*spaces, 0)
+        check_restored(agent, other, lambda each: first_actions(each, env, [1], None))
     agent.learn(TrainingEnv(make_vec(hopper, 1), [hopper.id], steps=1000, batch_steps=250, seed=0), 1000)
 
 

@@ -93,21 +93,24 @@ class TestRefusals:
 
 
 class TestNames:
-    def test_an_agent_is_a_file_a_module_or_a_name(
+    def test_an_agent_is_a_file_a_package_or_a_name(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.chdir(tmp_path)
         Path("deep").mkdir()
-        for path in ("mine.py", "deep/other.py"):
+        for path in ("mine.py", "deep/other.py", "deep/__init__.py"):
             Path(path).write_text("raise SystemExit('the world imports no file of a stranger')")
-        names = ("mine.py:make", "mine:Agent", "deep/other.py:make", "deep.other:make", "trpo")
+        names = ("mine.py:make", "mine.py:Agent", "deep/other.py:make", "deep:make", "trpo")
         agents = [IsolatedAgent(name) for name in names]
+        deep = tmp_path / "deep"
         assert [agent.path for agent in agents] == [
-            *(Path("mine.py"), Path("mine.py"), Path("deep/other.py"), Path("deep/other.py"), None)
+            *(Path("mine.py"), Path("mine.py"), Path("deep/other.py"), deep, None)
         ]
-        assert [agent.__name__ for agent in agents] == ["mine", "Agent", "other", "other", "trpo"]
+        assert [agent.__name__ for agent in agents] == ["mine", "Agent", "other", "deep", "trpo"]
+        monkeypatch.chdir("deep")
+        assert IsolatedAgent("__init__.py:make").path == deep
 
-    @pytest.mark.parametrize("name", ["none.py:make", "none:make", "trop", ".:make"])
+    @pytest.mark.parametrize("name", ["none.py:make", "none:make", "mine:make", "trop", ".:make"])
     def test_an_agent_that_does_not_exist_is_refused(
         self, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:

@@ -20,6 +20,8 @@ from operator import eq
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from gym_extensions.baselines import generators
 from gym_extensions.baselines.isolated import contents, frames
 from gym_extensions.baselines.isolated.confine import Limits
@@ -129,7 +131,7 @@ class Box:
             poll.register(self._output, select.POLLIN)
         with self.at(None):
             if self.pipe.read_kind() != frames.STARTED:
-                raise frames.ProtocolError("something else than its start")
+                raise frames.ProtocolError("it does not start")
 
     def ask(
         self, where: str, name: str, *arguments: Any, blob: bytes = b"", limit: int = 0
@@ -156,15 +158,12 @@ class Box:
     def reply(self, kind: bytes, limit: int) -> tuple[Any, bytearray]:
         """The rest of a reply whose kind was read. Raises ``BenchError`` if the agent raised an exception."""
         if kind == frames.ERROR:
-            message = f"The agent raised {self.text().rstrip('.')}."
+            text = cut(escape(str(self.pipe.read_message(0)[0])))
+            message = f"The agent raised {text.rstrip('.')}."
             raise self.error("agent-failed", message, "Correct it; without --isolated, Python shows more.")
         if kind != frames.REPLY:
             raise frames.ProtocolError(f"the unexpected byte {kind!r}")
         return self.pipe.read_message(limit)
-
-    def text(self) -> str:
-        """A text of the guest, cut and without characters that a terminal obeys."""
-        return cut(escape(str(self.pipe.read_message(0)[0])))
 
     @contextmanager
     def at(self, where: Callable[[], str] | None) -> Iterator[None]:
@@ -174,9 +173,11 @@ class Box:
             yield
         except EOFError:
             raise self._ended() from None
-        except frames.ProtocolError as error:
+        except (frames.ProtocolError, msgspec.ValidationError) as error:
             hint = "Use only the arguments of make, act and learn, and smaller policies."
-            raise self.error("agent-frames", f"The agent's process sent {error}.", hint) from None
+            raise self.error(
+                "agent-frames", f"The agent's process sent what no frame allows: {error}.", hint
+            ) from None
         self._where = before
 
     def cpu_seconds(self) -> float:

@@ -29,50 +29,40 @@ SYSTEM = ("/lib", "/lib64", "/usr/lib64", "/lib/x86_64-linux-gnu", "/usr/lib/x86
 DEVICES = ("/dev/null", "/dev/zero", "/dev/random", "/dev/urandom")
 FACTS = ("/proc/cpuinfo", "/sys/devices/system/cpu", "/etc/ld.so.cache")
 """From what libraries choose kernels for the processor. Nothing else of /proc and /sys is there."""
-EMPTY = "gymnasium/envs/mujoco"
-"""A part of a package that looks empty: models of MuJoCo."""
 
 
 def mounts(agent: Path | None) -> Iterator[tuple[str, ...]]:
     """The options of bubblewrap that make the files of the box; ``agent`` is the stranger's file."""
-    yield from _system()
-    yield from _interpreter()
-    for name, path in sorted(packages().items()):
-        yield "--ro-bind", str(path), f"{PACKAGES}/{name}"
-    if (packages().get("gymnasium", Path()) / Path(EMPTY).relative_to("gymnasium")).is_dir():
-        yield from (("--tmpfs", f"{PACKAGES}/{EMPTY}"), ("--remount-ro", f"{PACKAGES}/{EMPTY}"))
-    if agent is not None:
-        yield "--ro-bind", str(agent.resolve()), f"{AGENT}/{agent.name}"
-
-
-def _system() -> Iterator[tuple[str, ...]]:
     for name in SYSTEM:
         path = Path(name)
         if path.is_symlink():
             yield "--symlink", str(path.readlink()), name
         elif path.is_dir() and name != "/lib" and not path.parent.is_symlink():
             yield "--ro-bind", name, name
-    for name in DEVICES:
-        yield "--dev-bind", name, name
-    for name in FACTS:
-        yield "--ro-bind-try", name, name
-
-
-def _interpreter() -> Iterator[tuple[str, ...]]:
-    """Python with its standard library and its own shared libraries, without installed packages."""
-    base = Path(sys.base_prefix).resolve()
+    yield from (("--dev-bind", name, name) for name in DEVICES)
+    yield from (("--ro-bind-try", name, name) for name in FACTS)
+    # Python with its standard library and its own shared libraries, without installed packages.
     yield "--ro-bind", os.path.realpath(sys.executable), f"{PYTHON}/bin/python"
+    base = Path(sys.base_prefix).resolve()
     installed = {"base": sys.base_prefix, "platbase": sys.base_exec_prefix}
     for folder in sorted({sysconfig.get_path(name, vars=installed) for name in ("stdlib", "platstdlib")}):
         inside = f"{PYTHON}/{Path(folder).resolve().relative_to(base)}"
         yield "--ro-bind", folder, inside
         for name in ("site-packages", "dist-packages"):
             if (Path(folder) / name).is_dir():
-                yield from (("--tmpfs", f"{inside}/{name}"), ("--remount-ro", f"{inside}/{name}"))
-    if base != Path("/usr"):
-        for path in sorted((base / "lib").glob("*.so*")):
-            if "mujoco" not in path.name and path.is_file():
-                yield "--ro-bind", str(path), f"{PYTHON}/lib/{path.name}"
+                yield from _empty(f"{inside}/{name}")
+    for path in sorted((base / "lib").glob("*.so*")) if base != Path("/usr") else ():
+        if "mujoco" not in path.name and path.is_file():
+            yield "--ro-bind", str(path), f"{PYTHON}/lib/{path.name}"
+    for name, path in sorted(packages().items()):
+        yield "--ro-bind", str(path), f"{PACKAGES}/{name}"
+    yield from _empty(f"{PACKAGES}/gymnasium/envs/mujoco")  # its models
+    if agent is not None:
+        yield "--ro-bind", str(agent.resolve()), f"{AGENT}/{agent.name}"
+
+
+def _empty(folder: str) -> Iterator[tuple[str, ...]]:
+    yield from (("--tmpfs", folder), ("--remount-ro", folder))
 
 
 @cache

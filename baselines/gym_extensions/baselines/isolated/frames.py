@@ -12,9 +12,11 @@ import math
 import os
 import struct
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Annotated, Any, Literal
 
+import msgspec
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
@@ -23,13 +25,20 @@ COMMAND, STEPPED, RESET_DONE = b"c", b"o", b"i"
 """Of the world: a command, the results of a step, the observations after a reset."""
 STARTED, REPLY, ERROR = b"h", b"b", b"e"
 """Of the guest: it runs; the reply to a command, or a text instead."""
-FLOAT32, FLOAT64, NO_ACTIONS, RESET, MASKED_RESET = b"f", b"d", b"w", b"r", b"m"
-"""Of the guest: actions of either type; a text on what it has instead; a reset of all, or of some."""
+FLOAT32, FLOAT64, RESET = b"f", b"d", b"r"
+"""Of the guest: actions of either type; which environments are reset, where none means all."""
 ACTION_TYPES: dict[bytes, np.dtype[Any]] = {FLOAT32: np.dtype("<f4"), FLOAT64: np.dtype("<f8")}
 MAX_TEXT = 64 * 1024
 """Most bytes of the JSON of a message. A message is JSON and bytes, after the lengths of both."""
-ARRAY_TYPES = {name: np.dtype(name) for name in ("<f4", "<f8", "|u1", "|b1", "|i1", "<i4", "<i8")}
+ArrayType = Literal["<f4", "<f8", "|u1", "|b1", "|i1", "<i4", "<i8"]
 """The types of arrays, and nothing with objects in it."""
+Shape = Annotated[tuple[Annotated[int, Meta(ge=0)], ...], Meta(max_length=8)]
+Shapes = list[tuple[str, ArrayType, Shape]]
+NEEDS = {
+    **dict.fromkeys(("task_ids", "env_task_ids", "env_tasks"), "task_in_training"),
+    **dict.fromkeys(("stage", "num_tasks"), "boundaries"),
+}
+"""Attributes of the environment that an agent has to ask for, with the field of ``Observes``."""
 CHUNK, LENGTHS = 2**16, struct.Struct("<IQ")
 
 
@@ -78,47 +87,44 @@ class Pipe:
     def read_kind(self) -> bytes:
         return bytes(self.read(1))
 
+    def read_array(self, shape: tuple[int, ...], dtype: Any) -> Array:
+        return np.frombuffer(self.read(math.prod(shape) * np.dtype(dtype).itemsize), dtype).reshape(shape)
+
     def read_message(self, limit: int) -> tuple[Any, bytearray]:
         """JSON and bytes; raises ``ProtocolError`` if they are too long or no JSON."""
         length, size = LENGTHS.unpack(self.read(LENGTHS.size))
-        if length > MAX_TEXT or size > limit:
-            raise ProtocolError(f"a reply of {length + size:,} bytes; the limit is {limit:,}")
-        text = self.read(length)
+        for sent, most, what in ((length, MAX_TEXT, "a text"), (size, limit, "a reply")):
+            if sent > most:
+                raise ProtocolError(f"{what} of {sent:,} bytes; the limit is {most:,}")
         try:
-            value = json.loads(text)
+            value = json.loads(self.read(length))
         except (ValueError, RecursionError) as error:
             raise ProtocolError("a reply that is not JSON") from error
         return value, self.read(size)
 
     def write_message(self, kind: bytes, value: Any, blob: bytes = b"") -> None:
-        text = json.dumps(value, default=lambda number: number.item()).encode()
+        text = json.dumps(value, default=lambda value: value.tolist()).encode()
         self.write(kind, LENGTHS.pack(len(text), len(blob)), text, blob)
 
 
-def packed(arrays: Mapping[str, Array]) -> tuple[list[tuple[str, str, list[int]]], bytes]:
+def packed(arrays: Mapping[str, Array]) -> tuple[list[tuple[str, str, tuple[int, ...]]], bytes]:
     """Arrays as JSON, which has the name, type and shape of each, and their bytes."""
-    values = {
-        name: np.ascontiguousarray(array, array.dtype.newbyteorder("<")) for name, array in arrays.items()
-    }
-    shapes = [(name, array.dtype.str, list(arrays[name].shape)) for name, array in values.items()]
-    return shapes, b"".join(array.tobytes() for array in values.values())
+    little = {name: array.astype(array.dtype.newbyteorder("<"), copy=False) for name, array in arrays.items()}
+    shapes = [(name, array.dtype.str, array.shape) for name, array in little.items()]
+    return shapes, b"".join(array.tobytes() for array in little.values())
 
 
 def unpacked(shapes: Any, blob: bytearray) -> dict[str, Array]:
     """The arrays of :func:`packed`. Raises ``ProtocolError`` unless they fill the bytes exactly."""
-    arrays, start = dict[str, Array](), 0
+    arrays, end = dict[str, Array](), 0
     try:
-        for name, type_name, shape in shapes:
-            dtype = ARRAY_TYPES[type_name]
-            if len(shape) > 8 or any(type(size) is not int or size < 0 for size in shape):
-                raise ProtocolError("an array with a strange shape")
-            end = start + math.prod(shape) * dtype.itemsize
-            if end > len(blob) or not isinstance(name, str):
-                raise ProtocolError("arrays that do not fit their bytes")
-            arrays[name] = np.frombuffer(blob[start:end], dtype).reshape(shape)
-            start = end
-    except (TypeError, ValueError, KeyError) as error:
+        for name, kind, shape in msgspec.convert(shapes, Shapes):
+            start, end = end, end + math.prod(shape) * np.dtype(kind).itemsize
+            if end > len(blob):
+                break
+            arrays[name] = np.frombuffer(blob[start:end], kind).reshape(shape)
+    except ValueError as error:
         raise ProtocolError("arrays that cannot be read") from error
-    if start != len(blob):
+    if end != len(blob):
         raise ProtocolError("arrays that do not fit their bytes")
     return arrays

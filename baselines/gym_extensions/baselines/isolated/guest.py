@@ -8,7 +8,6 @@ imported after :func:`confine`, since libraries start threads.
 from __future__ import annotations
 
 import io
-import math
 import os
 import sys
 import tarfile
@@ -20,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
+import msgspec
 import numpy as np
-from msgspec.structs import astuple
 
 from gym_extensions import baselines
 from gym_extensions.baselines import agent as agents, algorithms
@@ -33,11 +32,6 @@ from gym_extensions.files import remove
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
 
 AGENT, CHECKPOINT, TEXT = Path("/agent"), Path("/tmp/agent.npz"), 2000
-NEEDS = {
-    **dict.fromkeys(("task_ids", "env_task_ids", "env_tasks"), "task_in_training"),
-    **dict.fromkeys(("stage", "num_tasks"), "boundaries"),
-}
-"""The field of ``Observes`` that an attribute of the environment needs."""
 Reply = tuple[Any] | tuple[Any, bytes]
 
 
@@ -108,7 +102,8 @@ class Guest:
         if agents.autoreset_mode_of(self._agent, name) is not gym.vector.AutoresetMode.NEXT_STEP:
             hint = "Remove its autoreset_mode, or train without --isolated."
             raise BenchError("bad-agent", "In a box, the autoreset mode is NEXT_STEP.", name, hint)
-        return ([*astuple(agents.observes_of(self._agent, name)), isinstance(self._agent, agents.Resumable)],)
+        observes = msgspec.to_builtins(agents.observes_of(self._agent, name))
+        return ((observes, isinstance(self._agent, agents.Resumable)),)
 
     def card(self) -> Reply:
         """Its card; None if it has none."""
@@ -120,15 +115,13 @@ class Guest:
         return (None,) if policy is None else frames.packed(policy.arrays())
 
     def save(self) -> Reply:
-        """What it saves; None if it does not write the file that it was given."""
-        remove(CHECKPOINT)
-        self._agent.save(CHECKPOINT)
+        """What it saves."""
+        agents.save(self._agent, CHECKPOINT)
         packed = io.BytesIO()
         with tarfile.open(fileobj=packed, mode="w") as archive:  # it may be a folder
-            if is_written := CHECKPOINT.exists():
-                archive.add(CHECKPOINT, CHECKPOINT.name)
+            archive.add(CHECKPOINT, CHECKPOINT.name)
         remove(CHECKPOINT)
-        return (True if is_written else None), packed.getvalue()
+        return None, packed.getvalue()
 
     def load(self, blob: bytearray) -> Reply:
         with tarfile.open(fileobj=io.BytesIO(blob)) as archive:
@@ -144,19 +137,13 @@ class Guest:
         self.send_actions(agents.action_function(self._agent)(observations, context), len(observations))
 
     def send_actions(self, actions: Any, num_envs: int) -> None:
-        """Sends actions as float32 or float64, or a text if they are not numbers of their shape."""
-        try:
-            array = np.asarray(actions)
-        except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
-            array = np.zeros(())
-        if array.dtype.kind in "biuf" and array.shape == (num_envs, *self._actions.shape):
-            kind = frames.FLOAT32 if array.dtype == np.float32 else frames.FLOAT64
-            self.pipe.write(kind, array.astype(frames.ACTION_TYPES[kind], copy=False).tobytes())
-        else:
-            shown = f"a value of type {type(actions).__name__}"
-            if array.shape:
-                shown = f"an array of shape {array.shape} and dtype {array.dtype}"
-            self.pipe.write_message(frames.NO_ACTIONS, shown[:TEXT])
+        """Sends actions as float32 or float64. Raises ``ValueError`` if they are none of their shape."""
+        array, shape = np.asarray(actions), (num_envs, *self._actions.shape)
+        if array.dtype.kind not in "biuf" or array.shape != shape:
+            shown = f"they have the shape {array.shape} and the dtype {array.dtype}"
+            raise ValueError(f"Actions are numbers of shape {shape}, one row per environment; {shown}")
+        kind = frames.FLOAT32 if array.dtype == np.float32 else frames.FLOAT64
+        self.pipe.write(kind, array.astype(frames.ACTION_TYPES[kind], copy=False).tobytes())
 
     def learn(self, steps: int, attributes: dict[str, Any], spaces: Any, blob: bytearray) -> Reply:
         """Trains it in an environment that is the world's."""
@@ -166,10 +153,8 @@ class Guest:
     def network(self, blob: bytearray) -> Reply:
         """In a box of its own, without an agent: reads a network and replies its inputs and outputs."""
         self._network = OnnxPolicy(bytes(blob))
-        parts = self._network.network.inputs, self._network.network.outputs
-        return (
-            [{name: (np.dtype(one.dtype).str, one.shape) for name, one in part.items()} for part in parts],
-        )
+        tables = (part.items() for part in self._network.network)
+        return ([{name: (np.dtype(kind).str, shape) for name, (kind, shape) in part} for part in tables],)
 
     def run(self, shapes: Any, blob: bytearray) -> Reply:
         """Runs the network."""
@@ -185,17 +170,16 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self.metadata = {"autoreset_mode": self.autoreset_mode}
         self._guest, self._np_random = guest, np.random.default_rng()
         self._np_random.bit_generator.state = attributes.pop("np_random")
-        own: dict[str, Any] = {**attributes, **spaces}
-        lists = {name: tuple(value) for name, value in own.items() if isinstance(value, list)}
-        vars(self).update(own | lists)
-        if "env_tasks" in own:
-            self.env_tasks = np.array(own["env_tasks"], np.int64)
+        for name, value in (attributes | spaces).items():
+            setattr(self, name, tuple(value) if isinstance(value, list) else value)
+        if "env_tasks" in attributes:
+            self.env_tasks = np.array(attributes["env_tasks"], np.int64)
         seen = spaces["single_observation_space"]
         self._observations, self._dtype = (self.num_envs, *seen.shape), seen.dtype
 
     def __getattr__(self, name: str) -> Any:
-        if name in NEEDS:
-            raise agents.not_requested(f"env.{name}", NEEDS[name])
+        if name in frames.NEEDS:
+            raise agents.not_requested(f"env.{name}", frames.NEEDS[name])
         raise AttributeError(f"The environment has no attribute {name!r} in the box.")
 
     @property
@@ -206,30 +190,27 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self, *, seed: Any = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
         """Resets all environments, or those in ``options["reset_mask"]``, with the run's own seeds."""
-        mask = (options or {}).get("reset_mask")
-        if mask is None:
-            self._guest.pipe.write(frames.RESET)
-        else:
-            chosen = np.asarray(mask)
-            if chosen.shape != (self.num_envs,) or chosen.dtype != np.bool_:
+        mask = np.zeros(self.num_envs, np.bool_)
+        if (chosen := (options or {}).get("reset_mask")) is not None:
+            mask = np.asarray(chosen)
+            if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
                 hint = f"Give {self.num_envs} booleans, at least one of them true."
-                raise BenchError("bad-reset-mask", f"reset_mask is {mask!r}.", "env.reset()", hint)
-            self._guest.pipe.write(frames.MASKED_RESET, chosen.tobytes())
+                raise BenchError("bad-reset-mask", f"reset_mask is {chosen!r}.", "env.reset()", hint)
+        self._guest.pipe.write(frames.RESET, mask.tobytes())
         self._guest.serve(frames.RESET_DONE)
-        return self._read(self._observations, self._dtype), {}
+        return self._guest.pipe.read_array(self._observations, self._dtype), {}
 
     def step(self, actions: Any) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Observations, rewards, terminations, truncations, and no infos."""
         self._guest.send_actions(actions, self.num_envs)
         self._guest.serve(frames.STEPPED)
-        observations = self._read(self._observations, self._dtype)
-        rewards, size = self._read((self.num_envs,), np.float64), (self.num_envs,)
-        terminated, truncated = self._read(size, np.bool_), self._read(size, np.bool_)
+        observations = self._guest.pipe.read_array(self._observations, self._dtype)
+        rewards, size = self._guest.pipe.read_array((self.num_envs,), np.float64), (self.num_envs,)
+        terminated, truncated = (
+            self._guest.pipe.read_array(size, np.bool_),
+            self._guest.pipe.read_array(size, np.bool_),
+        )
         return observations, rewards, terminated, truncated, {}
-
-    def _read(self, shape: tuple[int, ...], dtype: Any) -> Array:
-        size = math.prod(shape) * np.dtype(dtype).itemsize
-        return np.frombuffer(self._guest.pipe.read(size), dtype).reshape(shape)
 
 
 def _spaces(spaces: dict[str, Any], blob: bytearray) -> dict[str, gym.spaces.Box]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
+import msgspec
 import numpy as np
 
 from gym_extensions.baselines import algorithms
@@ -24,27 +24,19 @@ from gym_extensions.submissions.policies.mlp_arrays import array_errors
 from gym_extensions.submissions.policies.onnx import ONNX, Network, OnnxPolicy, Tensor
 from gym_extensions.submissions.problem import cut
 
-ATTRIBUTES = [
-    "batch_steps",
-    "budget_steps",
-    "num_envs",
-    "task_ids",
-    "env_task_ids",
-    "env_tasks",
-    "stage",
-    "num_tasks",
-]
+ATTRIBUTES = ("batch_steps", "budget_steps", "num_envs", *frames.NEEDS)
 """Attributes of the environment that the guest is told, as far as the agent asked for them."""
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
 DEFAULTS = Limits()
+Tensors = dict[str, tuple[frames.ArrayType, frames.Shape]]
 
 
 class IsolatedAgent:
     """A factory whose agents live in boxes.
 
     Args:
-        name: ``path/agent.py:factory``, ``module:factory`` of a module in this folder, or an agent of this
-            project. No file is imported here.
+        name: ``path/agent.py:factory``, ``folder:factory`` of a package, or an agent of this project. No file
+            is imported here.
         limits: of each box.
 
     Raises ``BenchError`` if there is no such file or agent.
@@ -55,12 +47,10 @@ class IsolatedAgent:
         self.path: Path | None = None  # of an agent of this project
         place, colon, self.attribute = name.rpartition(":")
         if colon:
-            named = Path(place) if place.endswith(".py") or "/" in place else Path(*place.split("."))
-            file = named if named.suffix == ".py" else Path(f"{named}.py")
-            if file.name == "__init__.py":
-                named = file = file.parent
-            self.path = named if (named / "__init__.py").is_file() else file
-            if not self.path.exists():
+            file = Path(place, "__init__.py") if Path(place).is_dir() else Path(place)
+            # A package is mounted whole.
+            self.path = file.resolve().parent if file.name == "__init__.py" else file
+            if not file.is_file():
                 hint = "Name a file and its factory, such as path/to/agent.py:make."
                 raise BenchError("unknown-agent", f"There is no file {file}.", name, hint)
         elif name not in algorithms.names():
@@ -74,12 +64,9 @@ class IsolatedAgent:
         box.ask("at its import", "load_agent", self.path.name if self.path else "", self.attribute)
         spaces, blob = _described({"observations": observation_space, "actions": action_space})
         reply, _ = box.ask("make()", "create", box.name, spaces, seed, blob=blob)
-        if not isinstance(reply, list) or [type(each) for each in reply] != [bool] * 4:
-            raise box.error(
-                "agent-frames", "The agent's process sent a strange reply.", "Leave its pipes alone."
-            )
-        *observes, saves = reply
-        return (ResumableProxy if saves else Proxy)(box, Observes(*observes), action_space.shape or ())
+        with box.at(lambda: "make()"):
+            observes, saves = msgspec.convert(reply, tuple[Observes, bool])
+        return (ResumableProxy if saves else Proxy)(box, observes, action_space.shape or ())
 
 
 class Proxy:
@@ -94,14 +81,11 @@ class Proxy:
         return self.box.cpu_seconds()
 
     def card(self) -> Card:
-        """The agent's card, as far as its values have the right names; the checks of cards come after."""
+        """The agent's card, as far as its values have the right types; the checks of cards come after."""
         tables, _ = self.box.ask("card()", "card")
-        if tables is None:
-            return Card(self.box.name)
         try:
-            lists = {name: tuple(tables[name]) for name in ("tuning_tasks", "packages")}
-            return Card(**(tables | lists))
-        except (TypeError, KeyError) as error:
+            return Card(self.box.name) if tables is None else msgspec.convert(tables, Card)
+        except ValueError as error:
             hint = "See gym_extensions.baselines.Card."
             raise BenchError("bad-card", f"The card cannot be read: {error}.", "card()", hint) from error
 
@@ -124,18 +108,12 @@ class Proxy:
         shapes, blob = frames.packed({"observations": observations, "starts": context.episode_starts})
         with self.box.at(lambda: "act()"):
             self.box.send("act", label, shapes, blob=blob)
-            return self._actions(self.box.pipe.read_kind(), len(observations), "act()")
+            return self._actions(self.box.pipe.read_kind(), len(observations))
 
-    def _actions(self, kind: bytes, num_envs: int, where: str) -> Array:
+    def _actions(self, kind: bytes, num_envs: int) -> Array:
         """The actions in a frame whose kind was read."""
-        shape = (num_envs, *self._action_shape)
         if kind in frames.ACTION_TYPES:
-            dtype = frames.ACTION_TYPES[kind]
-            return np.frombuffer(self.box.pipe.read(math.prod(shape) * dtype.itemsize), dtype).reshape(shape)
-        if kind == frames.NO_ACTIONS:
-            message = f"The agent returned {self.box.text()} as actions."
-            hint = f"Return an array of numbers of shape {shape}, one row per environment."
-            raise BenchError("bad-actions", message, where, hint)
+            return self.box.pipe.read_array((num_envs, *self._action_shape), frames.ACTION_TYPES[kind])
         self.box.reply(kind, 0)
         raise frames.ProtocolError("a reply in place of actions")
 
@@ -146,28 +124,23 @@ class Proxy:
         """
         known: Any = env
         told = {name: value for name in ATTRIBUTES if (value := getattr(known, name, None)) is not None}
-        if "env_tasks" in told:
-            told["env_tasks"] = told["env_tasks"].tolist()
         told["np_random"] = known.np_random.bit_generator.state
         spaces, blob = _described({name: getattr(env, name) for name in SPACES})
         pipe, dtype, resets = self.box.pipe, env.single_observation_space.dtype, 0
         with self.box.at(lambda: f"learn(), {known.place}"):
             self.box.send("learn", steps, told, spaces, blob=blob)
             while (kind := pipe.read_kind()) != frames.REPLY:
-                if kind in (frames.RESET, frames.MASKED_RESET):
-                    is_all, mask = kind == frames.RESET, np.ones(env.num_envs, np.bool_)
-                    if not is_all:
-                        mask = np.frombuffer(pipe.read(env.num_envs), np.uint8) != 0
-                    resets += int(mask.sum())
+                if kind == frames.RESET:
+                    mask = pipe.read_array((env.num_envs,), np.uint8) != 0
+                    resets += int(mask.sum()) or env.num_envs
                     if resets > steps + 100 * env.num_envs:
                         message = f"The agent reset {resets:,} environments."
                         raise self.box.error("too-many-resets", message, "Take steps between resets.")
-                    first, _ = env.reset(options=None if is_all else {"reset_mask": mask})
+                    first, _ = env.reset(options={"reset_mask": mask} if mask.any() else None)
                     self.box.synchronize()
                     pipe.write(frames.RESET_DONE, np.asarray(first, dtype).tobytes())
                 else:
-                    actions = self._actions(kind, env.num_envs, "env.step() in learn()")
-                    seen, rewards, *ends, _ = env.step(actions)
+                    seen, rewards, *ends, _ = env.step(self._actions(kind, env.num_envs))
                     self.box.synchronize()
                     results = np.asarray(rewards, np.float64), *(np.asarray(end, np.bool_) for end in ends)
                     parts = (each.tobytes() for each in (np.asarray(seen, dtype), *results))
@@ -179,9 +152,7 @@ class ResumableProxy(Proxy):
     """An agent in a box that can be saved. The world stores what it saves and never reads it."""
 
     def save(self, path: Path) -> None:
-        is_written, saved = self.box.ask("save()", "save", limit=self.box.limits.files)
-        if is_written is not None:
-            write_bytes(path, bytes(saved))
+        write_bytes(path, bytes(self.box.ask("save()", "save", limit=self.box.limits.files)[1]))
 
     def load(self, path: Path) -> None:
         self.box.ask("load()", "load", blob=path.read_bytes())
@@ -195,20 +166,22 @@ class BoxedNetwork(OnnxPolicy):
         self._box = Box("the policy", None, limits)
         parts, _ = self._box.ask("policy()", "network", blob=data)
         try:
-            self.network = Network(*({name: _tensor(*each) for name, each in part.items()} for part in parts))
-        except (AttributeError, KeyError, TypeError) as error:
+            tables = msgspec.convert(parts, tuple[Tensors, Tensors])
+        except ValueError as error:
             message = "The network has inputs or outputs that are not allowed."
             raise BenchError("bad-policy", message, "policy()", "See docs/policies.md.") from error
+        self.network = Network(
+            *(
+                {name: Tensor(np.dtype(kind).type, shape) for name, (kind, shape) in part.items()}
+                for part in tables
+            )
+        )
 
     def run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
         shapes, blob = frames.packed(feeds)
         reply, results = self._box.ask("act()", "run", shapes, blob=blob, limit=self._limit)
         with self._box.at(lambda: "act()"):
             return list(frames.unpacked(reply, results).values())
-
-
-def _tensor(dtype: str, shape: Sequence[int]) -> Tensor:
-    return Tensor(frames.ARRAY_TYPES[dtype].type, tuple(shape))
 
 
 def _described(spaces: dict[str, gym.Space[Any]]) -> tuple[dict[str, Any], bytes]:
