@@ -21,7 +21,7 @@ from gym_extensions.verification import train_here
 from ..curation.repositories import commit, make_repository
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="what a job wrote is read with limits")
-GROUP, CODE = "pusher", "make = None\n"
+GROUP, CODE = "pusher", "make = other = None\n"
 RUN = f"{GROUP}/sequential/run0"
 Change = Callable[[Path], object]
 
@@ -144,6 +144,14 @@ def test_code_that_changed_is_the_next_version_and_due(
     assert (number, training.runs) == (2, {})
     assert maintain(["train-here", str(submission), "--due"]) == 0
     assert capsys.readouterr().out == '["new"]\n'
+
+
+def test_another_entry_of_the_same_code_is_the_next_version(folder: Path) -> None:
+    text = (take(folder) / "submission.toml").read_text(encoding="utf-8")
+    other = text.replace('"agent.py:make"', '"agent.py:other"')
+    merge = commit(folder / "main", {"submissions/new/submission.toml": other})
+    number, training = train_here.present(read(folder / "main/submissions/new"), "")
+    assert (number, training.commit) == (2, merge)
 
 
 def test_half_a_run_is_due_again_and_a_broken_record_is_not_written_over(folder: Path) -> None:

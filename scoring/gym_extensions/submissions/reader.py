@@ -79,7 +79,8 @@ class _Reader:
         groups = {group.id: self._group(group, review, policies) for group in present}
         trained = self._trained(wanted, policies)
         problems = problem.summarize(self.problems, name)
-        digest, root = code_digest(sources), self.folder.root
+        entry = str((self._section("agent") or {}).get("entry", ""))
+        digest, root = code_digest(sources, entry), self.folder.root
         return Submission(name, manifest, groups, problems, readme, review, root, digest, trained)
 
     def _trained(self, wanted: Mapping[str, TaskGroup], policies: bool) -> Trained | None:

@@ -44,10 +44,13 @@ class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         return f"{self.commit}/{self.value}/{self.agent}"
 
 
-def code_digest(sources: Mapping[str, bytes]) -> str:
-    """The SHA-256 of one line per file of agent/, sorted: path, space, SHA-256. Empty without any file."""
+def code_digest(sources: Mapping[str, bytes], entry: str) -> str:
+    """The SHA-256 of one line per file of agent/, sorted (path, space, SHA-256), and the entry.
+
+    Another entry may be another agent. It is empty without any file.
+    """
     lines = (f"{path} {hashlib.sha256(sources[path]).hexdigest()}\n" for path in sorted(sources))
-    return hashlib.sha256("".join(lines).encode()).hexdigest() if sources else ""
+    return hashlib.sha256("".join([*lines, entry]).encode()).hexdigest() if sources else ""
 
 
 def training_of(data: bytes) -> Training:

@@ -44,12 +44,10 @@ AGENT_ERRORS = frozenset(
 )
 """The errors that are an agent's own. After any other one, the run is trained again."""
 CORE_GROUPS = tuple(group.name for group in GROUPS.values() if group.id in CORES[CORE])
-Runs = Mapping[str, tuple[str, int]]
-"""The group and number of runs by their names."""
 
 
-def wanted_runs(runs: int) -> Runs:
-    """The runs 0 to ``runs`` − 1 of every group of the core."""
+def wanted_runs(runs: int) -> dict[str, tuple[str, int]]:
+    """The group and number of the runs 0 to ``runs`` − 1 of every group of the core, by their names."""
     return {run_key(group, PROTOCOL, run): (group, run) for group in CORE_GROUPS for run in range(runs)}
 
 
@@ -63,23 +61,24 @@ def is_due(submission: Submission, runs: int) -> bool:
     """Whether a submission has code that was not trained yet, or not as often."""
     if problems_of(submission) or not submission.code:
         return False
-    training = submission.trained.training if submission.trained else None
-    finished = training.runs if training and training.agent == submission.code else {}
-    return bool(wanted_runs(runs).keys() - finished.keys())
+    trained = submission.trained
+    is_current = trained is not None and trained.training.agent == submission.code
+    return not (trained and is_current and wanted_runs(runs).keys() <= trained.training.runs.keys())
 
 
 def merge_of(submission: Path) -> str:
-    """The commit that fixed the code: the last one of HEAD's first-parent history that changed it.
+    """The commit that fixed code and entry: the last of HEAD's first-parent history that changed their files.
 
     Raises ``BenchError`` if the code is not committed as it is, or the clone lacks older commits.
     """
     repository = git.Repository(git.Repository(submission).top)
-    code = f"{submission.resolve().relative_to(repository.top.resolve()).as_posix()}/{AGENT}"
-    changed = repository.run("status", "--porcelain", "--untracked-files=all", "--", code)
-    commit = "" if changed else repository.last_change(repository.commit("HEAD"), [code])
+    folder = submission.resolve().relative_to(repository.top.resolve()).as_posix()
+    paths = [f"{folder}/{AGENT}", f"{folder}/{MANIFEST}"]
+    changed = repository.run("status", "--porcelain", "--untracked-files=all", "--", *paths)
+    commit = "" if changed else repository.last_change(repository.commit("HEAD"), paths)
     if not commit:
         message = "It is not committed in its present form, so no commit determines its seeds."
-        raise BenchError("not-committed", message, code, "Commit it.")
+        raise BenchError("not-committed", message, paths[0], "Commit it.")
     return commit
 
 
@@ -105,7 +104,7 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
 
 
 def boxed(submission: Path, entry: str, budget: str) -> agent.Factory:
-    """The factory of a submission's code, whose agents live in boxes. Raises ``BenchError`` without boxes."""
+    """The factory of a submission's code, whose agents live in boxes."""
     return cli.isolated(f"{submission / AGENT}/{entry}", list(CORE_GROUPS), [PROTOCOL], budget)
 
 
@@ -205,20 +204,15 @@ LIMITS = limits.Limits(cpu_seconds=600, wall_seconds=600)
 
 
 def judge(request: dict[str, Any]) -> Iterator[Any]:
-    """The job of that process: the problems of a folder of runs, and their digests and commands."""
-    runs = reader.read(Path(request["folder"]), policies=True)
-    documents = {
-        run_key(group.group.name, protocol, run): document
-        for group in runs.groups.values()
-        for protocol, found in group.runs.items()
-        for run, document in found.items()
-    }
+    """The job of that process: the problems of a folder of runs, and the digest and command of each run."""
+    runs, found = reader.read(Path(request["folder"]), policies=True), {}
+    for group in runs.groups.values():
+        for protocol, documents in group.runs.items():
+            for run, document in documents.items():
+                found[run_key(group.group.name, protocol, run)] = document.digest, document.command
     ignored = ("gaps-in-runs", "identical-runs")
-    yield {
-        "problems": [f"{each.where}: {each.message}" for each in runs.problems if each.rule not in ignored],
-        "digests": {name: document.digest for name, document in documents.items()},
-        "commands": {name: document.command for name, document in documents.items()},
-    }
+    problems = [f"{each.where}: {each.message}" for each in runs.problems if each.rule not in ignored]
+    yield {"problems": problems, "runs": found}
 
 
 def take(submission: Submission, folder: Path, value: str = "") -> None:
@@ -246,16 +240,17 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     (found,) = limits.answers(JOB, {"folder": str(source.resolve())}, LIMITS)
     if found["problems"]:
         raise refuse(f"It breaks a rule: {found['problems'][0]}")
-    if not training.runs.items() <= found["digests"].items():
+    digests = {key: digest for key, (digest, _) in found["runs"].items()}
+    if not training.runs.items() <= digests.items():
         raise refuse("Its runs are not those of the record.")
-    if any(training.seeds not in command for command in found["commands"].values()):
+    if any(training.seeds not in command for _, command in found["runs"].values()):
         raise refuse("A run has other seeds.")
     target = submission.path / TRAINED
     for item in layout.scan(source).items:
         if item.kind == "file" and not (target / str(number) / item.path).exists():
             write_bytes(target / str(number) / item.path, layout.read_regular(source / item.path, item.size))
     # A machine that died has finished more than it could record.
-    write_text(target / record.name, training_text(replace(training, runs=found["digests"])))
+    write_text(target / record.name, training_text(replace(training, runs=digests)))
 
 
 def repeats(folder: Path, entry: str) -> str:

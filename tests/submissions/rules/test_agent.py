@@ -111,4 +111,4 @@ def test_code_alone_is_a_submission(good: CopySubmission, tmp_path: Path) -> Non
     code(MAKE)(folder)
     found = read(folder)
     assert found.problems == ()
-    assert found.code == code_digest({CODE: MAKE.encode()})
+    assert found.code == code_digest({CODE: MAKE.encode()}, "agent.py:make")
