@@ -78,10 +78,10 @@ def packages() -> dict[str, Path]:
             distribution = importlib.metadata.distribution(name)
         except importlib.metadata.PackageNotFoundError:
             continue
-        for line in (distribution.read_text("RECORD") or "").splitlines():
-            top = line.partition(",")[0].partition("/")[0].strip('"')
-            if top not in ("", "..", "__pycache__"):
-                found[top] = Path(str(distribution.locate_file(top)))
+        lines = (distribution.read_text("RECORD") or "").splitlines()  # thousands
+        tops = {line.partition(",")[0].partition("/")[0].strip('"') for line in lines}
+        for top in tops - {"", "..", "__pycache__"}:
+            found[top] = Path(str(distribution.locate_file(top)))
         for requirement in distribution.requires or ():
             if "extra ==" not in requirement and (match := re.match(r"[\w.-]+", requirement)):
                 waiting.append(match[0])
