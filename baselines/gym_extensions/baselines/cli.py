@@ -103,12 +103,14 @@ def main(argv: list[str] | None = None) -> int:
 def isolated(agent: str, groups: list[str], protocols: list[str], budget: str) -> Factory:
     """The factory that starts an agent in a box, with limits for these jobs.
 
-    Raises ``BenchError`` if the agent or a name is unknown.
+    Raises ``BenchError`` if the agent or a name is unknown, or no box can be started here.
     """
+    from gym_extensions.baselines.isolated.box import require_possible
     from gym_extensions.baselines.isolated.confine import Limits
     from gym_extensions.baselines.isolated.proxy import IsolatedAgent
     from gym_extensions.baselines.training.jobs import jobs_of, parse_request
 
+    require_possible()
     request = parse_request(groups, protocols, budget, 0, None)
     jobs = [(group, job) for group, protocol in request.logs() for job in jobs_of(group, protocol, [0])]
     steps = [(group, sum(stage.steps for stage in job.stages(request.budget))) for group, job in jobs]

@@ -104,7 +104,7 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
 
 
 def boxed(submission: Path, entry: str, budget: str) -> agent.Factory:
-    """The factory of a submission's code, whose agents live in boxes."""
+    """The factory of a submission's code, whose agents live in boxes. Raises ``BenchError`` without boxes."""
     return cli.isolated(f"{submission / AGENT}/{entry}", list(CORE_GROUPS), [PROTOCOL], budget)
 
 
