@@ -18,8 +18,9 @@ import gymnasium as gym
 from gym_extensions.baselines.isolated.confine import MEBIBYTE, Limits
 from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.errors import BenchError
-from gym_extensions.baselines.agent_spec import check_restored, first_actions, require_agreement
-from gym_extensions.baselines.agent import Resumable, policy_of
+from pathlib import Path
+from gym_extensions.baselines.agent_spec import first_actions, require_agreement
+from gym_extensions.baselines.agent import Resumable, load, policy_of, save
 from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import make_vec
@@ -47,8 +48,8 @@ def story(cpu_seconds, wait_seconds):
     if policy is not None:
         require_agreement(policy, env, [1], actions, 0)
     if isinstance(agent, Resumable):
-        other = IsolatedAgent("agent.py:Agent", limits)(*spaces, 0)
-        check_restored(agent, other, lambda each: first_actions(each, env, [1], None))
+        save(agent, Path("saved.npz"))
+        load(IsolatedAgent("agent.py:Agent", limits)(*spaces, 0), Path("saved.npz"))
     agent.learn(TrainingEnv(make_vec(hopper, 1), [hopper.id], steps=1000, batch_steps=250, seed=0), 1000)
 
 

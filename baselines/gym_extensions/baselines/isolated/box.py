@@ -175,9 +175,8 @@ class Box:
             raise self._ended() from None
         except (frames.ProtocolError, msgspec.ValidationError) as error:
             hint = "Use only the arguments of make, act and learn, and smaller policies."
-            raise self.error(
-                "agent-frames", f"The agent's process sent what no frame allows: {error}.", hint
-            ) from None
+            message = f"The agent's process sent what no frame allows: {error}."
+            raise self.error("agent-frames", message, hint) from None
         self._where = before
 
     def cpu_seconds(self) -> float:

@@ -204,12 +204,9 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
         """Observations, rewards, terminations, truncations, and no infos."""
         self._guest.send_actions(actions, self.num_envs)
         self._guest.serve(frames.STEPPED)
-        observations = self._guest.pipe.read_array(self._observations, self._dtype)
-        rewards, size = self._guest.pipe.read_array((self.num_envs,), np.float64), (self.num_envs,)
-        terminated, truncated = (
-            self._guest.pipe.read_array(size, np.bool_),
-            self._guest.pipe.read_array(size, np.bool_),
-        )
+        read, size = self._guest.pipe.read_array, (self.num_envs,)
+        observations, rewards = read(self._observations, self._dtype), read(size, np.float64)
+        terminated, truncated = read(size, np.bool_), read(size, np.bool_)
         return observations, rewards, terminated, truncated, {}
 
 
