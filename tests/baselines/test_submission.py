@@ -286,6 +286,8 @@ def test_a_committed_submission_can_be_continued(name: str) -> None:
         pytest.importorskip("sbx")
     path = SUBMISSIONS / name / MANIFEST
     existing = read_manifest(path)
+    if existing["protocol"]["steps"] == "claimed":
+        pytest.skip("It was not trained under its name: tools/snapshots.py assembles it.")
     spec, chosen = AgentSpec.of(name, [(GROUP, "single")]), budget(existing["protocol"]["budget"])
     require_same(path, manifest_tables(Settings(spec, chosen, existing["hyperparameters"].get("num_envs"))))
 

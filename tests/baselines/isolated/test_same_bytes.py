@@ -47,6 +47,15 @@ class Agent:
 """
 
 
+ACTING = """
+
+class Acting(HillClimber):
+    def act(self, observations):
+        return self.policy().act(observations)
+"""
+"""After the hill climber: the same one, which acts with the policy that it publishes."""
+
+
 def climber() -> str:
     """The hill climber of docs/agents.md with policy and card, as a stranger would submit it."""
     head, _, main = CLIMBER.partition("\n\nif __name__")
@@ -83,6 +92,7 @@ PAIRS = {
         "sequential,single",
     ),
     "generators": ("agents/drawing.py:Agent", "drawing:Agent", "--evaluate-every", "250"),
+    "own-policy": ("agents/acting.py:Acting", "acting:Acting"),
     "trpo": ("trpo", "trpo", "--evaluate-every", "500", "--num-envs", "2"),
     "multi-head": ("multi-head", "multi-head"),
 }
@@ -96,6 +106,7 @@ def home(ordinary: Ordinary) -> Path:
     agents.mkdir()
     for folder in (agents, ordinary.home):
         (folder / "climber.py").write_text(climber(), encoding="utf-8")
+        (folder / "acting.py").write_text(climber() + ACTING, encoding="utf-8")
         (folder / "drawing.py").write_text(GLOBAL, encoding="utf-8")
     commands = []
     for name, (inside, outside, *more) in PAIRS.items():

@@ -19,7 +19,7 @@ from gym_extensions.submissions.manifest import BOX_PACKAGES
 
 PYTHON, PACKAGES, AGENT = "/python", "/packages", "/agent"
 """Where they lie in the box."""
-DISTRIBUTIONS = (*BOX_PACKAGES, "msgspec", "tomli-w", "threadpoolctl")
+DISTRIBUTIONS = (*BOX_PACKAGES, "numba", "msgspec", "tomli-w", "threadpoolctl")
 """The packages that an agent may import, with what they require, as far as they are installed."""
 ABSENT = ("mujoco", "gym-extensions")
 OWN = ("baselines", "catalog", "submissions", "errors", "files", "versions", "policies")
