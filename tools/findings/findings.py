@@ -30,6 +30,7 @@ from gym_extensions.submissions.landscapes import best, landscapes_of
 from tools.findings import claims, tables
 from tools.findings.costs import hours
 from tools.findings.figures import draw_groups, draw_retention, write_picture
+from tools.findings.orders import orders
 from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -145,6 +146,7 @@ def main() -> None:
             for group in CORE
             if group.id in SUITES["gravity"]
         },
+        orders=orders(metrics, results.order_effects(submissions)),
         landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
         missing={
             group.name: [name for name, values in finals.items() if math.isnan(values[place].mean)]

@@ -38,8 +38,10 @@ def order_effects(runs: Sequence[NormalizedRun]) -> dict[str, OrderEffects]:
 
     ``runs`` are the balanced runs from 0 on. Without a whole square, or a task with a value, there are none.
     """
-    size = len(balanced_square(runs[0].T)) if runs else 1
-    square = runs[: len(runs) // size * size]
+    rows = [tuple(task + 1 for task in row) for row in balanced_square(runs[0].T)] if runs else [()]
+    square = runs[: len(runs) // len(rows) * len(rows)]
+    if [run.order for run in square] != rows * (len(square) // len(rows)):  # a run between them is missing
+        return {}
     return {each.name: found for each in (FINAL, FORGETTING) if (found := _effects_on(each, square))}
 
 
@@ -55,7 +57,7 @@ def _effects_on(metric: Metric, runs: Sequence[NormalizedRun]) -> OrderEffects |
         for name, of in levels.items()
     }
     effects = {name: np.array([means[name][each] for each in of.tolist()]) for name, of in levels.items()}
-    estimates, squares = {}, {"rest": deviations**2}
+    estimates, squares = {}, {}
     for name, other in (("position", "task"), ("task", "position")):
         adjusted, used = values - effects[other], (len(means[other]) - 1) / len(values)
         estimates[name] = tuple(
@@ -63,10 +65,9 @@ def _effects_on(metric: Metric, runs: Sequence[NormalizedRun]) -> OrderEffects |
         )
         # Its sum over all runs is that of the squares of the effects.
         squares[name] = effects[name] * (2 * (deviations - effects[other]) - effects[name])
-        squares["rest"] = squares["rest"] - squares[name]
+    squares |= {"rest": deviations**2 - sum(squares.values()), "total": deviations**2}
     per_run = {
-        name: [math.fsum(part[run == at]) for at in range(len(runs))]
-        for name, part in {**squares, "total": deviations**2}.items()
+        name: [math.fsum(part[run == at]) for at in range(len(runs))] for name, part in squares.items()
     }
     total = per_run.pop("total")
     ratios = {name: ratio_of_groups([(part, total)]) for name, part in per_run.items() if any(total)}

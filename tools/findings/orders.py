@@ -1,0 +1,75 @@
+"""What docs/findings.md says of other orders of the tasks, as soon as submissions have runs in them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import pandas as pd
+from scipy.stats import kendalltau
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.catalog.protocol import IN_ORDER, STANDARD_BUDGET
+from gym_extensions.metrics.formulas import FINAL, FORGETTING
+from tools.findings.tables import Value, value
+
+
+@dataclass(frozen=True)
+class Orders:
+    """The methods of a group with runs in other orders, at the standard budget.
+
+    Attributes:
+        group: its name.
+        ends: by method, the score at the end in each order of ``IN_ORDER``; NaN without such runs.
+        agreement: Kendall's τ of two orders over the methods that have both, where these are three or more.
+        positions: by method with a whole square, its score at the end by position, over all tasks equally.
+        shares: by the same methods, those of position, task and rest in the score at the end, then in
+            forgetting; empty where all values are equal.
+    """
+
+    group: str
+    ends: Mapping[str, Sequence[Value]]
+    agreement: Mapping[tuple[str, str], float]
+    positions: Mapping[str, Sequence[Value]]
+    shares: Mapping[str, Sequence[Sequence[Value]]]
+
+    def place(self, method: str, at: int) -> str:
+        """The place of a method by its mean in one order, among those that have it; empty without."""
+        mean = self.ends[method][at].mean
+        above = sum(each[at].mean > mean for each in self.ends.values())
+        return "" if math.isnan(mean) else f"{1 + above}. "
+
+
+def orders(metrics: pd.DataFrame, effects: pd.DataFrame) -> list[Orders]:
+    """Every group that has such runs, from ``results.metrics`` and ``results.order_effects``."""
+    found = []
+    effects = effects[effects["budget"] == STANDARD_BUDGET]
+    others = metrics[metrics["protocol"].isin(IN_ORDER[1:]) & (metrics["budget"] == STANDARD_BUDGET)]
+    for group in GROUPS.values():
+        names = others[others["group"] == group.id]["name"].unique()
+        if not len(names):
+            continue
+        ends = {
+            name: [value(metrics, name, group.id, FINAL.name, order) for order in IN_ORDER] for name in names
+        }
+        agreement = {}
+        for first, second in combinations(range(len(IN_ORDER)), 2):
+            both = [(row[first].mean, row[second].mean) for row in ends.values()]
+            both = [pair for pair in both if not any(map(math.isnan, pair))]
+            if len(both) > 2:
+                tau = kendalltau(*zip(*both, strict=True)).statistic
+                agreement[IN_ORDER[first], IN_ORDER[second]] = float(tau)
+
+        def part(name: str, metric: str, kind: str, known: str = group.id) -> list[Value]:
+            rows = effects[(effects["submission"] == name) & (effects["group"] == known)]
+            rows = rows[(rows["metric"] == metric) & (rows["kind"] == kind)]
+            return [Value(*ends) for ends in rows[["mean", "low", "high"]].itertuples(index=False)]
+
+        positions = {name: values for name in names if (values := part(name, FINAL.name, "position"))}
+        shares = {
+            name: [part(name, metric.name, "share") for metric in (FINAL, FORGETTING)] for name in positions
+        }
+        found.append(Orders(group.name, ends, agreement, positions, shares))
+    return found
