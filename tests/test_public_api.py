@@ -35,7 +35,7 @@ PUBLIC = {
     "gym_extensions.policies": "OnnxPolicy Policy from_torch load",
     "gym_extensions.results": """
         board core core_pairs core_variants curves episodes evaluations
-        landscapes metrics plot_board plot_curves plot_matrix plot_retention score_matrix
+        landscapes metrics order_effects plot_board plot_curves plot_matrix plot_retention score_matrix
         scores
     """,
     "gym_extensions.scoring": "score_folder score_folders",
