@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from .repositories import git
+from .repositories import BOARD_MANIFEST, git
 
 NEW = "submissions/new"
 OLD, LOG = "submissions/old/hopper-gravity", f"{NEW}/hopper-gravity/sequential/run0.csv"
@@ -76,6 +76,11 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         "copied-run",
         LOG,
         lambda project: index(project, ("100644", (project / OLD / "sequential/run0.csv").read_text(), LOG)),
+    ),
+    "a title that looks like another one": file(
+        "same-title",
+        f"{NEW}/submission.toml",
+        BOARD_MANIFEST.replace("A submission", "SUBMISSIОN 0LD"),
     ),
     "two names that differ in case": file("case-collision", LOG.replace("run0", "Run0"), where=LOG),
     "a large file": file("too-large", f"{NEW}/README.md", "x" * 65537),

@@ -54,15 +54,24 @@ def commit(
     return git(folder, "rev-parse", "HEAD")
 
 
+def merge(folder: Path, files: Mapping[str, str | bytes | None]) -> None:
+    """Commits files on a branch, and merges it into the current one."""
+    branch = git(folder, "branch", "--show-current")
+    git(folder, "commit", "--quiet", "--allow-empty", "-m", "start")
+    git(folder, "switch", "--quiet", "--force-create", "merged")
+    commit(folder, files)
+    git(folder, "switch", "--quiet", branch)
+    git(folder, "merge", "--quiet", "--no-ff", "--no-edit", "merged")
+
+
 def write_submission(folder: Path, name: str, bonus: float = 0.0, group: str = "hopper-gravity") -> Path:
     """A small submission with policies that act at random: one group, two runs, sequential and single."""
 
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return bonus + 10.0 * position + run + episode / 8
 
-    submission = conftest.write_submission(
-        folder, name=name, groups=(group,), value=value, manifest=BOARD_MANIFEST
-    )
+    manifest = BOARD_MANIFEST.replace("A submission", f"Submission {name}")
+    submission = conftest.write_submission(folder, name=name, groups=(group,), value=value, manifest=manifest)
     put_policies(submission, Policy(np.full(3, bonus / 100), np.ones(3), head="uniform"))
     return submission
 

@@ -192,8 +192,9 @@ def test_two_donations_of_a_run_that_differ_are_refused_by_name(with_submission:
 
 def test_a_bad_run_refuses_no_run_of_another_merge_and_can_be_reverted(with_submission: Project) -> None:
     with_submission.donate("origin/main", 5, 5)
-    submission = change_log(with_submission.merge(), lambda row: {"return": row["return"] * 3 + 9}, 5)
-    commit(with_submission.main)
+    change_log(with_submission.fork / "submissions/new", lambda row: {"return": row["return"] * 3 + 9}, 5)
+    with_submission.check("run5-5")
+    submission = with_submission.merge()
     with_submission.donate("origin/main", 6, 6)
     with_submission.merge()
     assert with_submission.review(submission) == "claimed"
@@ -340,3 +341,16 @@ def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:
     submission = copy(honest(), project.main / "submissions" / "new")
     assert verify([str(submission), *project.options, "--write"]) == 2
     assert not (submission / "review.toml").exists()
+
+
+def test_a_fast_forward_merge_gives_no_seeds(
+    with_submission: Project, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with_submission.donate("origin/main", 5, 5)
+    git(with_submission.main, "merge", "--quiet", "--ff-only", "refs/gate/head")
+    submission = with_submission.main / "submissions/new"
+    capsys.readouterr()
+    assert with_submission.review(submission) == "claimed"
+    assert "no-merge: It is no merge but a fast-forward" in capsys.readouterr().out
+    assert verify([str(submission), *with_submission.options, "--seeds", "7a" * 20, "--write"]) == 0
+    assert level_of(submission) == "verified"

@@ -18,7 +18,7 @@ from gym_extensions.submissions.run import read_run, write_run
 from gym_extensions.submissions.training import Training, training_of, training_text
 from gym_extensions.verification import train_here
 
-from ..curation.repositories import commit, make_repository
+from ..curation.repositories import make_repository, merge
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="what a job wrote is read with limits")
 GROUP, CODE = "pusher", "make = other = None\n"
@@ -35,7 +35,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     manifest = (folder / "smoke/submission.toml").read_text(encoding="utf-8")
     manifest += '\n[agent]\nentry = "agent.py:make"\n'
     make_repository(folder / "main")
-    commit(
+    merge(
         folder / "main", {"submissions/new/agent/agent.py": CODE, "submissions/new/submission.toml": manifest}
     )
     number, training = train_here.present(read(submission), "")
@@ -139,7 +139,7 @@ def test_code_that_changed_is_the_next_version_and_due(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     submission = take(folder)
-    commit(folder / "main", {"submissions/new/agent/agent.py": "make = 1\n"})
+    merge(folder / "main", {"submissions/new/agent/agent.py": "make = 1\n"})
     number, training = train_here.present(read(submission), "")
     assert (number, training.runs) == (2, {})
     assert maintain(["train-here", str(submission), "--due"]) == 0

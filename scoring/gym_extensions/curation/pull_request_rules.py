@@ -16,6 +16,7 @@ from gym_extensions.catalog.protocol import IN_ORDER, PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
 from gym_extensions.submissions import layout, manifest
 from gym_extensions.submissions.problem import Finding, Rule, rule as registered
+from gym_extensions.submissions.rules.manifest import skeleton
 from gym_extensions.verification import after_merge, git
 
 SUBMISSIONS = "submissions"
@@ -308,6 +309,33 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
         original = theirs.get((file.object_id, match[1])) if match else None
         if original not in (None, file.path) and file.path in changed:
             yield Finding(file.path, f"It is the same as {original}.", "Submit your own runs.")
+
+
+@rule
+def same_title(pull_request: PullRequest) -> Iterator[Finding]:
+    """The title looks like that of no other submission: Unicode's skeletons of both differ."""
+
+    def titles(files: Iterable[git.TreeEntry]) -> Iterator[tuple[str, str]]:
+        paths = [file for file in files if file.path.split("/")[2:] == [layout.MANIFEST]]
+        for file, data in zip(
+            paths, pull_request.repository.blobs(file.object_id for file in paths), strict=True
+        ):
+            if len(data) > layout.max_bytes(layout.MANIFEST):
+                continue
+            try:
+                yield file.path, manifest.manifest_of(manifest.parse(data)).title
+            except ValueError:  # also that of msgspec; a problem of the submission
+                continue
+
+    others = {
+        skeleton(title): path
+        for path, title in titles(pull_request.base_files)
+        if path.split("/")[1] not in pull_request.submissions
+    }
+    own = (file for file in pull_request.head_files if file.path in pull_request.paths)
+    for path, title in titles(own):
+        if other := others.get(skeleton(title)):
+            yield Finding(path, f"The title looks like that of {other}.", "Choose another one.")
 
 
 @rule

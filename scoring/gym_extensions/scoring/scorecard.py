@@ -306,7 +306,7 @@ class SuiteScore:
 class CoreGroup(Estimate):
     """Final performance of a submission on a group of the core, over the compared runs."""
 
-    runs: Annotated[int, about("number of runs, 0 to N − 1")] = 0
+    runs: Annotated[int, about("number of these runs, 0 to N − 1")] = 0
     others: Annotated[
         dict[str, float], about("means over the same runs: learning performance, forgetting, transfer")
     ] = field(default_factory=dict)

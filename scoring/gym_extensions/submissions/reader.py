@@ -15,7 +15,13 @@ from gym_extensions.submissions import layout, problem, rules
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
 from gym_extensions.submissions.log import TableError, log_frame, log_of
 from gym_extensions.submissions.manifest import manifest_of, parse
-from gym_extensions.submissions.policies.files import AnyPolicy, Sketches, missing_networks, read_arrays
+from gym_extensions.submissions.policies.files import (
+    AnyPolicy,
+    Sketches,
+    missing_networks,
+    npz_error,
+    read_arrays,
+)
 from gym_extensions.submissions.review import Review, review_of
 from gym_extensions.submissions.run import RunDocument, run_of
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained, is_trainable
@@ -190,7 +196,7 @@ class _Reader:
         return document, frame
 
     def _policies(self, group: TaskGroup, documents: dict[str, dict[int, RunDocument]], whole: bool) -> None:
-        """Checks the policies of a group; if not the whole, the digests of ONNX networks alone."""
+        """Checks the policies of a group; if not the whole, the form of .npz files, digests of networks."""
         first: AnyPolicy | None = None
         observes_task = self._declared("observes", "task_in_evaluation")
         evaluation = self._declared("protocol", "evaluation")
@@ -200,9 +206,14 @@ class _Reader:
                 suffixes = self.folder.runs[group.name, protocol][run]
                 if document.policies is None or document.policies.url:
                     continue
-                is_skipped = POLICIES in suffixes and not whole  # it would be unpacked
-                if is_skipped or missing_networks(suffixes, group, protocol):
-                    continue  # the latter is a problem of the document
+                path = run_file(group.name, protocol, run, POLICIES)
+                if POLICIES in suffixes and not whole:  # it is not unpacked
+                    data = self._bytes(path)
+                    if data is not None and (error := npz_error(data)):
+                        self._check("file", "malformed-policies", path, f"It cannot be read: {error}.")
+                    continue
+                if missing_networks(suffixes, group, protocol):
+                    continue  # a problem of the document
                 try:
                     arrays = read_arrays(self.folder.root, group, protocol, run)
                 except BenchError as error:

@@ -18,7 +18,7 @@ from gym_extensions.submissions import layout, poses, reader
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, Review, add_to_review, review_text
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import after_merge, episodes, pose_recorder
+from gym_extensions.verification import after_merge, episodes, git, pose_recorder
 from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.verify import Report, logged_runs, verify
 
@@ -126,7 +126,11 @@ def reports_on(
 
         if is_strict:
             retrain.require_reference_agent(submission)
+    repository = git.Repository(submission.path)
     for each, runs in parts.items() or [("", ())]:
+        if each != value and (found := repository.not_merged(each)):
+            yield Report(submission.name, (found,))
+            continue
         report = verified(submission, each, runs, files, options)
         if is_retrained:
             try:

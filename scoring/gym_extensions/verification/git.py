@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.problem import Problem
 
 OPTIONS = (
     "--no-pager",
@@ -176,6 +177,14 @@ class Repository:
         self.require_history()
         specs = [f":(literal){path}" for path in paths]
         return self.run("rev-list", "--first-parent", "--max-count=1", commit, "--", *specs).decode().strip()
+
+    def not_merged(self, commit: str) -> Problem | None:
+        """The problem of seeds from a commit that is no merge: its author may have known its id before."""
+        if self.run("rev-list", "--no-walk", "--merges", commit):
+            return None
+        message = "It is no merge but a fast-forward or a direct commit: its author may have known the seeds."
+        hint = "Verify with --seeds HEX, or train with --value HEX: a public value that is newer than it."
+        return Problem("no-merge", f"commit {commit[:12]}", message, hint)
 
 
 def _environment() -> dict[str, str]:

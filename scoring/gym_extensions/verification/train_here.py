@@ -95,6 +95,8 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
     if trained is None or trained.training.agent != submission.code:
         today, commit = datetime.now(UTC).date().isoformat(), merge_of(submission.path)
         made = version("gym-extensions")
+        if not value and (found := git.Repository(submission.path).not_merged(commit)):
+            raise BenchError(found.rule, found.message, found.where, found.hint)
         number = 1 if trained is None else trained.version + 1
         return number, Training(date=today, version=made, commit=commit, value=value, agent=submission.code)
     if value not in ("", trained.training.value):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import warnings
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -92,6 +95,23 @@ def test_the_digest_is_that_of_the_content_and_not_of_the_packing() -> None:
         assert content_sha256(arrays | change) != digest
 
 
+def archive(*members: tuple[str, bytes], comment: bytes = b"") -> bytes:
+    """A zip file with the same array under these names, with comments."""
+    content, array = io.BytesIO(), io.BytesIO()
+    np.save(array, np.zeros(2))
+    with zipfile.ZipFile(content, "w") as file, warnings.catch_warnings(action="ignore"):
+        file.comment = comment
+        for name, note in members:
+            info = zipfile.ZipInfo(name)
+            info.comment = note
+            file.writestr(info, array.getvalue())
+    return content.getvalue()
+
+
+def test_an_archive_as_numpy_writes_it_is_read() -> None:
+    assert npz_arrays(archive(("a.npy", b""), ("b.npy", b"")))["b"].tolist() == [0, 0]
+
+
 def test_missing_policies_are_named(tmp_path: Path) -> None:
     content = run_arrays(write_run(tmp_path, "sequential"))
     less = {name: values for name, values in content.items() if not name.startswith("stage2/")}
@@ -105,11 +125,15 @@ def test_missing_policies_are_named(tmp_path: Path) -> None:
     ("data", "fact"),
     [
         (b"not a zip", "cannot be read"),
-        (arrays(a=[{}]), "allow_pickle"),
+        (arrays(a=[{}]), "is a pickle"),
         (npz_bytes({"a": np.zeros(MAX_POLICY_BYTES // 8 + 1)}), "unpacks to"),
         (npz_bytes(SMALL.arrays())[:-40], "cannot be read"),
+        (archive(("bias_0.npy", b""), ("bias_0.npy", b"")), "a member twice"),
+        (archive(("bias_0", b"")), "'bias_0' is no array"),
+        (archive(("bias_0.npy", b"a")), "a comment"),
+        (archive(("bias_0.npy", b""), comment=b"b"), "a comment"),
     ],
-    ids=["no archive", "a pickle", "a bomb", "cut"],
+    ids=["no archive", "a pickle", "a bomb", "cut", "twice", "another member", "commented", "a comment"],
 )
 def test_a_file_that_is_no_archive_of_numbers_is_refused(data: bytes, fact: str) -> None:
     with pytest.raises(BenchError, match=fact):

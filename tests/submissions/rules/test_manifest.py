@@ -10,7 +10,7 @@ import pytest
 
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.rules.manifest import findings, hyperparameter_error
+from gym_extensions.submissions.rules.manifest import findings, hyperparameter_error, skeleton
 
 from ..examples import GROUP, TOML, Change, Check, CopySubmission, Example, all_of, edit, parametrize, put
 
@@ -95,6 +95,7 @@ EXAMPLES = (
     ),
     Example("no-groups", "a manifest alone", alone, "submission", "no group folder"),
     Example("no-groups", "a table with logs", REPORTED, GROUP, "cannot contain", also=("unknown-report",)),
+    Example("mixed-scripts", "Cyrillic letters", title("ТRPО"), f"{TOML}, title", "look alike"),
     Example("empty-title", "spaces", title("   "), f"{TOML}, title", "no visible character"),
     Example(
         "empty-title", "no glyph", title("\u3164"), f"{TOML}, title", "visible", also=("control-character",)
@@ -181,3 +182,16 @@ def test_a_committed_manifest_is_read_whole(path: Path) -> None:
     read = msgspec.json.decode(msgspec.json.encode(manifest_of(tables)))
     for name, value in tables.items():
         assert read[name] == (read[name] | value if isinstance(value, dict) else value), name
+
+
+@pytest.mark.parametrize("text", ["β-VAE", "強化学習とTRPO", "Обучение с TRPO", "naïve Bayes"])
+def test_words_of_one_script_may_be_of_any(good: CopySubmission, tmp_path: Path, text: str) -> None:
+    folder = good(GROUP, tmp_path)
+    title(text)(folder)
+    assert read(folder).problems == ()
+
+
+def test_texts_that_look_alike_have_one_skeleton() -> None:
+    same = ["TRPO", "trp0", "ТRРО", "ΤRΡΟ", "T R P O"]
+    assert {skeleton(text) for text in same} == {"trpo"}
+    assert skeleton("modern l2") == skeleton("modem I2") != skeleton("modern l1")

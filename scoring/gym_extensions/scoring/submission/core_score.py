@@ -133,7 +133,7 @@ def on_group(log: GroupScore, look: int, metric: Metric = FINAL) -> CoreGroup:
         for name in CORE_METRICS
         if name != metric.name and name in log.metrics and (found := log.metrics[name].runs)
     }
-    return CoreGroup(value.mean, value.low, value.high, runs, others)
+    return CoreGroup(value.mean, value.low, value.high, len(values), others)
 
 
 def over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> MetricValue:

@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import struct
 import zipfile
 import zlib
 from collections.abc import Collection, Iterator, Mapping
@@ -72,20 +73,45 @@ def npz_bytes(arrays: Arrays) -> bytes:
     return content.getvalue()
 
 
+def npz_error(data: bytes) -> str:
+    """What is wrong with a file as an .npz file, from its directory and the beginnings of its members.
+
+    Nothing is unpacked but 128 bytes of each member, so that also the process that scores may ask. A member
+    twice would be two arrays of one name, of which another reader may take the other.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members, comments = archive.infolist(), [archive.comment]
+        names = [info.filename for info in members]
+        if (size := sum(info.file_size for info in members)) > layout.MAX_POLICY_BYTES:
+            return f"it unpacks to {size} bytes; the limit is {layout.MAX_POLICY_BYTES}"
+        if any([*comments, *(info.comment for info in members)]) or len(set(names)) < len(names):
+            return "it has a comment, or a member twice"
+        for info in members:
+            lengths = struct.unpack_from("<HH", data, info.header_offset + 26)
+            start = info.header_offset + 30 + sum(lengths)
+            head = data[start : start + 256]
+            if info.compress_type == zipfile.ZIP_DEFLATED:
+                head = zlib.decompressobj(-zlib.MAX_WBITS).decompress(head, 128)
+            if not (info.filename.endswith(".npy") and head.startswith(np.lib.format.MAGIC_PREFIX)):
+                return f"its member {info.filename[:80]!r} is no array"
+            if b"'|O'" in head[:128]:
+                return f"its member {info.filename[:80]!r} is a pickle"
+    except (*NPZ_ERRORS, struct.error) as error:
+        return str(error)
+    return ""
+
+
 def npz_arrays(data: bytes, where: str = "") -> dict[str, Array]:
     """The arrays of an .npz file, which ``where`` names, by name; never a pickle.
 
     Raises ``BenchError`` if it is not such a file, or unpacks to more than ``MAX_POLICY_BYTES``.
     """
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            size = sum(info.file_size for info in archive.infolist())
-        if size > layout.MAX_POLICY_BYTES:
-            raise ValueError(f"it unpacks to {size} bytes; the limit is {layout.MAX_POLICY_BYTES}")
+        if error := npz_error(data):
+            raise ValueError(error)
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
-        if not all(isinstance(values, np.ndarray) for values in arrays.values()):
-            raise ValueError("it has a member that is no array")
     except NPZ_ERRORS as error:
         raise BenchError("bad-policy", f"The file cannot be read: {error}.", where, HINT) from error
     return arrays

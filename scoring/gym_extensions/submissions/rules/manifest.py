@@ -20,6 +20,14 @@ JOINERS = frozenset("\u200c\u200d")
 """Format characters that Persian, Hindi and emoji need."""
 BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")
 """Letters and marks without a glyph, with which one text can look like another."""
+ALPHABETS = frozenset(("LATIN", "CYRILLIC", "GREEK", "ARMENIAN", "CHEROKEE", "COPTIC"))
+"""Scripts with letters that look like those of another one."""
+LOOKALIKES = str.maketrans(
+    "АВЕЅІЈКМНОРСТУХаеѕіјорсухһԁԛԝΑΒΕΖΗΙΚΜΝΟΡΤΥΧαονριυχօսհոցı",
+    "ABESIJKMHOPCTYXaesijopcyxhdqwABEZHIKMNOPTYXaovpiuxouhngi",
+)
+"""Letters that look like those of ASCII: of Unicode's table of confusables
+(https://www.unicode.org/reports/tr39/#Confusable_Detection) those of European scripts."""
 MAX_MARKS = 5
 """Most combining marks in a row: more leave the line and cover other texts."""
 MULTILINE = ("description", HYPERPARAMETERS)
@@ -219,6 +227,33 @@ def control_character(folder: Folder, tables: Tables) -> Iterator[Finding]:
             yield Finding(
                 where, f"{quote(value)} has combining marks that cover other texts.", "Remove them."
             )
+
+
+def skeleton(text: str) -> str:
+    """What a text looks like, in any letter case: texts of equal skeletons may be taken for each other.
+
+    >>> skeleton("TRP0 I") == skeleton("trpo l")
+    True
+    """
+    letters = unicodedata.normalize("NFKD", text).translate(LOOKALIKES).casefold()
+    letters = letters.translate(str.maketrans("i1|0", "lllo")).replace("rn", "m")
+    return "".join(char for char in letters if char.isalnum())
+
+
+@rule("manifest")
+def mixed_scripts(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """No word of the title, of an author or of the algorithm mixes the letters of scripts that look alike,
+    such as Latin and Cyrillic. (A Greek symbol is a word of its own: β-VAE.)"""
+    shown = {name: tables.get(name) for name in ("title", "authors")}
+    protocol = tables.get("protocol")
+    shown |= {"algorithm": protocol.get("algorithm") if isinstance(protocol, dict) else None}
+    for where, value, _ in _strings(shown, MANIFEST):
+        text = unicodedata.normalize("NFKC", value)
+        for word in "".join(char if char.isalpha() else " " for char in text).split():
+            scripts = {unicodedata.name(char, "").split(" ")[0] for char in word}
+            if len(scripts & ALPHABETS) > 1:
+                message = f"{quote(word)} has letters that look alike, of several scripts."
+                yield Finding(where, message, "Write each word in letters of one script.")
 
 
 @rule("readme")
