@@ -35,6 +35,7 @@ from gym_extensions.catalog.protocol import (
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
 from gym_extensions.submissions.log import Episode, write_log
+from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.review import Review, Verification, write_review
@@ -177,7 +178,8 @@ def write_submission(
         digests[run_key(group_name, protocol, run)] = document.digest
     (folder / "submission.toml").write_text(manifest, encoding="utf-8", newline="\n")
     if len(runs) >= FULL_SUBMISSION_RUNS if verified is None else verified:
-        write_review(folder, Review(verifications=[verification(digests)]))
+        settings = manifest_of(parse(manifest.encode())).digest
+        write_review(folder, Review(verifications=[verification(digests, settings)]))
     return folder
 
 
@@ -222,12 +224,13 @@ def uniform_policies(group_name: str, protocol: str) -> tuple[bytes, str]:
     return npz_bytes(arrays), content_sha256(arrays)
 
 
-def verification(digests: dict[str, str], **changes: object) -> Verification:
+def verification(digests: dict[str, str], settings: str, **changes: object) -> Verification:
     """A verification of these runs that passed."""
     facts: dict[str, object] = {
         "date": "2026-11-26",
         "version": "1.0.0",
         "value": "0" * 64,
+        "settings": settings,
         "runs": digests,
         "cells": 9,
         "p_value": 0.5,

@@ -22,6 +22,7 @@ from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.files import AnyPolicy, Key, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import Review, write_review
 from gym_extensions.submissions.run import PolicyFile, Versions, read_run
 from gym_extensions.verification.episodes import Store
 from gym_extensions.verification.verify import verify
@@ -55,13 +56,17 @@ Forge = Callable[[Path], object]
 
 @dataclass(frozen=True)
 class Attack:
-    """One attack: what its author does, what stops it, and from which honest submission it is made."""
+    """One attack: what its author does, what stops it, and from which honest submission it is made.
+
+    An attack that is ``reviewed`` is made after the submission was verified.
+    """
 
     title: str
     forge: Forge
     stop: str
     head: str = "deterministic"
     runs: int = 3
+    reviewed: bool = False
 
 
 def rows(edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Forge:
@@ -93,6 +98,17 @@ def documents(change: Callable[..., Mapping[str, object]]) -> Forge:
 def policies(change: Callable[[dict[Key, AnyPolicy]], object]) -> Forge:
     """Changes the stored policies of all runs, and states their digests."""
     return lambda submission: change_policies(submission, change)
+
+
+def settings(old: str, new: str) -> Forge:
+    """Changes a line of the manifest."""
+
+    def forged(submission: Path) -> None:
+        path = submission / "submission.toml"
+        assert old in path.read_text()
+        path.write_text(path.read_text().replace(old, new))
+
+    return forged
 
 
 def without_policies(submission: Path) -> None:
@@ -254,6 +270,21 @@ ATTACKS = (
     Attack("The best of ten evaluations of every cell.", best_of(10, "cell"), NEW_SEEDS, head="gaussian"),
     Attack("All runs are made from one, by noise of a thousandth of the weights.", one_run_many_times, TWINS),
     Attack("Tuning is said to have cost nothing.", lambda submission: submission, VERIFIED),
+    *(
+        Attack(f"After the verification, {what} is edited.", settings(*words), CLAIMED, reviewed=True)
+        for what, words in {
+            "the budget": ('"100k"', '"300k"'),
+            "the algorithm": ('"formula"', '"trpo"'),
+            "a hyperparameter": ("step = 0.01", "step = 0.02"),
+            "the cost of tuning": ("steps = 0", "steps = 1"),
+        }.items()
+    ),
+    Attack(
+        "After the verification, curves, steps and costs of the documents are edited.",
+        documents(lambda run: {"steps": run.steps // 2, "cpu_seconds": 1.0}),
+        CLAIMED,
+        reviewed=True,
+    ),
 )
 
 
@@ -280,6 +311,15 @@ def stop_of(submission: Path, cache: Path) -> str:
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.title)
 def test_an_attack_stops_where_its_row_says(attack: Attack, tmp_path: Path) -> None:
     submission = copy(honest(attack.head, attack.runs), tmp_path / "attack")
+    if attack.reviewed:
+        cache = Store(tmp_path / "verify"), Fetcher(tmp_path / "policies")
+        report = verify(read(submission), VALUE, *cache)
+        assert report.verification is not None
+        write_review(submission, Review(verifications=[report.verification]))
+        assert submissions.level_of(submission) == VERIFIED
+        attack.forge(submission)
+        assert submissions.level_of(submission) == attack.stop
+        return
     attack.forge(submission)
     assert attack.stop in stop_of(submission, tmp_path)
 

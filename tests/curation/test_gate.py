@@ -8,10 +8,12 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from gym_extensions.curation.gate_report import comment
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.run import read_run, write_run
 from gym_extensions.verification import git as plumbing
 from gym_extensions.verification.git import Repository
 from gym_extensions.verification.limits import Limits
@@ -68,6 +70,24 @@ def test_an_edit_of_a_submission_goes_to_its_owner_and_a_maintainer(project: Pat
     report = checked(project)
     assert (report.kind, report.verdict, report.submission) == ("edit", "review", "old")
     assert report.labels == ["claimed", "edits-submission"]
+
+
+@pytest.mark.usefixtures("no_judge")
+def test_the_keys_that_an_edit_changes_are_named(project: Path) -> None:
+    manifest = (project / "submissions/old/submission.toml").read_text()
+    edited = manifest.replace("steps = 0\n", "steps = 9\n").replace('"formula"', '"ppo"')
+    files: dict[str, str | bytes | None] = {"submissions/old/submission.toml": edited}
+    for path in sorted(project.glob("submissions/old/*/sequential/run*.json")):
+        document = read_run(path)
+        write_run(path, msgspec.structs.replace(document, steps=document.steps - 1, command="mine"))
+    commit(project, files)
+    report = checked(project)
+    assert report.verdict == "review"
+    assert [note.partition(". ")[0] for note in report.notes[:2]] == [
+        "Changed in hopper-gravity/sequential/run0.json and 1 other document: command, steps",
+        "Changed in submission.toml: protocol.algorithm, tuning.steps",
+    ]
+    assert "claimed again" in comment(report)
 
 
 @pytest.mark.usefixtures("no_judge")

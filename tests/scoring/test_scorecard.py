@@ -249,14 +249,15 @@ def test_a_suite_names_the_groups_in_which_a_metric_has_no_value(
 
 def reviewed(folder: Path, *runs: str, **facts: object) -> None:
     """Adds a verification of these runs, as they are, to the review of a submission."""
+    found, review = read(folder), read_review(folder)
     digests = {
         key: digest
-        for submission in read(folder).groups.values()
+        for submission in found.groups.values()
         for protocol in submission.logs
         for key, digest in submission.digests(protocol).items()
     }
-    review = read_review(folder)
-    part = verification({key: digests[key] for key in runs or digests}, **facts)
+    assert found.manifest is not None
+    part = verification({key: digests[key] for key in runs or digests}, found.manifest.digest, **facts)
     write_review(folder, msgspec.structs.replace(review, verifications=[*review.verifications, part]))
 
 
@@ -282,6 +283,21 @@ def test_the_level_of_a_submission_is_the_lowest_of_its_logs(
     card = score_folder(folder, references)
     logs = card.groups[GROUP]
     assert (card.level, logs["sequential"].level, logs["single"].level) == levels
+
+
+def test_a_submission_whose_settings_change_is_claimed_again_and_a_change_of_prose_is_none(
+    make_submission: Write, references: References
+) -> None:
+    folder = make_submission()
+    reviewed(folder)
+    manifest = folder / "submission.toml"
+    manifest.write_text(MANIFEST.replace("Made up by", "Written with"))
+    assert score_folder(folder, references).level == "verified"
+    for old, new in (("steps = 0\ntasks", "steps = 1\ntasks"), ("0.01", "0.02"), ('"formula"', '"ppo"')):
+        manifest.write_text(MANIFEST.replace(old, new))
+        log = score_folder(folder, references).groups[GROUP]["sequential"]
+        assert (log.level, log.unverified) == ("claimed", (0, 1))
+        assert log.why_claimed == "The settings in submission.toml changed after the verification."
 
 
 def test_a_run_that_was_trained_again_is_marked(make_submission: Write, references: References) -> None:

@@ -40,7 +40,8 @@ def test_a_submission_has_its_logs_documents_and_review(make_submission: Callabl
         "single": (0, 1, 2, 3, 4),
     }
     assert group.runs["single"][4].run == 4
-    assert level(read_.review, group.digests("sequential")) == VERIFIED
+    assert read_.manifest is not None
+    assert level(read_.review, read_.manifest.digest, group.digests("sequential")) == VERIFIED
     assert group.notes == ()
     assert len(read_.documents) == 10
     assert read_.memory is not None

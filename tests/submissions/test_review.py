@@ -22,8 +22,16 @@ from gym_extensions.submissions.review import (
 )
 
 RUNS = {f"pusher/joint/run{run}": f"{run}" * 64 for run in range(3)}
+SETTINGS = "5" * 64
 PASSED = Verification(
-    date="2026-11-26", version="1.0.0", value="ab" * 32, runs=RUNS, cells=9, p_value=0.5, passed=True
+    date="2026-11-26",
+    version="1.0.0",
+    value="ab" * 32,
+    settings=SETTINGS,
+    runs=RUNS,
+    cells=9,
+    p_value=0.5,
+    passed=True,
 )
 FAILED = msgspec.structs.replace(PASSED, passed=False, p_value=1e-4, second_p_value=1e-5)
 ACCEPTED = Decision(action="accepted", by="A", date="2026-11-26", reason="Ü\n")
@@ -74,20 +82,25 @@ REST = msgspec.structs.replace(PASSED, runs=dict(list(RUNS.items())[2:]))
         ([HALF], CLAIMED),
         ([HALF, REST], VERIFIED),
         ([RETRAINED], VERIFIED),
+        ([msgspec.structs.replace(PASSED, settings="6" * 64)], CLAIMED),
+        ([msgspec.structs.replace(FAILED, settings="6" * 64), PASSED], VERIFIED),
     ],
 )
 def test_a_log_is_verified_if_each_run_is_and_none_failed(
     verifications: list[Verification], expected: str
 ) -> None:
-    assert level(Review(verifications=verifications), RUNS) == expected
+    assert level(Review(verifications=verifications), SETTINGS, RUNS) == expected
 
 
 def test_a_run_that_changed_is_claimed_again_and_a_refusal_is_about_the_old_files() -> None:
     changed = RUNS | {"pusher/joint/run1": "f" * 64}
-    assert level(Review(verifications=[PASSED]), changed) == CLAIMED
+    assert level(Review(verifications=[PASSED]), SETTINGS, changed) == CLAIMED
     again = msgspec.structs.replace(PASSED, runs=changed)
     new = {"pusher/joint/run1": "f" * 64}
-    assert level(Review(verifications=[FAILED, msgspec.structs.replace(again, runs=new)]), new) == VERIFIED
+    assert (
+        level(Review(verifications=[FAILED, msgspec.structs.replace(again, runs=new)]), SETTINGS, new)
+        == VERIFIED
+    )
 
 
 @pytest.mark.parametrize(
@@ -103,8 +116,8 @@ def test_a_run_that_was_trained_again_as_it_is_now_is_reproduced(
     changes: dict[str, object], expected: set[str]
 ) -> None:
     changed = msgspec.structs.replace(RETRAINED, **changes)
-    assert reproduced(Review(verifications=[changed]), RUNS) == expected
+    assert reproduced(Review(verifications=[changed]), SETTINGS, RUNS) == expected
 
 
 def test_a_log_without_runs_is_claimed() -> None:
-    assert level(Review(verifications=[PASSED]), {}) == CLAIMED
+    assert level(Review(verifications=[PASSED]), SETTINGS, {}) == CLAIMED

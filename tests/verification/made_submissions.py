@@ -152,7 +152,8 @@ def level_of(submission: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> str:
     found = read(submission, groups, policies=True)
     assert found.problems == ()
     (submitted,) = found.groups.values()
-    return level(found.review, submitted.digests("sequential"))
+    assert found.manifest is not None
+    return level(found.review, found.manifest.digest, submitted.digests("sequential"))
 
 
 def change_log(submission: Path, edit: Callable[[Row], Mapping[str, object]], run: int | None = None) -> Path:

@@ -82,10 +82,14 @@ def test_a_run_that_was_finished_when_the_machine_died_is_taken(folder: Path) ->
     assert len(training_of((take(folder) / "trained/1.toml").read_bytes()).runs) == 2
 
 
+def known(trained: Path) -> Training:
+    return training_of((trained / "1.toml").read_bytes())
+
+
 def record(**changes: object) -> Change:
     def change(trained: Path) -> None:
         path = trained / "1.toml"
-        stated = msgspec.to_builtins(training_of(path.read_bytes())) | changes
+        stated = msgspec.to_builtins(known(trained)) | changes
         path.write_text(training_text(msgspec.convert(stated, Training)), encoding="utf-8")
 
     return change
@@ -105,7 +109,14 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "a value of its own": (record(value="3f" * 20), "seeds do not follow"),
     "other code": (record(agent="0" * 64), "seeds do not follow"),
     "another digest": (record(runs={RUN: "0" * 64}), "not those of the record"),
-    "seeds of its own": (document(command="gym-extensions train --seeds 1"), "other seeds"),
+    "an edited document": (document(cpu_seconds=1.0), "not those of the record"),
+    "seeds of its own": (
+        lambda trained: (
+            document(command="gym-extensions train --seeds 1")(trained),
+            write(trained, known(trained)),
+        ),
+        "other seeds",
+    ),
     "an edited log": (lambda trained: (trained / f"1/{RUN}.csv").write_text("x\n"), f"{RUN}.csv"),
     "a file of its own": (lambda trained: (trained / "1/run.sh").write_text("x\n"), "Unexpected file"),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 import time
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
@@ -17,8 +18,9 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.references import load_references
+from gym_extensions.scoring.output.screen import count
 from gym_extensions.scoring.submission.scorer import score
-from gym_extensions.submissions import layout, reader, review
+from gym_extensions.submissions import layout, manifest, reader, review
 from gym_extensions.submissions.problem import Problem, cut, escape, problems as problems_of
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission
@@ -116,9 +118,42 @@ def _judged(
             _try_code(folder, answer)
     judged = {name: answer[name] for name in JUDGED if name in answer}
     judged["trains"] = bool(answer.get("entry"))
-    judged["notes"] = [cut(escape(note)) for note in judged.get("notes", ())[: reports.MAX_PROBLEMS]]
+    notes = [*changed_values(pull_request), *judged.get("notes", ())]
+    judged["notes"] = [cut(escape(note)) for note in notes[: reports.MAX_PROBLEMS]]
     report = msgspec.convert(msgspec.to_builtins(report) | judged, reports.GateReport)
     return _closed(report, msgspec.convert(answer.get("problems", ()), list[Problem]))
+
+
+def changed_values(pull_request: pull_request_rules.PullRequest) -> Iterator[str]:
+    """What an edit changes in the manifest and in documents of runs: the names of the keys, in words."""
+    sides = [
+        {file.path: file.object_id for file in files if file.path in pull_request.paths}
+        for files in (pull_request.base_files, pull_request.head_files)
+    ]
+    edited = [
+        path for path in sides[0] if path in sides[1] and path.endswith((layout.MANIFEST, layout.DOCUMENT))
+    ]
+    contents = (pull_request.repository.blobs([side[path] for path in edited]) for side in sides)
+    places = dict[str, list[str]]()
+    for path, *both in zip(edited, *contents, strict=True):
+        old, new = (_flat_values(path, data) for data in both)
+        changed = sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
+        places.setdefault(", ".join(changed), []).append(path.split("/", 2)[2])
+    for names, paths in places.items():
+        others = f" and {count(len(paths) - 1, 'other document')}" if len(paths) > 1 else ""
+        is_prose = paths == [layout.MANIFEST] and not names.startswith(manifest.SETTINGS)
+        again = "" if is_prose else " What was verified of it is claimed again."
+        yield f"Changed in {paths[0]}{others}: {names or 'the spelling'}.{again}"
+
+
+def _flat_values(path: str, data: bytes) -> dict[str, Any]:
+    """The values of a manifest or document by ``key`` or ``section.key``; none of a broken file."""
+    try:
+        tables = manifest.parse(data) if path.endswith(layout.MANIFEST) else json.loads(data)
+    except (ValueError, RecursionError):
+        return {}
+    parts = ((name, part if isinstance(part, dict) else {"": part}) for name, part in tables.items())
+    return {f"{name}.{key}".rstrip("."): value for name, part in parts for key, value in part.items()}
 
 
 def _try_code(folder: Path, answer: Judgement) -> None:

@@ -7,9 +7,12 @@ import msgspec
 from msgspec import Meta
 
 from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.submissions.run import content_digest
 
 FORMAT: Literal[1] = 1
 HYPERPARAMETERS = "hyperparameters"
+SETTINGS = ("protocol", "observes", "tuning", HYPERPARAMETERS)
+"""The sections that boards show or compare. The others are prose."""
 SHORT, LONG = 100, 4000
 """Most characters of a string; most elements of a list is ``SHORT`` too."""
 MAX_LINE = 20_000
@@ -125,6 +128,11 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
     tuning: Tuning | None = None
     hyperparameters: dict[str, Hyperparameter] = {}
     reported: Text = ""
+
+    @property
+    def digest(self) -> str:
+        """The SHA-256 of what boards show or compare (``SETTINGS``): a verification is about this, too."""
+        return content_digest({name: msgspec.to_builtins(getattr(self, name)) for name in SETTINGS})
 
 
 SECTIONS: dict[str, type[msgspec.Struct]] = {

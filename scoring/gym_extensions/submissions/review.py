@@ -38,7 +38,9 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     Attributes:
         version: of gym_extensions.
         value: hexadecimal digits from which the new seeds follow; fixed after the runs.
-        runs: the digest of log and policies of each run that was verified
+        settings: the digest of what the manifest says of the agent
+            (:attr:`gym_extensions.submissions.manifest.Manifest.digest`).
+        runs: the digest of each run that was verified: of its document, log and policies
             (:attr:`gym_extensions.submissions.run.RunDocument.digest`).
         episodes: logged episodes that were tried to repeat.
         repeated: how many of them were repeated bit for bit, or within a tolerance with ``runtime``.
@@ -53,6 +55,7 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     date: Date
     version: Text
     value: Value
+    settings: Sha256
     runs: dict[RunKey, Sha256]
     episodes: Count = 0
     repeated: Count = 0
@@ -130,25 +133,36 @@ def add_to_review(
     write_review(folder, Review(verifications=found[0], decisions=found[1]))
 
 
-def why_claimed(review: Review, digests: Mapping[str, str]) -> str:
+def decided(review: Review, settings: str, digests: Mapping[str, str]) -> dict[str, list[Verification]]:
+    """The verifications of each run, as it and the settings are now, without runs that have none."""
+    found: dict[str, list[Verification]] = {}
+    for part in review.verifications:
+        for key, _ in digests.items() & part.runs.items() if part.settings == settings else ():
+            found.setdefault(key, []).append(part)
+    return found
+
+
+def why_claimed(review: Review, settings: str, digests: Mapping[str, str]) -> str:
     """Why a log with runs of these digests is not verified, as a sentence; empty if it is."""
+    now = decided(review, settings, digests)
     for key, digest in digests.items():
-        found = [part for part in review.verifications if part.runs.get(key) == digest]
-        if failed := [part for part in found if not part.passed]:
+        if failed := [part for part in now.get(key, ()) if not part.passed]:
             return f"The verification of {failed[0].date} did not pass."
-        if not found:
-            changed = any(key in part.runs for part in review.verifications)
-            return f"{key} {'changed after its verification' if changed else 'is not verified yet'}."
+        if key not in now:
+            before = [part.runs[key] for part in review.verifications if key in part.runs]
+            if digest in before:
+                return "The settings in submission.toml changed after the verification."
+            return f"{key} {'changed after its verification' if before else 'is not verified yet'}."
     return ""
 
 
-def reproduced(review: Review, digests: Mapping[str, str]) -> set[str]:
+def reproduced(review: Review, settings: str, digests: Mapping[str, str]) -> set[str]:
     """The runs, as they are now, that were trained again and agree."""
-    passed = [part for part in review.verifications if part.passed]
-    return {key for part in passed for key, _ in digests.items() & part.runs.items() if key in part.retrained}
+    found = decided(review, settings, digests).items()
+    return {key for key, parts in found if any(part.passed and key in part.retrained for part in parts)}
 
 
-def level(review: Review, digests: Mapping[str, str]) -> Level:
+def level(review: Review, settings: str, digests: Mapping[str, str]) -> Level:
     """The level of a log that was submitted: claimed or verified.
 
     It is verified if each of its runs, as it is now, is in a verification that passed and in none that
@@ -156,7 +170,8 @@ def level(review: Review, digests: Mapping[str, str]) -> Level:
 
     Args:
         review: the review of the submission.
+        settings: the digest of the manifest's settings.
         digests: the digest of every run of the log, by the run's name
             (:meth:`gym_extensions.submissions.submission.SubmittedGroup.digests`).
     """
-    return CLAIMED if not digests or why_claimed(review, digests) else VERIFIED
+    return CLAIMED if not digests or why_claimed(review, settings, digests) else VERIFIED

@@ -141,9 +141,28 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     @property
     def digest(self) -> str:
-        """The SHA-256 of the digests of the log and of the policies: what a verification is about."""
-        policies = self.policies.sha256 if self.policies else ""
-        return hashlib.sha256(f"{self.log} {policies}\n".encode()).hexdigest()
+        """The SHA-256 of the document: what a verification is about, with the log and the policies.
+
+        Of the policies their digest counts, not where they lie.
+        """
+        policies = self.policies.sha256 if self.policies else None
+        return content_digest({**stated(self), "policies": policies})
+
+
+def stated(values: msgspec.Struct) -> dict[str, object]:
+    """The keys of a document or section whose values are not the default ones, as in a file."""
+    found = {}
+    for field in msgspec.structs.fields(values):
+        make, value = field.default_factory, getattr(values, field.name)
+        if value != (field.default if make is msgspec.NODEFAULT else make()):
+            found[field.name] = msgspec.to_builtins(value)
+    return found
+
+
+def content_digest(content: object) -> str:
+    """The SHA-256 of builtin values as JSON without spaces, with sorted keys."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def order_of(group: TaskGroup, protocol: str, run: int) -> list[str]:

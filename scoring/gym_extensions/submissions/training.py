@@ -25,7 +25,7 @@ class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         commit: the one that merged this version of the code.
         value: public hexadecimal digits that were fixed after it; may be empty.
         agent: the digest of the code (:func:`code_digest`).
-        runs: the digest of log and policies of each run, by name.
+        runs: the digest of each run, by name.
         failed: why the agent failed in a run. The run that lies in its place is that of the agent ``zero``,
             which is the floor of every task of the core.
     """

@@ -6,10 +6,10 @@ from pathlib import Path
 from gym_extensions.baselines import algorithms
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import manifest, review
-from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, NETWORK, POLICIES
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.git import Repository
-from gym_extensions.verification.verify import logged_runs, verified_before
+from gym_extensions.verification.verify import logged_runs, settings_of
 
 TRAINED_AGAIN = ("smoke", "100k", "300k")
 """Budgets of which a job trains a run again: a run of the others takes hours."""
@@ -32,15 +32,16 @@ def is_trained_again(submission: Submission) -> bool:
 def undecided_runs(submission: Submission) -> dict[str, str]:
     """The digest of every run with policies about which no verification has decided, by the run's name."""
     runs = {name: run for name, run in logged_runs(submission).items() if run.document.policies is not None}
-    decided = verified_before(submission.review, runs)
-    return {name: run.document.digest for name, run in runs.items() if name not in decided}
+    digests = {name: run.document.digest for name, run in runs.items()}
+    decided = review.decided(submission.review, settings_of(submission), digests) if runs else {}
+    return {name: digest for name, digest in digests.items() if name not in decided}
 
 
 def runs_by_commit(submission: Path, runs: Iterable[str]) -> dict[str, list[str]]:
     """The names of runs by the commit that fixed their files, so that a bad run refuses no run of others.
 
-    It is the last commit of HEAD's first-parent history that changed one of the files. For a merged pull
-    request it is the merge commit, which its author did not know.
+    It is the last commit of HEAD's first-parent history that changed one of the files or the manifest. For a
+    merged pull request it is the merge commit, which its author did not know.
 
     Raises:
         BenchError: the files are not committed as they are, or the clone lacks older commits.
@@ -53,7 +54,7 @@ def runs_by_commit(submission: Path, runs: Iterable[str]) -> dict[str, list[str]
     for name in runs:
         networks = [path.name.partition(".")[2] for path in sorted(submission.glob(f"{name}.*{NETWORK}"))]
         suffixes = (LOG, DOCUMENT, POLICIES, *(f".{network}" for network in networks))
-        paths = [f"{folder}/{name}{suffix}" for suffix in suffixes]
+        paths = [f"{folder}/{MANIFEST}", *(f"{folder}/{name}{suffix}" for suffix in suffixes)]
         if of_run := sorted(uncommitted & set(paths)):
             message = "It is not committed in its present form, so no commit determines its seeds."
             raise BenchError("not-committed", message, of_run[0], SEEDS_HINT)
@@ -80,7 +81,8 @@ def take(submission: Submission, file: Path) -> None:
         raise BenchError("bad-record", "It has no verification, or decisions besides.", str(file), AGAIN)
     runs = undecided_runs(submission)
     for each in found.verifications:
-        if not each.runs or not each.runs.items() <= runs.items():
+        is_current = each.settings == settings_of(submission)
+        if not each.runs or not each.runs.items() <= runs.items() or not is_current:
             message = "It is about other files, or about files that already have a verdict."
             raise BenchError("bad-record", message, str(file), AGAIN)
         if set(runs_by_commit(submission.path, each.runs)) != {each.value}:

@@ -54,7 +54,7 @@ def agrees(p_value: float) -> bool:
 class Draw:
     """New seeds, which nobody knew when the files were submitted: they follow from both.
 
-    ``digest`` is that of logs and policies (:func:`files_digest`). ``value`` are 40 to 128 hexadecimal digits
+    ``digest`` is that of the runs (:func:`files_digest`). ``value`` are 40 to 128 hexadecimal digits
     that were fixed after them, such as the merge commit's id. A second draw has the ``number`` 2.
     """
 
@@ -85,7 +85,7 @@ def require_value(value: str) -> str:
 
 
 def files_digest(runs: Mapping[str, str]) -> str:
-    """The SHA-256 of one line per run, sorted: its name, a space, the digest of its log and policies."""
+    """The SHA-256 of one line per run, sorted: its name, a space, its digest."""
     return hashlib.sha256("".join(f"{name} {runs[name]}\n" for name in sorted(runs)).encode()).hexdigest()
 
 

@@ -18,7 +18,7 @@ from gym_extensions.submissions import fetch, layout, problem
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.onnx import RUNTIME
-from gym_extensions.submissions.review import Review, Verification
+from gym_extensions.submissions.review import Verification
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission, is_trainable
 from gym_extensions.verification import new_seeds
@@ -207,10 +207,10 @@ def is_first_arithmetic(submission: Submission, run: LoggedRun) -> bool:
     return run.document.arithmetic != ARITHMETIC and not is_sampled(submission)
 
 
-def verified_before(review: Review, runs: Mapping[str, LoggedRun]) -> set[str]:
-    """The runs about which a verification has decided, with the files that they have now."""
-    stated = (pair for each in review.verifications for pair in each.runs.items())
-    return {name for name, digest in stated if name in runs and runs[name].document.digest == digest}
+def settings_of(submission: Submission) -> str:
+    """The digest of what the manifest of a submission without problems says of the agent."""
+    assert submission.manifest is not None, "it has no problems"
+    return submission.manifest.digest
 
 
 def verify(
@@ -296,6 +296,7 @@ def verify(
             date=datetime.now(UTC).date().isoformat(),
             version=version("gym-extensions"),
             value=value,
+            settings=settings_of(submission),
             runs=digests,
             episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
             repeated=sum(each.repeated for each in repetitions.values()),

@@ -19,6 +19,7 @@ from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.stages import with_stages
 from gym_extensions.submissions import review as reviews
 from gym_extensions.submissions.log import Log
+from gym_extensions.submissions.manifest import SETTINGS
 from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, VERIFIED, Level
 from gym_extensions.submissions.run import ARITHMETIC
 from gym_extensions.submissions.submission import (
@@ -40,7 +41,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
     manifest, review = submission.manifest, submission.review
     groups: dict[str, dict[str, scorecard.GroupScore]] = {}
     trained: dict[str, scorecard.GroupScore] = {}
-    digests: dict[str, str] = {}
+    digests, settings = dict[str, str](), manifest.digest if manifest else ""
     level: Level | None = None
     if manifest and not submission.problems:
         budget = manifest.protocol.budget
@@ -54,14 +55,16 @@ def score(submission: Submission, references: References, only: Collection[str] 
             for protocol, runs in returns.runs.items():
                 documents = [submitted.runs[protocol][run] for run in runs]
                 found = submitted.digests(protocol)
-                again = reviews.reproduced(review, found)
+                again = reviews.reproduced(review, settings, found)
                 digests |= found
                 without = ", ".join(str(each.run) for each in documents if each.policies is None)
-                claims = (reviews.why_claimed(review, {key: digest}) for key, digest in found.items())
+                claims = (reviews.why_claimed(review, settings, {key: found[key]}) for key in found)
                 groups[name][protocol] = score_group(
                     *(returns, references, protocol, budget),
-                    level=reviews.level(review, found),
-                    why=f"No policies of run {without}." if without else reviews.why_claimed(review, found),
+                    level=reviews.level(review, settings, found),
+                    why=f"No policies of run {without}."
+                    if without
+                    else reviews.why_claimed(review, settings, found),
                     unverified=tuple(run for run, claim in zip(runs, claims, strict=True) if claim),
                     provenance=[
                         scorecard.RunProvenance.of(document, key in again)
@@ -96,7 +99,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
                 part,
                 logs=tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
                 runs=len(part.runs),
-                current=sum(digests.get(key) == digest for key, digest in part.runs.items()),
+                current=len(digests.items() & part.runs.items()) * (part.settings == settings),
                 retrained=tuple(part.retrained),
             )
             for part in review.verifications
@@ -109,12 +112,13 @@ def score(submission: Submission, references: References, only: Collection[str] 
 
 
 def manifest_summary(submission: Submission) -> scorecard.ManifestSummary | None:
-    """What the scorecard says of a manifest. What a trained agent observes is not the author's statement."""
+    """What the scorecard says of a manifest. The settings of trained code are not the author's statement."""
     if (manifest := submission.manifest) is None:
         return None
     trained, memory = submission.trained, submission.memory
     if trained and trained.runs.manifest:
-        manifest = msgspec.structs.replace(manifest, observes=trained.runs.manifest.observes)
+        told = {name: getattr(trained.runs.manifest, name) for name in SETTINGS}
+        manifest = msgspec.structs.replace(manifest, **told)
         memory = memory or trained.runs.memory
     return filled(scorecard.ManifestSummary, manifest, memory=memory)
 
