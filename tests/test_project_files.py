@@ -105,7 +105,7 @@ def test_a_workflow_that_runs_on_untrusted_input_starts_without_permissions_and_
     }
     assert privileged == {"gate.yml", "gate-comment.yml"}
     assert all("\npermissions: {}\n" in texts[name] for name in privileged)
-    for name, writing in (("gate.yml", []), ("train.yml", ["record"])):
+    for name, writing in (("gate.yml", []), ("train.yml", ["record"]), ("review.yml", ["record"])):
         parts = re.split(r"^  (\w+):$", texts[name].partition("\njobs:\n")[2], flags=re.MULTILINE)[1:]
         jobs = dict(zip(parts[::2], parts[1::2], strict=True))
         assert [job for job, text in jobs.items() if ": write" in text or "GH_TOKEN" in text] == writing

@@ -79,6 +79,10 @@ def returns(change: Callable[[float], float], where: Callable[[Row], bool] = lam
     return rows(lambda row: {"return": change(row["return"])} if where(row) else {})
 
 
+def is_zero_shot(row: Row) -> bool:
+    return bool(row["stage"] == [task.id for task in TASKS].index(row["task"]) > 0)
+
+
 def first_row(**values: object) -> Forge:
     """Changes the first row of every log."""
     is_first = {"stage": 0, "task": TASKS[0].id, "episode": 0}
@@ -268,6 +272,12 @@ ATTACKS = (
         "The best of five evaluations of every episode.", best_of(5, "episode"), NEW_SEEDS, head="gaussian"
     ),
     Attack("The best of ten evaluations of every cell.", best_of(10, "cell"), NEW_SEEDS, head="gaussian"),
+    Attack(
+        "Zero-shot transfer is invented: the returns on every task right before its training.",
+        returns(lambda value: value + 50, is_zero_shot),
+        NEW_SEEDS,
+        head="gaussian",
+    ),
     Attack("All runs are made from one, by noise of a thousandth of the weights.", one_run_many_times, TWINS),
     Attack("Tuning is said to have cost nothing.", lambda submission: submission, VERIFIED),
     *(
@@ -298,13 +308,11 @@ def stop_of(submission: Path, cache: Path) -> str:
         return CLAIMED
     if found.passed:
         return VERIFIED
-    if report.twins:
-        return TWINS
     if not report.means:
         return POLICIES
     is_refused = found.second_p_value is not None and max(found.p_value, found.second_p_value) <= 0.004
     is_other = any(each.difference and name not in report.machines for name, each in report.runs.items())
-    return REPETITION if is_other else NEW_SEEDS if is_refused else "?"
+    return REPETITION if is_other else NEW_SEEDS if is_refused else TWINS if report.twins else "?"
 
 
 @pytest.mark.usefixtures("in_this_process")

@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Array]
 
 RUNS = [run for run in range(5) for _ in range(2)]
-"""The runs of the ten cells of a task."""
+STAGES = [stage for _ in range(5) for stage in range(2)]
+"""The runs and stages of the ten cells of a task."""
 
 
 def honest(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
@@ -39,7 +40,7 @@ def best_cell_of_five(rng: np.random.Generator, shape: tuple[int, ...]) -> Array
 def p_value(logged: Draw, seed: int, fresh: Draw = honest, tasks: int = 5) -> float:
     rng = np.random.default_rng(seed)
     shape = (len(RUNS), 20)
-    submission = [TaskReturns(RUNS, logged(rng, shape), fresh(rng, shape)) for _ in range(tasks)]
+    submission = [TaskReturns(RUNS, STAGES, logged(rng, shape), fresh(rng, shape)) for _ in range(tasks)]
     return compare(submission, rng)
 
 
@@ -98,7 +99,9 @@ def test_noise_that_an_agent_draws_in_all_tasks_is_no_evidence() -> None:
         rng = np.random.default_rng(seed)
         noise = rng.standard_normal((5, 20))
         tasks = [
-            TaskReturns(range(5), noise + 0.5 * rng.standard_normal((5, 20)), rng.standard_normal((5, 20)))
+            TaskReturns(
+                range(5), [0] * 5, noise + 0.5 * rng.standard_normal((5, 20)), rng.standard_normal((5, 20))
+            )
             for _ in range(5)
         ]
         return compare(tasks, rng)
@@ -111,12 +114,12 @@ def test_noise_that_an_agent_draws_in_all_tasks_is_no_evidence() -> None:
 def test_constant_returns_pass() -> None:
     constant = np.full((2, 20), -100.0)
     rng = np.random.default_rng(0)
-    assert compare([TaskReturns([0, 1], constant, constant)], rng) == 1.0
+    assert compare([TaskReturns([0, 1], [0, 1], constant, constant)], rng) == 1.0
     assert compare([], rng) == 1.0
 
 
 def test_invented_returns_of_a_constant_policy_are_refused() -> None:
     logged, fresh = np.full((2, 20), 5.0), np.full((2, 20), 4.0)
-    result = compare([TaskReturns([0, 1], logged, fresh)], np.random.default_rng(0))
-    assert result == pytest.approx(3 / (new_seeds.PERMUTATIONS + 1))
+    result = compare([TaskReturns([0, 1], [0, 1], logged, fresh)], np.random.default_rng(0))
+    assert result == pytest.approx(new_seeds.STATISTICS / (new_seeds.PERMUTATIONS + 1))
     assert not new_seeds.agrees(result)

@@ -102,6 +102,11 @@ def document(**changes: object) -> Change:
     )
 
 
+def other_seeds(trained: Path) -> None:
+    document(command="gym-extensions train --seeds 1")(trained)
+    write(trained, known(trained))
+
+
 REFUSED: dict[str, tuple[Change, str]] = {
     "no record": (lambda trained: (trained / "1.toml").unlink(), "not a record"),
     "a key of its own": (lambda trained: (trained / "1.toml").write_text("rank = 1\n"), "not a record"),
@@ -110,13 +115,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "other code": (record(agent="0" * 64), "seeds do not follow"),
     "another digest": (record(runs={RUN: "0" * 64}), "not those of the record"),
     "an edited document": (document(cpu_seconds=1.0), "not those of the record"),
-    "seeds of its own": (
-        lambda trained: (
-            document(command="gym-extensions train --seeds 1")(trained),
-            write(trained, known(trained)),
-        ),
-        "other seeds",
-    ),
+    "seeds of its own": (other_seeds, "other seeds"),
     "an edited log": (lambda trained: (trained / f"1/{RUN}.csv").write_text("x\n"), f"{RUN}.csv"),
     "a file of its own": (lambda trained: (trained / "1/run.sh").write_text("x\n"), "Unexpected file"),
 }

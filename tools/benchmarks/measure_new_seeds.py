@@ -2,13 +2,13 @@
 
 python -m tools.benchmarks.measure_new_seeds [--submissions 400]
 
-A submission has five runs of a group of five tasks, 45 cells (R[T][j] and R[j][j]) of 20 logged and 20 new
-episodes per draw. A submission that the first draw refuses is evaluated with a second one, which decides.
-Returns
-of a cell are drawn from one of three distributions: normal, lognormal, and falls (a sixth of the episodes
-ends early, with a fifth of the return). ``seed`` is the correlation of the returns of one seed between cells;
-in the committed logs of ``random`` and ``trpo-2017`` it is at most 0.009. The attacks log the better of two
-evaluations of every episode, or the best of five evaluations of every cell.
+A submission has five runs of a group of five tasks, 150 cells (R[s][j] of six stages) of 20 logged and 20
+new episodes per draw. A submission that the first draw refuses is evaluated with a second one, which decides.
+Returns of a cell are drawn from one of three distributions: normal, lognormal, and falls (a sixth of the
+episodes ends early, with a fifth of the return). ``seed`` is the correlation of the returns of one seed
+between cells; in the committed logs of ``random`` and ``trpo-2017`` it is at most 0.009. The attacks log the
+better of two evaluations of every episode, of all cells or of the last stage alone, or the best of five
+evaluations of every cell.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from gym_extensions.verification.new_seeds import TaskReturns, agrees, compare
 Array = NDArray[np.float64]
 
 TASKS, RUNS, EPISODES, EVALUATIONS = 5, 5, 20, 5
-SPREAD = {"honest": 0.27, "best of two episodes": 0.27, "best cell of five": 0.31}
+BEST_OF_TWO = ("best of two episodes", "the same, last stage alone")
+SPREAD = {"honest": 0.27, **dict.fromkeys(BEST_OF_TWO, 0.27), "best cell of five": 0.31}
 """Standard deviation over mean, such that the attacks raise the mean of normal returns by 15 % and by 8 %."""
 
 
@@ -46,18 +47,20 @@ def submission(
     rng: np.random.Generator, attack: str, kind: str, seed: float
 ) -> Iterator[tuple[TaskReturns, TaskReturns]]:
     """The returns of each task of a submission with two draws. The log is honest or selected."""
-    for task in range(TASKS):
-        runs = [run for run in range(RUNS) for _ in range(2 if task < TASKS - 1 else 1)]
+    runs, stages = np.divmod(np.arange(RUNS * (TASKS + 1)), TASKS + 1)
+    for _ in range(TASKS):
         returns = draw(rng, kind, SPREAD[attack], seed, len(runs))
         logged = returns[:, :, :EPISODES]
         first = logged[0]
-        if attack == "best of two episodes":
-            first = np.maximum(logged[0], logged[1])
+        if attack in BEST_OF_TWO:
+            changed = (stages == TASKS) | (attack == BEST_OF_TWO[0])
+            first = np.where(changed[:, None], np.maximum(logged[0], logged[1]), logged[0])
         elif attack == "best cell of five":
             best = logged.mean(axis=2).argmax(axis=0)
             first = logged[best, np.arange(len(runs))]
         fresh = np.split(returns[0, :, EPISODES:], 2, axis=1)
-        yield TaskReturns(runs, first, fresh[0]), TaskReturns(runs, first, fresh[1])
+        labels = runs.tolist(), stages.tolist()
+        yield TaskReturns(*labels, first, fresh[0]), TaskReturns(*labels, first, fresh[1])
 
 
 def refusals(rng: np.random.Generator, attack: str, kind: str, seed: float) -> tuple[bool, bool]:

@@ -19,8 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, task_order
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 
@@ -28,8 +27,8 @@ Array = NDArray[np.float64]
 
 VALUE = re.compile(r"[0-9a-f]{40,128}")
 PERMUTATIONS = 4999
-STATISTICS = 3
-"""Tests of a submission: all cells, the largest run, the largest cell. It multiplies their p values."""
+STATISTICS = 4
+"""Tests of a submission: all cells, the largest run, stage and cell. It multiplies their p values."""
 ROUNDING = 1e-9
 """Statistics that differ by less are equal."""
 
@@ -37,10 +36,12 @@ ROUNDING = 1e-9
 class TaskReturns(NamedTuple):
     """The returns of the cells of one task: logged (cells, prescribed seeds), and fresh (cells, new seeds).
 
-    ``runs`` has the run of each cell, as an index over all runs of all logs of the submission.
+    ``runs`` has the run of each cell, as an index over all runs of all logs of the submission, ``stages`` its
+    stage.
     """
 
     runs: Sequence[int]
+    stages: Sequence[int]
     logged: Array
     fresh: Array
 
@@ -89,24 +90,13 @@ def files_digest(runs: Mapping[str, str]) -> str:
     return hashlib.sha256("".join(f"{name} {runs[name]}\n" for name in sorted(runs)).encode()).hexdigest()
 
 
-def tested_cells(protocol: str, run: int, tasks: Sequence[Task]) -> list[tuple[int, int]]:
-    """Stage and index of the task of the cells of final performance and forgetting.
-
-    Where tasks are learned one after another, R[T][j] and R[j][j]; else every task at stage 1.
-    """
-    if protocol not in IN_ORDER:
-        return [(1, index) for index in range(len(tasks))]
-    last = [(len(tasks), index) for index in range(len(tasks))]
-    return list(dict.fromkeys([*last, *enumerate(task_order(protocol, run, len(tasks)), 1)]))
-
-
 def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> float:
     """The one-sided p value of the logged returns of all cells against the new ones.
 
     A cell's difference is the difference of its two means over the standard deviation of its returns. The
-    statistics are the sum over all cells, the largest sum over the cells of a run divided by the square root
-    of their number, and the largest of a cell. The p value is the smallest of the three times three
-    (Bonferroni). All tasks have the same numbers of logged and new episodes.
+    statistics are the sum over all cells, the largest sum over the cells of a run and that over those of a
+    stage, divided by the square root of their number, and the largest of a cell. The p value is the smallest
+    of the four times four (Bonferroni). All tasks have the same numbers of logged and new episodes.
     """
     if not tasks:
         return 1.0
@@ -115,14 +105,11 @@ def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> float:
     exchanged = rng.permuted(np.tile(data, (PERMUTATIONS, 1)), axis=1)
     weights = np.concatenate([data[None], exchanged])
     differences = np.concatenate([_differences(task, weights) for task in tasks])
-    runs = np.concatenate([np.asarray(task.runs) for task in tasks])
-    sums = np.stack([differences[runs == run].sum(axis=0) for run in np.unique(runs)])
-    sizes = np.array([(runs == run).sum() for run in np.unique(runs)])
-    statistics = (
-        differences.sum(axis=0),
-        (sums / np.sqrt(sizes)[:, None]).max(axis=0),
-        differences.max(axis=0),
-    )
+    statistics = [differences.sum(axis=0), differences.max(axis=0)]
+    for name in ("runs", "stages"):
+        labels = np.concatenate([getattr(task, name) for task in tasks])
+        parts = (differences[labels == label] for label in np.unique(labels))
+        statistics.append(np.max([part.sum(axis=0) / np.sqrt(len(part)) for part in parts], axis=0))
     p_values = [float((values >= values[0] - ROUNDING).mean()) for values in statistics]
     return min(1.0, STATISTICS * min(p_values))
 

@@ -70,9 +70,9 @@ class LoggedRun:
         return Cell(stage, task, tuple(evaluation_seed(*names, episode) for episode in episodes))
 
     def tested(self, draw: new_seeds.Draw) -> tuple[Cell, ...]:
-        """The cells of final performance and forgetting, with the new seeds of a draw."""
+        """All cells of the log, because metrics use them all, with the new seeds of a draw."""
         group, cells = self.log.group, []
-        for stage, task in new_seeds.tested_cells(self.log.protocol, self.document.run, group.tasks):
+        for stage, task in self.logged:
             task_id = group.task_ids[task]
             noise = draw.seed(group.id, self.log.protocol, self.document.run, stage, task_id)
             cells.append(Cell(stage, task, tuple(draw.seeds(group.id, task_id)), noise))
@@ -337,14 +337,17 @@ def _task_returns(
     runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh
 ) -> list[new_seeds.TaskReturns]:
     """The logged returns of the tested cells and those on new seeds, by task."""
-    parts = defaultdict[tuple[str, int], list[tuple[int, list[float], list[float]]]](list)
+    parts = defaultdict[tuple[str, int], list[tuple[int, int, list[float], list[float]]]](list)
     for index, (name, run) in enumerate(runs.items()):
         for cell, outcomes in zip(run.tested(draw), fresh[name], strict=True):
             old = [outcome.return_ for outcome in run.logged[cell.stage, cell.task]]
             new = [outcome.return_ for outcome in outcomes]
-            parts[run.log.group.id, cell.task].append((index, old, new))
+            parts[run.log.group.id, cell.task].append((index, cell.stage, old, new))
     columns = (zip(*cells, strict=True) for cells in parts.values())
-    return [new_seeds.TaskReturns(indices, np.array(old), np.array(new)) for indices, old, new in columns]
+    return [
+        new_seeds.TaskReturns(indices, stages, np.array(old), np.array(new))
+        for indices, stages, old, new in columns
+    ]
 
 
 def _p_value(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -153,6 +153,39 @@ def test_what_a_network_may_not_contain_is_named(case: str) -> None:
     assert named in error_of(data())
     with pytest.raises(BenchError, match=r"docs/policies\.md"):
         OnnxPolicy(data())
+
+
+def talking(axes: Sequence[int] | None, *, as_input: bool = False) -> bytes:
+    """A network whose actions are a maximum over these axes, or all, added to the observation."""
+    stated = {} if as_input or axes is None else {"axes": list(axes)}
+    kind = "ReduceSum" if as_input else "ReduceMax"
+    constants = [onnx.numpy_helper.from_array(np.array(axes), "axes")] if as_input else []
+    names = ["observation", *(["axes"] if as_input else [])]
+    nodes = [
+        onnx.helper.make_node(kind, names, ["most"], keepdims=1, **stated),
+        onnx.helper.make_node("Add", ["observation", "most"], ["action"]),
+    ]
+    shape = [value("observation", FLOAT, [BATCH, 3])], [value("action", FLOAT, [BATCH, 3])]
+    return model(graph(nodes, *shape, constants))
+
+
+@pytest.mark.parametrize("as_input", [False, True])
+def test_a_reduction_over_the_batch_is_refused_and_others_are_not(as_input: bool) -> None:
+    for axes in ([0], [1, 0]) if as_input else ([0], [0, 1], None):
+        assert "reduces axis 0, the batch" in error_of(talking(axes, as_input=as_input))
+    assert OnnxPolicy(talking([1], as_input=as_input)).act(np.ones((4, 3))).shape == (4, 3)
+
+
+def test_a_network_whose_rows_see_each_other_in_another_way_is_refused() -> None:
+    nodes = [
+        onnx.helper.make_node("CumSum", ["observation", "axis"], ["action"]),  # row by row
+    ]
+    constants = [onnx.numpy_helper.from_array(np.array(0), "axis")]
+    shape = [value("observation", FLOAT, [BATCH, 3])], [value("action", FLOAT, [BATCH, 3])]
+    policy = OnnxPolicy(model(graph(nodes, *shape, constants)))
+    assert policy.act(np.zeros((4, 3))).tolist() == np.zeros((4, 3)).tolist()
+    with pytest.raises(BenchError, match="another one of the batch"):
+        policy.act(np.ones((4, 3)))
 
 
 def test_a_file_beyond_the_limit_is_not_parsed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,6 +26,8 @@ RUNTIME = "onnxruntime"
 MISSING = "missing-extra"
 """The code of the error if a package is not installed, which says nothing about the policy."""
 HINT = "docs/policies.md says what a network may contain."
+ROWS = 1e-3
+"""Tolerance, absolute and relative, within which a batch has the outputs of its halves."""
 MAX_STEP_SECONDS = 5.0
 """Longest time for the actions of one step."""
 FAILURES: tuple[type[Exception], ...] = (RuntimeError, ValueError, MemoryError)
@@ -132,6 +134,7 @@ def _content_errors(model: Any) -> Iterator[str]:
     if model.functions or model.training_info:
         yield "The model has functions or training information; only a graph is allowed."
     operators, is_external, is_sparse = set[str](), False, False
+    mixing = [node.op_type for node in _reductions_of_rows(model.graph)]
     for graph in _graphs(model.graph):
         is_sparse |= bool(graph.sparse_initializer)
         for node in graph.node:
@@ -142,10 +145,28 @@ def _content_errors(model: Any) -> Iterator[str]:
         is_external |= any(tensor.data_location or tensor.external_data for tensor in _tensors(graph))
     for name in sorted(operators)[:3]:
         yield f"The operator {quote(name)} is not allowed."
+    for name in mixing[:3]:
+        yield f"{name} reduces axis 0, the batch, whose rows are other episodes. State other, constant axes."
     if is_external:
         yield "A tensor lies in another file; all data must be in the file itself."
     if is_sparse:
         yield "A tensor is sparse; only dense ones are allowed."
+
+
+def _reductions_of_rows(main: Any) -> Iterator[Any]:
+    """The reductions over axis 0, the batch: of it, of all axes, or of axes that are not constant."""
+    to_array, constants = required("onnx").numpy_helper.to_array, dict[str, Any]()
+    for graph in _graphs(main):
+        constants |= {tensor.name: tensor for tensor in graph.initializer}
+        constants |= {
+            each.output[0]: each.attribute[0].t for each in graph.node if each.op_type == "Constant"
+        }
+    for node in (node for graph in _graphs(main) for node in graph.node if node.op_type.startswith("Reduce")):
+        axes = [axis for attribute in node.attribute if attribute.name == "axes" for axis in attribute.ints]
+        if len(node.input) > 1 and node.input[1] in constants:
+            axes = to_array(constants[node.input[1]]).ravel().tolist()
+        if not axes or 0 in axes:
+            yield node
 
 
 def _graphs(graph: Any) -> Iterator[Any]:
@@ -285,8 +306,8 @@ class OnnxPolicy:
         task in the group, for policies that read them.
 
         Raises:
-            BenchError: the observations have another size, the network fails, a step takes longer than
-                ``MAX_STEP_SECONDS``, or onnxruntime is not installed.
+            BenchError: the observations have another size, the network fails, its rows depend on each other,
+                a step takes longer than ``MAX_STEP_SECONDS``, or onnxruntime is not installed.
         """
         values = np.asarray(observations)
         if values.ndim == len(self.network.inputs["observation"].shape):
@@ -313,6 +334,12 @@ class OnnxPolicy:
                     message = f"There are {size} observations; the states are of {len(feeds[name])}."
                     raise BenchError("bad-observations", message, "act()", "Call reset() before.")
         outputs = dict(zip(self.network.outputs, self.run(feeds), strict=True))
+        for half in (slice(0, size // 2), slice(size // 2, size)) if size > 1 else ():
+            parts = self.run({name: values[half] for name, values in feeds.items()})
+            pairs = zip(outputs.values(), parts, strict=True)
+            if not all(np.allclose(whole[half], part, ROWS, ROWS, equal_nan=True) for whole, part in pairs):
+                message = "An observation changes the action for another one of the batch."
+                raise BenchError("batch-dependent", message, "act()", HINT)
         if outputs["action"].shape != (size, self.num_actions):
             message = f"The actions have the shape {outputs['action'].shape} for {size} observations."
             raise BenchError("onnx-failed", message, "act()", HINT)
