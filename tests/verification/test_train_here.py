@@ -159,9 +159,9 @@ def test_code_that_changed_is_the_next_version_and_due(
 def test_another_entry_of_the_same_code_is_the_next_version(folder: Path) -> None:
     text = (take(folder) / "submission.toml").read_text(encoding="utf-8")
     other = text.replace('"agent.py:make"', '"agent.py:other"')
-    merge = commit(folder / "main", {"submissions/new/submission.toml": other})
+    found = merge(folder / "main", {"submissions/new/submission.toml": other})
     number, training = train_here.present(read(folder / "main/submissions/new"), "")
-    assert (number, training.commit) == (2, merge)
+    assert (number, training.commit) == (2, found)
 
 
 def test_half_a_run_is_due_again_and_a_broken_record_is_not_written_over(folder: Path) -> None:
