@@ -8,6 +8,7 @@ no part of a verification can show. The rows are those of docs/security.md.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -97,6 +98,10 @@ def first_row(**values: object) -> Forge:
 def documents(change: Callable[..., Mapping[str, object]]) -> Forge:
     """Changes the documents of all runs."""
     return lambda submission: change_documents(submission, change)
+
+
+OTHERS = itertools.count(9)
+"""Seeds of other agents' networks, one per run: two runs with one policy would be one run twice."""
 
 
 def policies(change: Callable[[dict[Key, AnyPolicy]], object]) -> Forge:
@@ -240,7 +245,7 @@ ATTACKS = (
     ),
     Attack(
         "The policy files are those of another agent.",
-        policies(lambda stored: stored.update(dict.fromkeys(stored, network(9)))),
+        policies(lambda stored: stored.update(dict.fromkeys(stored, network(next(OTHERS))))),
         REPETITION,
     ),
     Attack(
@@ -255,7 +260,7 @@ ATTACKS = (
     ),
     Attack(
         "The policy files are Gaussians that any action agrees with.",
-        policies(lambda stored: stored.update(dict.fromkeys(stored, network(9, "gaussian")))),
+        policies(lambda stored: stored.update(dict.fromkeys(stored, network(next(OTHERS), "gaussian")))),
         NEW_SEEDS,
         head="gaussian",
     ),

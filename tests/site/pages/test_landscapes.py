@@ -52,7 +52,7 @@ def test_the_page_of_a_submission_shows_its_landscape_and_publishes_it(
     # over two runs agile ends at 900 and 1000 where the best mean is 1950
     assert "interpolation 0.49" in page.text
     assert "Interpolation and extrapolation" in page.text
-    assert "Interpolation and extrapolation to gravities" in Reader(texts["index.html"]).text
+    assert "Interpolation and extrapolation to gravities" in Reader(texts["groups.html"]).text
     assert "Run 1" in page.text
     assert "at 1.25 g" in page.text
     published = Landscape.from_json(texts[f"submissions/agile/landscape-{GROUP.id}.json"])
