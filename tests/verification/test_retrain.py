@@ -91,9 +91,9 @@ def test_a_run_with_the_same_bytes_is_reproduced_and_the_submission_is_read_once
 
 
 def test_a_log_that_training_does_not_give_refutes_the_submission(workshop: Path) -> None:
-    """No verification without training sees it: the policies sample, and stage 0 is not run on new seeds."""
+    """No verification without training sees it: the policies sample, and the difference is small."""
     submission = workshop / "random"
-    multiply(submission, 0, 0.5)
+    multiply(submission, 0, 0.93)
     assert verify(submission, "--write") == 1
     (record,) = read_review(submission).verifications
     assert not record.passed
@@ -113,7 +113,7 @@ def test_another_log_within_noise_is_not_reproduced_on_the_machine_that_made_it(
     assert level_of(submission) == "verified"
 
 
-@pytest.mark.parametrize(("factor", "is_reproduced"), [(1 - 1e-9, True), (0.5, False)])
+@pytest.mark.parametrize(("factor", "is_reproduced"), [(1 - 1e-9, True), (0.93, False)])
 def test_a_run_that_was_made_elsewhere_is_compared_by_its_means_and_refutes_nothing(
     workshop: Path, factor: float, is_reproduced: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
