@@ -156,7 +156,7 @@ def test_a_submission_that_is_replaced_by_a_link_is_refused(project: Path) -> No
 
 def test_a_submission_that_reaches_a_limit_is_refused(request_with_submission: Path) -> None:
     report = checked(request_with_submission, limits=Limits(wall_seconds=0))
-    assert [rule for rule, _ in rules(report)] == ["limit-reached"]
+    assert [rule for rule, _ in rules(report)] == ["too-slow"]
 
 
 @pytest.mark.usefixtures("in_this_process")

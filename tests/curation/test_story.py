@@ -343,6 +343,24 @@ def test_files_that_are_not_committed_have_no_seeds(project: Project) -> None:
     assert not (submission / "review.toml").exists()
 
 
+def test_a_job_lists_what_waits_for_a_review_the_newest_last(
+    with_submission: Project, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = with_submission.main / "submissions"
+    capsys.readouterr()
+    assert verify([str(folder), "--due"]) == 0
+    assert capsys.readouterr().out == "[]\n"
+    with_submission.donate("origin/main", 5, 5)
+    with_submission.merge()
+    manifest = (folder / "new/submission.toml").read_text()
+    shutil.copytree(folder / "new", folder / "a-later-one", ignore=shutil.ignore_patterns("review.toml"))
+    (folder / "a-later-one/submission.toml").write_text(manifest.replace("A submission", "Another"))
+    monkeypatch.setenv("GIT_COMMITTER_DATE", "2040-01-01T00:00:00")
+    commit(with_submission.main)
+    assert verify([str(folder), "--due"]) == 0
+    assert capsys.readouterr().out == '["new", "a-later-one"]\n'
+
+
 def test_a_fast_forward_merge_gives_no_seeds(
     with_submission: Project, capsys: pytest.CaptureFixture[str]
 ) -> None:

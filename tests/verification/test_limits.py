@@ -70,8 +70,8 @@ def crash(call: dict[str, str]) -> Iterator[str]:
         raise ValueError
     if call["end"] == "limit":
         raise MemoryError
-    while call["end"] == "sleep":
-        time.sleep(0.1)
+    while call["end"] in ("sleep", "spin"):
+        time.sleep(0.1 if call["end"] == "sleep" else 0)
 
 
 @pytest.mark.parametrize(
@@ -88,10 +88,13 @@ def test_the_process_gets_no_token_of_its_environment(module: str, monkeypatch: 
     assert list(answers(f"{module}:crash", {"end": ""}, Limits())) == ["no token"]
 
 
-def test_a_process_that_takes_too_long_is_ended(module: str) -> None:
+@pytest.mark.parametrize(
+    ("end", "limits"), [("sleep", Limits(wall_seconds=4)), ("spin", Limits(cpu_seconds=2))]
+)
+def test_a_process_that_takes_too_long_is_ended(module: str, end: str, limits: Limits) -> None:
     with pytest.raises(BenchError) as error:
-        list(answers(f"{module}:crash", {"end": "sleep"}, Limits(wall_seconds=4)))
-    assert error.value.code == "limit-reached"
+        list(answers(f"{module}:crash", {"end": end}, limits))
+    assert error.value.code == "too-slow"
 
 
 @pytest.fixture

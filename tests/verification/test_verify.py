@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,9 +22,9 @@ from gym_extensions.submissions.policies.files import policy_keys, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.poses import load_submission
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import Review, read_review, write_review
+from gym_extensions.submissions.review import Review, read_review, why_claimed, write_review
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import cli as verification_cli, episodes
+from gym_extensions.verification import after_merge, cli as verification_cli, episodes
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify import Report, verify as verify_submission
 
@@ -232,6 +233,29 @@ def test_another_engine_repeats_nothing(
     assert verify(submission, "--write") == 2
     assert "but mujoco 3.9.0" in capsys.readouterr().err
     assert not (submission / "review.toml").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no processor time")
+def test_policies_that_are_too_slow_are_undecided_until_somebody_gives_them_more_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    submission = copy(honest(runs=1), tmp_path / "mine")
+    with monkeypatch.context() as patched:
+        patched.setattr(episodes, "BASE_SECONDS", 0)
+        assert verify(submission, "--write", "--hours", "0") == 1
+    assert (
+        "undecided: too slow, with 0 hours of processor time in all and 60 s a cell"
+        in capsys.readouterr().out
+    )
+    found = read(submission)
+    assert found.manifest is not None
+    (part,), (submitted,) = found.review.verifications, found.groups.values()
+    digests = submitted.digests("sequential")
+    assert (part.passed, part.cells, part.runs) == (False, 0, digests)
+    assert "undecided: too slow" in why_claimed(found.review, found.manifest.digest, digests)
+    assert after_merge.undecided_runs(found) == {}, "a job does not try it again"
+    assert verify(submission, "--write") == 0
+    assert level_of(submission) == "verified"
 
 
 def test_a_policy_of_another_task_is_refused(submission: Path) -> None:

@@ -55,6 +55,7 @@ class VerificationSummary:
     second_p_value: Annotated[float | None, about("of the second draw; null unless there was one")]
     passed: Annotated[bool, about("whether the returns agree")]
     retrained: Annotated[tuple[str, ...], about("runs that were trained again, and agree: reproduced")]
+    undecided: Annotated[str | None, about("why nothing was found out: slow policies; else null")] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -49,6 +49,7 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         cells: cells of 20 episodes on new seeds.
         p_value, second_p_value: of the returns on new seeds, and on a second draw if that was suspicious.
         passed: whether the returns agree.
+        undecided: why nothing was found out, such as slow policies; then it did not pass.
         retrained: the runs that were trained again, and agree: they are *reproduced*.
     """
 
@@ -65,6 +66,7 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     p_value: Probability
     second_p_value: Probability | None = None
     passed: bool
+    undecided: Text | None = None
     retrained: list[RunKey] = []
 
 
@@ -146,8 +148,10 @@ def why_claimed(review: Review, settings: str, digests: Mapping[str, str]) -> st
     """Why a log with runs of these digests is not verified, as a sentence; empty if it is."""
     now = decided(review, settings, digests)
     for key, digest in digests.items():
-        if failed := [part for part in now.get(key, ()) if not part.passed]:
+        if failed := [part for part in now.get(key, ()) if not part.passed and not part.undecided]:
             return f"The verification of {failed[0].date} did not pass."
+        if key in now and not any(part.passed for part in now[key]):
+            return f"The verification is {now[key][-1].undecided}."
         if key not in now:
             before = [part.runs[key] for part in review.verifications if key in part.runs]
             if digest in before:

@@ -29,12 +29,25 @@ def is_trained_again(submission: Submission) -> bool:
     return bool(protocol and is_of_this_project(protocol) and protocol.budget in TRAINED_AGAIN)
 
 
-def undecided_runs(submission: Submission) -> dict[str, str]:
-    """The digest of every run with policies about which no verification has decided, by the run's name."""
+def undecided_runs(submission: Submission, *, again: bool = False) -> dict[str, str]:
+    """The digest of every run with policies about which no verification has decided, by the run's name.
+
+    That its policies are too slow is a verdict, too; with ``again`` it is none.
+    """
     runs = {name: run for name, run in logged_runs(submission).items() if run.document.policies is not None}
     digests = {name: run.document.digest for name, run in runs.items()}
-    decided = review.decided(submission.review, settings_of(submission), digests) if runs else {}
+    found = review.decided(submission.review, settings_of(submission), digests) if runs else {}
+    slow = {name for name, parts in found.items() if all(part.undecided for part in parts)}
+    decided = found.keys() - (slow if again else ())
     return {name: digest for name, digest in digests.items() if name not in decided}
+
+
+def merged_at(submission: Submission) -> int:
+    """When the last of its runs without a verdict was merged, in seconds; 0 if it has none."""
+    commits = runs_by_commit(submission.path, undecided_runs(submission))
+    repository = Repository(submission.path)
+    times = (repository.run("show", "--no-patch", "--format=%ct", commit) for commit in commits)
+    return max(map(int, times), default=0)
 
 
 def runs_by_commit(submission: Path, runs: Iterable[str]) -> dict[str, list[str]]:

@@ -1,6 +1,7 @@
 """``gym-extensions verify``: repeats a submission's episodes, and runs its policies on new seeds."""
 
 import argparse
+import json
 import secrets
 import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -45,10 +46,13 @@ def parser() -> argparse.ArgumentParser:
     add("--seeds", metavar="HEX", help=digits)
     again = "also train one random run again (reference agents; with --record, budgets up to 300k)"
     add("--retrain", action="store_true", help=again)
+    time = "processor time for a submission; one that needs more is undecided (default: %(default)g)"
+    add("--hours", type=float, default=episodes.HOURS, metavar="N", help=time)
     only = command.add_mutually_exclusive_group().add_argument
     only("--write", action="store_true", help="store the result in the submission's review.toml")
     only("--record", type=Path, metavar="DIR", help="write the result to a file in DIR, not to the review")
     only("--take", type=Path, metavar="FILE", help="check a file of --record, and add it to the review")
+    only("--due", action="store_true", help="only print which submissions wait for it, the newest last")
     only("--fetch", action="store_true", help="only fetch policies that lie elsewhere into the cache")
     add_options(command)
     return command
@@ -98,6 +102,7 @@ def verified(
             only=runs,
             groups=files,
             jobs=options.jobs,
+            hours=options.hours,
             started=started,
             done=lambda cells: progress.advance(task, cells),
         )
@@ -117,7 +122,7 @@ def reports_on(
     """
     parts: Mapping[str, Collection[str] | None] = {value: None}
     if (options.write or options.record) and not submission.problems:
-        undecided = after_merge.undecided_runs(submission)
+        undecided = after_merge.undecided_runs(submission, again=options.write)
         parts = {value: undecided} if value else after_merge.runs_by_commit(submission.path, undecided)
     is_strict = not options.record  # a job keeps what it verified
     is_retrained = options.retrain and (is_strict or after_merge.is_trained_again(submission))
@@ -174,10 +179,10 @@ def lines_of(report: Report) -> Iterator[str]:
             yield f"{report.name}: {NOTHING_LEFT}"
         return
     size = count(len(found.runs), "run")
-    yield f"{report.name}: {'verified' if found.passed else 'NOT verified'}, {size}."
+    yield f"{report.name}: {found.undecided or ('verified' if found.passed else 'NOT verified')}, {size}."
     if report.retraining:
         yield f"  trained again: {report.retraining}"
-    if not report.means:
+    if not report.means and not found.undecided:
         yield f"  the policies cannot be run: {found.difference}"
         return
     if report.runs:
@@ -246,8 +251,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     folders = layout.submission_folders(options.submissions)
     if options.take and len(folders) != 1:
         command.error("--take is about one submission")
-    is_trial = not (options.seeds or options.write or options.record or options.take or options.fetch)
+    acts = ("seeds", "write", "record", "take", "fetch", "due")
+    is_trial = not any(getattr(options, name) for name in acts)
     value = secrets.token_hex(32) if is_trial else require_value(options.seeds) if options.seeds else ""
+    if options.due:
+        waiting = {path.name: after_merge.merged_at(reader.read(path)) for path in folders}
+        print(json.dumps(sorted(filter(waiting.get, waiting), key=waiting.__getitem__)))
+        return 0
     status = 0
     for path in folders:
         try:

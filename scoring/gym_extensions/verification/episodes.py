@@ -25,8 +25,9 @@ from gym_extensions.verification.limits import Limits, answers, end_all
 
 JOB = "gym_extensions.verification.episodes:play"
 BAD_POLICIES = "bad-policies"
-BASE_SECONDS, SECONDS_PER_CELL = 120, 60
-"""Processor time that a process may use: a cell of 20 long episodes takes a few seconds."""
+BASE_SECONDS, SECONDS_PER_CELL, HOURS = 120, 60, 8.0
+"""Processor time of a process, more for each of its cells on average, and of all processes of a submission. A
+cell of 20 long episodes takes a few seconds."""
 
 
 @dataclass(frozen=True)
@@ -218,18 +219,19 @@ def run_all(
     *,
     groups: Sequence[str] = (),
     jobs: int = 1,
+    hours: float = HOURS,
     done: Callable[[RunRequest], None] = lambda _: None,
 ) -> dict[str, Played]:
     """The outcomes of runs by their names, from the store or, with ``jobs`` processes at once, made now.
 
-    ``groups`` are TOML files of custom groups. ``done`` is called after each run, in any thread. Raises
-    ``BenchError`` if a process reached a limit or failed.
+    ``groups`` are TOML files of custom groups. All runs together have ``hours`` of processor time. ``done``
+    is called after each run, in any thread. Raises ``BenchError`` if a process reached a limit or failed.
     """
     results: dict[str, Played] = {}
 
     def work(batch: Sequence[RunRequest]) -> None:
         call = {"runs": msgspec.to_builtins(batch), "groups": list(groups)}
-        for request, answer in zip(batch, answers(JOB, call, limits_of(batch)), strict=True):
+        for request, answer in zip(batch, answers(JOB, call, limits_of(batch, share)), strict=True):
             results[request.name] = msgspec.convert(answer, Played)
             if not results[request.name].problem:  # a problem may be mended
                 store.save(request, results[request.name])
@@ -242,6 +244,7 @@ def run_all(
         else:
             results[request.name] = known
             done(request)
+    share = 3600 * hours / max(1, sum(len(request.cells) for request in missing))
     with ThreadPoolExecutor(jobs) as pool:
         futures = []
         for _, members in groupby(missing, key=lambda request: request.group):
@@ -259,7 +262,8 @@ def run_all(
     return {request.name: results[request.name] for request in requests}
 
 
-def limits_of(requests: Sequence[RunRequest]) -> Limits:
-    """Limits of the process that runs these requests: time for the longest episodes, and a margin."""
-    seconds = BASE_SECONDS + SECONDS_PER_CELL * sum(len(request.cells) for request in requests)
+def limits_of(requests: Sequence[RunRequest], share: float = SECONDS_PER_CELL) -> Limits:
+    """Limits of the process that runs these requests; a cell has at most ``share`` seconds on average."""
+    cells = sum(len(request.cells) for request in requests)
+    seconds = BASE_SECONDS + round(min(SECONDS_PER_CELL, share) * cells)
     return Limits(cpu_seconds=seconds, wall_seconds=4 * seconds)

@@ -8,6 +8,7 @@ limits are for files that are made to use up memory or time, and for mistakes in
 import importlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -32,6 +33,8 @@ FORBIDDEN = (
     *("os.system", "os.fork", "pty."),
 )
 """Beginnings of the audit events that the process refuses: the network and other programs."""
+TOO_SLOW = "too-slow"
+"""The code of the error if the time was used up, of the processor or in all."""
 MAX_ANSWER = 64 * MEBIBYTE
 """Most bytes of one answer."""
 
@@ -64,7 +67,8 @@ def apply_limits(limits: Limits) -> None:
         ):
             _, hard = resource.getrlimit(name)
             allowed = value if hard == resource.RLIM_INFINITY else min(value, hard)
-            resource.setrlimit(name, (allowed, allowed))
+            later = 5 if name == resource.RLIMIT_CPU and allowed != hard else 0  # SIGXCPU says why it ended
+            resource.setrlimit(name, (allowed, allowed + later))
     sys.addaudithook(_refuse)
 
 
@@ -89,8 +93,8 @@ def answers(job: str, request: dict[str, Any], limits: Limits) -> Iterator[Any]:
     The job is a ``"module:function"`` of this package, from a request to an iterator, all of JSON values.
 
     Raises:
-        BenchError: raised by the job; or ``limit-reached``, if the process was ended by a limit; or
-            ``fault-of-the-verifier``, if the job failed in another way.
+        BenchError: raised by the job; ``too-slow``, if its time was used up; ``limit-reached``, if another
+            limit ended it; or ``fault-of-the-verifier``, if the job failed in another way.
     """
     environment = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
     environment |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONUTF8": "1"}
@@ -112,11 +116,13 @@ def answers(job: str, request: dict[str, Any], limits: Limits) -> Iterator[Any]:
         try:
             yield from _conversation(process, {"job": job, "request": request, "limits": asdict(limits)})
             if process.wait() != 0:
+                is_slow = not timer.is_alive() or process.returncode == -getattr(signal, "SIGXCPU", 0)
                 errors.seek(0)
                 lines = errors.read().decode(errors="replace").strip().splitlines() or ["without a message"]
                 message = f"The process ended with status {process.returncode}: {lines[-1][:200]}."
                 used = f"{limits.memory // MEBIBYTE} MiB of memory and {limits.wall_seconds // 60} minutes"
-                raise BenchError("limit-reached", message, hint=f"Use smaller policies: a check has {used}.")
+                code = TOO_SLOW if is_slow else "limit-reached"
+                raise BenchError(code, message, hint=f"Use smaller policies: a check has {used}.")
         finally:
             timer.cancel()
             LIVE.discard(process)

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cached_property
 from statistics import fmean
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
 from gym_extensions.envs import fingerprinting
 from gym_extensions.envs.rollout import Outcome
+from gym_extensions.errors import BenchError
 from gym_extensions.submissions import fetch, layout, problem
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.policies import files
@@ -22,11 +23,22 @@ from gym_extensions.submissions.review import Verification
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission, is_trainable
 from gym_extensions.verification import new_seeds
-from gym_extensions.verification.episodes import Cell, Played, RunRequest, Store, run_all
+from gym_extensions.verification.episodes import (
+    HOURS,
+    SECONDS_PER_CELL,
+    Cell,
+    Played,
+    RunRequest,
+    Store,
+    run_all,
+)
+from gym_extensions.verification.limits import TOO_SLOW
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
 SAMPLED = "sampled"
 SUCCESSES = {1: True, 0: False, -1: None}
+UNDECIDED = "undecided: too slow, with {:g} hours of processor time in all and {} s a cell; publish smaller "
+UNDECIDED += "policies or fewer runs at once, or ask a maintainer for more time (verify --hours N --write)"
 TOLERANCE = 1e-3
 """Relative difference of returns up to which an episode of an ONNX network counts as repeated."""
 
@@ -222,6 +234,7 @@ def verify(
     only: Collection[str] | None = None,
     groups: Sequence[str] = (),
     jobs: int = 1,
+    hours: float = HOURS,
     started: Callable[[int], None] = lambda _: None,
     done: Callable[[int], None] = lambda _: None,
 ) -> Report:
@@ -235,6 +248,7 @@ def verify(
         only: the names of the runs to verify; all if None.
         groups: TOML files of custom groups that the submission contains.
         jobs: processes that work at once.
+        hours: of processor time for all runs; policies that need more are *undecided: too slow*.
         started, done: called with the number of cells before they are run, and of each finished run.
 
     Raises:
@@ -256,13 +270,28 @@ def verify(
     def play(cells: Mapping[str, tuple[Cell, ...]]) -> dict[str, Played]:
         started(sum(map(len, cells.values())))
         wanted = [replace(request, cells=cells[name]) for name, request in requests.items()]
-        return run_all(wanted, store, groups=groups, jobs=jobs, done=lambda request: done(len(request.cells)))
+        tell = lambda request: done(len(request.cells))  # noqa: E731
+        return run_all(wanted, store, groups=groups, jobs=jobs, hours=hours, done=tell)
 
     digests = {name: run.document.digest for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
     is_repeatable = not is_sampled(submission)
     prescribed = {name: run.prescribed if is_repeatable else () for name, run in runs.items()}
-    first = play({name: (*prescribed[name], *run.tested(draw)) for name, run in runs.items()})
+    facts: dict[str, Any] = {
+        "date": datetime.now(UTC).date().isoformat(),
+        "version": version("gym-extensions"),
+        "value": value,
+        "settings": settings_of(submission),
+        "runs": digests,
+    }
+    try:
+        first = play({name: (*prescribed[name], *run.tested(draw)) for name, run in runs.items()})
+    except BenchError as error:
+        if error.code != TOO_SLOW:
+            raise
+        why = UNDECIDED.format(hours, SECONDS_PER_CELL)
+        found = Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
+        return Report(submission.name, verification=found, without_policies=without, first_arithmetic=old)
     repetitions, fresh = {}, {}
     for name, each in first.items():
         count = len(prescribed[name])
@@ -293,11 +322,7 @@ def verify(
     return Report(
         name=submission.name,
         verification=Verification(
-            date=datetime.now(UTC).date().isoformat(),
-            version=version("gym-extensions"),
-            value=value,
-            settings=settings_of(submission),
-            runs=digests,
+            **facts,
             episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
             repeated=sum(each.repeated for each in repetitions.values()),
             difference=failed or twins or difference,
