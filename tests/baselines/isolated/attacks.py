@@ -63,7 +63,6 @@ INSIDE = (
     Attack("import experts", "import gym_extensions.references.experts", NO_MODULE),
     Attack("import the environments", "import gym_extensions.envs", NO_MODULE),
     Attack("import MuJoCo", "import mujoco", NO_MODULE),
-    Attack("import numba", "import numba", NO_MODULE),
     Attack(
         "find MuJoCo or a model",
         (
