@@ -350,7 +350,7 @@ def test_additions_edit_the_files_of_the_table_and_work_together(copy: Path) -> 
         if name in FILES:
             assert sorted({*changed(copy)} - {*before}) == listed(name, ADDED.get(name, ""))
         before = changed(copy)
-    run(copy, "-m", "gym_extensions", "envs", "fingerprint")
+    run(copy, "-m", "tools.environments.fingerprints")
     run(copy, "-c", WRITE_TABLES)
     run_tests(copy, *(f"tests/test_added_{index}.py" for index in range(len(ADDITIONS))), *TESTS)
 
@@ -372,6 +372,6 @@ def test_all_tests_of_the_packages_pass_after_an_addition(
     """``make docs`` is run as CONTRIBUTING.md says, with the committed submissions."""
     (copy / "submissions").symlink_to(ROOT / "submissions")
     add(copy)
-    run(copy, "-m", "gym_extensions", "envs", "fingerprint")
+    run(copy, "-m", "tools.environments.fingerprints")
     run(copy, "-m", "tools.docs")
     run_tests(copy, *(f"tests/{folder}" for folder in tests))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -65,31 +64,6 @@ def test_a_task_without_a_row_and_a_row_without_a_task_are_reported(monkeypatch:
     assert fingerprinting.check([task(HALF)], table)[0].current == "not yet published"
     table["tasks"]["gym_extensions/Gone-v0"] = row
     assert "gym_extensions/Gone-v0" in [difference.task for difference in fingerprinting.check(None, table)]
-
-
-def test_a_published_task_that_is_gone_is_not_deleted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fingerprinting, "TASKS", {HALF: task(HALF)})
-    with pytest.raises(BenchError) as error:
-        fingerprinting.updated()
-    assert error.value.code == "lost-task"
-
-
-def test_publishing_again_changes_nothing() -> None:
-    table, changed = fingerprinting.updated()
-    assert changed == []
-    assert fingerprinting.text(table) == fingerprints.PATH.read_text()
-    assert json.loads(fingerprinting.text(table)) == table
-
-
-def test_fingerprints_of_another_engine_are_not_mixed_with_the_published_ones(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(fingerprinting, "engine", lambda: {"mujoco": "9.9.9"})
-    monkeypatch.setattr(fingerprinting, "TASKS", {HALF: task(HALF)})
-    with pytest.raises(BenchError, match="Install that engine, or replace all fingerprints") as error:
-        fingerprinting.updated()
-    assert error.value.code == "other-engine"
-    assert fingerprinting.updated(replace=True)[0]["engine"] == {"mujoco": "9.9.9"}
 
 
 def other(monkeypatch: pytest.MonkeyPatch, **versions: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,17 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Box
 
-from gym_extensions.catalog import descriptions
+from gym_extensions.catalog import descriptions, fingerprints
 from gym_extensions.catalog.tasks import TASKS, task
-from gym_extensions.envs import make
+from gym_extensions.envs import fingerprinting, make
 from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.errors import BenchError
+from tools.environments import fingerprints as publishing
 from tools.environments.__main__ import main
 from tools.environments.describe import action_fields, observation_fields, table
 
 DOCS = Path(__file__).parents[2] / "docs" / "environments"
+HALF = "gym_extensions/HopperGravityHalf-v0"
 ONE_PER_BASE = list({each.base: each.id for each in TASKS.values()}.values())
 
 
@@ -80,3 +84,28 @@ def test_the_example_of_the_python_api_runs(text_by_name: dict[str, str]) -> Non
     assert [row.name for row in names["envs"].tasks[:2]] == ["Hopper.Gravity-0.8", "Hopper"]
     assert names["env"].spec.max_episode_steps == 500
     compile(code[1], "docs/environments/README.md", "exec")  # test_wrappers records one, where moviepy is
+
+
+def test_a_published_task_that_is_gone_is_not_deleted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(publishing, "TASKS", {HALF: task(HALF)})
+    with pytest.raises(BenchError) as error:
+        publishing.updated()
+    assert error.value.code == "lost-task"
+
+
+def test_publishing_again_changes_nothing() -> None:
+    table, changed = publishing.updated()
+    assert changed == []
+    assert publishing.text(table) == fingerprints.PATH.read_text()
+    assert json.loads(publishing.text(table)) == table
+
+
+def test_fingerprints_of_another_engine_are_not_mixed_with_the_published_ones(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(fingerprinting, "engine", lambda: {"mujoco": "9.9.9"})
+    monkeypatch.setattr(publishing, "TASKS", {HALF: task(HALF)})
+    with pytest.raises(BenchError, match="Install that engine, or replace all fingerprints") as error:
+        publishing.updated()
+    assert error.value.code == "other-engine"
+    assert publishing.updated(replace=True)[0]["engine"] == {"mujoco": "9.9.9"}

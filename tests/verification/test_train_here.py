@@ -17,6 +17,7 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import read_run, write_run
 from gym_extensions.submissions.training import Training, training_of, training_text
 from gym_extensions.verification import train_here
+from gym_extensions.verification.git import Repository
 
 from ..curation.repositories import make_repository, merge
 
@@ -67,7 +68,8 @@ def test_runs_of_the_merged_code_are_taken_and_do_not_change(folder: Path) -> No
     found = read(submission)
     assert found.problems == ()
     assert found.trained is not None
-    assert (found.trained.version, found.trained.training.commit) == (1, train_here.merge_of(submission))
+    merged = Repository(submission).fixed(submission, ["agent", "submission.toml"])
+    assert (found.trained.version, found.trained.training.commit) == (1, merged)
     assert list(found.trained.training.runs) == [RUN, RUN.replace("run0", "run1")]
     assert not (submission / "trained/1/.progress").exists()
     before = {path: path.stat().st_mtime_ns for path in submission.glob("trained/1/*/*/*")}

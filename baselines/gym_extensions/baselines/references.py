@@ -93,7 +93,7 @@ def measure(pending: Sequence[Measurement | runner.PendingJob], jobs: int) -> li
     failures: dict[str, workers.Failure] = {}
     runnable: Sequence[workers.Runnable[Any]] = pending
     with progress.open_bars() as show:
-        show(progress.TrainingStarted({each.title: each.steps for each in pending}, jobs))
+        show(progress.TrainingStarted({each.title: each.steps for each in pending}))
         for index, outcome in workers.run(runnable, show, jobs):
             title = pending[index].title
             if isinstance(outcome, workers.Failure):
@@ -173,11 +173,7 @@ def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, references.Referen
     """
     if not path.exists():
         return {}
-    try:
-        found = dict(references.parse_references(path.read_bytes()).tasks)
-    except (OSError, ValueError) as error:
-        message, hint = "The file does not hold references.", "Name another file with --out."
-        raise BenchError("malformed-references", message, str(path), hint) from error
+    found = dict(references.read_references(path).tasks)
     for task in tasks:
         if task.id in found and found[task.id].floor.fingerprint != fingerprint_of(task):
             message = f"The floor of {task.id} was measured with another definition of the task."

@@ -124,15 +124,10 @@ def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterato
         yield
 
 
-def finished_runs(out: Path, group: TaskGroup, protocol: str) -> set[int]:
-    """The runs that have a log."""
-    paths = (out / group.name / protocol).glob(f"run*{LOG}")
-    return {int(match[1]) for path in paths if (match := layout.RUN_FILE.fullmatch(path.name))}
-
-
 def missing_jobs(out: Path, group: TaskGroup, protocol: str, runs: Sequence[int]) -> list[TrainingJob]:
     """The jobs of the runs that have no log. Folders of jobs whose run has one are deleted."""
-    finished = finished_runs(out, group, protocol)
+    paths = (out / group.name / protocol).glob(f"run*{LOG}")
+    finished = {int(match[1]) for path in paths if (match := layout.RUN_FILE.fullmatch(path.name))}
     for job in jobs_of(group, protocol, sorted(finished)):
         JobFolder(out, job).remove()
     return jobs_of(group, protocol, [run for run in runs if run not in finished])

@@ -97,9 +97,7 @@ def train(
         submission.prepare(path)
     with submission.lock_runs(path, titles), monitor.listening(path) as listen:
         pending = unfinished()  # another process may have finished a run before the locks were held
-        evaluations = {each.title: each.evaluations for each in pending}
-        steps = {each.title: each.steps for each in pending}
-        listen(progress.TrainingStarted(steps, max(parallel.jobs, 1), evaluations))
+        listen(progress.TrainingStarted({each.title: each.steps for each in pending}))
         failures = _run(pending, listen, parallel.jobs, by)
     if failures:
         if len(pending) == 1 and (error := next(iter(failures.values())).error):

@@ -26,7 +26,9 @@ def published(task_id: str) -> str:
     """
     rows = table()["tasks"]
     if task_id not in rows:
-        hint = f"{did_you_mean(task_id, rows)} To publish new tasks: gym-extensions envs fingerprint"
+        hint = (
+            f"{did_you_mean(task_id, rows)} To publish new tasks: python -m tools.environments.fingerprints"
+        )
         raise BenchError("no-fingerprint", f"No fingerprint is published for {task_id!r}.", hint=hint)
     return rows[task_id]["fingerprint"]
 

@@ -3,8 +3,8 @@
 import argparse
 import sys
 
-from gym_extensions import errors, files
-from gym_extensions.catalog import descriptions, fingerprints, groups
+from gym_extensions import errors
+from gym_extensions.catalog import descriptions, groups
 from gym_extensions.catalog.tasks import TASKS, task
 
 
@@ -19,12 +19,10 @@ def _parser() -> argparse.ArgumentParser:
     showing.add_argument("task", help="task id or bare name, for example HopperGravityHalf")
     checking = commands.add_parser("check", help="compare tasks with their published fingerprints")
     checking.add_argument("task", nargs="*", help="task ids or bare names (default: all tasks)")
-    writing = commands.add_parser("fingerprint", help="publish the fingerprints of new tasks")
-    writing.add_argument("--replace", action="store_true", help="also replace fingerprints that have changed")
     return parser
 
 
-HINT = "A changed task needs a new version number. Publish a new one with: gym-extensions envs fingerprint"
+HINT = "A changed task needs a new version number (CONTRIBUTING.md)."
 
 
 def _check(names: list[str]) -> int:
@@ -67,14 +65,6 @@ def main(argv: list[str] | None = None) -> int:
             listed["in no group"] = tuple(task_id for task_id in TASKS if task_id not in grouped)
         for title, ids in listed.items():
             print(f"{title} ({_tasks(len(ids))})", *ids, sep="\n  ")
-    elif args.command == "check":
-        return _check(args.task)
     else:
-        from gym_extensions.envs import fingerprinting
-
-        table, changed = fingerprinting.updated(args.replace)
-        files.write_text(fingerprints.PATH, fingerprinting.text(table))
-        for task_id in changed:
-            print(f"{task_id} {table['tasks'][task_id]['fingerprint']}")
-        print(f"{len(changed)} fingerprints written, {len(table['tasks']) - len(changed)} unchanged.")
+        return _check(args.task)
     return 0

@@ -2,7 +2,6 @@
 
 import functools
 import hashlib
-import json
 import math
 import platform
 import warnings
@@ -229,37 +228,3 @@ def compare(where: str, published: Any, current: Any) -> Iterator[tuple[str, Any
             yield where, published, current
     elif published != current:
         yield where, published, current
-
-
-def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
-    """Returns the table with a row for every new task, and the ids of the new rows.
-
-    Published rows stay byte for byte; with ``replace``, rows that differ from their task are computed again.
-
-    Raises:
-        BenchError: the installed physics engine is not that of the published rows, or a published task is not
-            in the catalog, and ``replace`` is false.
-    """
-    old = fingerprints.table()
-    if old["engine"] != engine() and not replace:
-        message = f"The published fingerprints are of {old['engine']}; installed is {engine()}."
-        raise BenchError("other-engine", message, hint="Install that engine, or replace all fingerprints.")
-    if (lost := sorted(old["tasks"].keys() - TASKS.keys())) and not replace:
-        message = "The task is published and not in the catalog any more."
-        raise BenchError(
-            "lost-task", message, lost[0], "Restore it; a changed task is added as a new version."
-        )
-    rows, changed = dict[str, Any](), []
-    for task in TASKS.values():
-        rows[task.id] = published = old["tasks"].get(task.id)
-        if published is None or (replace and any(True for _ in _task_differences(task, published))):
-            rows[task.id] = row(task)
-            changed.append(task.id)
-    return {"format": fingerprints.FORMAT, "engine": engine(), "tasks": rows}, changed
-
-
-def text(table: Mapping[str, Any]) -> str:
-    """Returns the table as JSON with one line per task, so that a diff shows which tasks changed."""
-    lines = ",\n".join(f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in table["tasks"].items())
-    head = f'"format": {table["format"]},\n "engine": {json.dumps(table["engine"])}'
-    return f'{{{head},\n "tasks": {{\n{lines}\n }}}}\n'

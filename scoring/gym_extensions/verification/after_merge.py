@@ -14,7 +14,6 @@ from gym_extensions.verification.verify import logged_runs, settings_of
 TRAINED_AGAIN = ("smoke", "100k", "300k")
 """Budgets of which a job trains a run again: a run of the others takes hours."""
 MAX_RECORD_BYTES = 2**20
-SEEDS_HINT = "Commit it, or run gym-extensions verify --seeds HEX --write."
 AGAIN = "Write it again with: gym-extensions verify SUBMISSION --record DIR"
 
 
@@ -53,27 +52,13 @@ def merged_at(submission: Submission) -> int:
 def runs_by_commit(submission: Path, runs: Iterable[str]) -> dict[str, list[str]]:
     """The names of runs by the commit that fixed their files, so that a bad run refuses no run of others.
 
-    It is the last commit of HEAD's first-parent history that changed one of the files or the manifest. For a
-    merged pull request it is the merge commit, which its author did not know.
-
-    Raises:
-        BenchError: the files are not committed as they are, or the clone lacks older commits.
+    The files are those of the run and the manifest. Raises ``BenchError`` as :meth:`Repository.fixed` does.
     """
-    repository = Repository(Repository(submission).top)
-    folder = submission.resolve().relative_to(repository.top.resolve()).as_posix()
-    changed = repository.run("status", "--porcelain", "--untracked-files=all", "-z", "--", folder)
-    uncommitted = {part[3:] for part in changed.decode("utf-8", "surrogateescape").split("\0") if part}
-    found: dict[str, list[str]] = {}
+    repository, found = Repository(submission), dict[str, list[str]]()
     for name in runs:
         networks = [path.name.partition(".")[2] for path in sorted(submission.glob(f"{name}.*{NETWORK}"))]
         suffixes = (LOG, DOCUMENT, POLICIES, *(f".{network}" for network in networks))
-        paths = [f"{folder}/{MANIFEST}", *(f"{folder}/{name}{suffix}" for suffix in suffixes)]
-        if of_run := sorted(uncommitted & set(paths)):
-            message = "It is not committed in its present form, so no commit determines its seeds."
-            raise BenchError("not-committed", message, of_run[0], SEEDS_HINT)
-        commit = repository.last_change(repository.commit("HEAD"), paths)
-        if not commit:
-            raise BenchError("not-committed", "No commit has its files.", folder, SEEDS_HINT)
+        commit = repository.fixed(submission, [MANIFEST, *(f"{name}{suffix}" for suffix in suffixes)])
         found.setdefault(commit, []).append(name)
     return found
 

@@ -175,8 +175,24 @@ class Repository:
         if the clone lacks older commits.
         """
         self.require_history()
-        specs = [f":(literal){path}" for path in paths]
+        specs = [f":(top,literal){path}" for path in paths]
         return self.run("rev-list", "--first-parent", "--max-count=1", commit, "--", *specs).decode().strip()
+
+    def fixed(self, folder: Path, names: Sequence[str]) -> str:
+        """The commit that fixed some files of a folder: the :meth:`last_change` of HEAD that changed one.
+
+        Raises ``BenchError`` if one is not committed as it is, or the clone lacks older commits.
+        """
+        inside = folder.resolve().relative_to(self.top.resolve()).as_posix()
+        paths = [f"{inside}/{name}" for name in names]
+        specs = (f":(top,literal){path}" for path in paths)
+        changed = self.run("status", "--porcelain", "--untracked-files=all", "--", *specs)
+        commit = "" if changed else self.last_change(self.commit("HEAD"), paths)
+        if not commit:
+            where = os.fsdecode(changed.partition(b"\n")[0][3:]) or inside
+            message = "It is not committed in its present form, so no commit determines its seeds."
+            raise BenchError("not-committed", message, where, "Commit it, or pass public seeds to verify.")
+        return commit
 
     def not_merged(self, commit: str) -> Problem | None:
         """The problem of seeds from a commit that is no merge: its author may have known its id before."""

@@ -66,22 +66,6 @@ def is_due(submission: Submission, runs: int) -> bool:
     return not (trained and is_current and wanted_runs(runs).keys() <= trained.training.runs.keys())
 
 
-def merge_of(submission: Path) -> str:
-    """The commit that fixed code and entry: the last of HEAD's first-parent history that changed their files.
-
-    Raises ``BenchError`` if the code is not committed as it is, or the clone lacks older commits.
-    """
-    repository = git.Repository(git.Repository(submission).top)
-    folder = submission.resolve().relative_to(repository.top.resolve()).as_posix()
-    paths = [f"{folder}/{AGENT}", f"{folder}/{MANIFEST}"]
-    changed = repository.run("status", "--porcelain", "--untracked-files=all", "--", *paths)
-    commit = "" if changed else repository.last_change(repository.commit("HEAD"), paths)
-    if not commit:
-        message = "It is not committed in its present form, so no commit determines its seeds."
-        raise BenchError("not-committed", message, paths[0], "Commit it.")
-    return commit
-
-
 def present(submission: Submission, value: str) -> tuple[int, Training]:
     """The number of the version of a submission's code, and its record, which is new if it has none.
 
@@ -93,9 +77,10 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
         hint = "Add its code as agent/, with [agent] in submission.toml."
         raise BenchError("no-agent", "The submission has no code to train.", where, hint)
     if trained is None or trained.training.agent != submission.code:
-        today, commit = datetime.now(UTC).date().isoformat(), merge_of(submission.path)
-        made = version("gym-extensions")
-        if not value and (found := git.Repository(submission.path).not_merged(commit)):
+        today, made = datetime.now(UTC).date().isoformat(), version("gym-extensions")
+        repository = git.Repository(submission.path)
+        commit = repository.fixed(submission.path, [AGENT, MANIFEST])
+        if not value and (found := repository.not_merged(commit)):
             raise BenchError(found.rule, found.message, found.where, found.hint)
         number = 1 if trained is None else trained.version + 1
         return number, Training(date=today, version=made, commit=commit, value=value, agent=submission.code)

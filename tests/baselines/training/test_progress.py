@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import io
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -37,45 +36,46 @@ TASK = "gym_extensions/Hopper-v0"
 JOBS = (f"{SHORT_GROUP} sequential-run0", f"{SHORT_GROUP} joint-run0")
 
 
-def batch(step: int, stage: int = 1, seconds: float = 2.0) -> BatchTrained:
-    return BatchTrained("group run0", stage, step, (stage - 1) * 400 + step, 21.25, 1234.5, seconds)
+def batch(step: int, stage: int = 1) -> BatchTrained:
+    return BatchTrained("group run0", stage, step, (stage - 1) * 400 + step, 21.25, 1234.5, 2.0)
 
 
-def bars_of(started: TrainingStarted) -> Bars:
+class Clock:
+    """A clock that a test sets."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def bars_of(started: TrainingStarted, clock: Clock) -> Bars:
     progress = Progress(TextColumn("{task.fields[text]}"), console=Console(file=io.StringIO()))
-    bars = Bars(progress)
+    bars = Bars(progress, clock)
     bars.show(started)
     return bars
 
 
-def test_the_time_left_does_not_count_what_an_earlier_call_finished() -> None:
-    bars = bars_of(STARTED)
+def test_the_time_left_is_that_of_the_steps_that_are_left_without_those_of_an_earlier_call() -> None:
+    bars = bars_of(STARTED, clock := Clock())
     bars.show(StageStarted("group run0", 2, (TASK,), 400))
-    for step in (100, 200):
-        assert bars.time_left() == "unknown"
-        bars.show(batch(step, stage=2, seconds=20.0))
-    assert bars.time_left() == "0:00:40"  # 5 steps per second; 200 steps are left
+    for step, clock.now, left in ((100, 20.0, "unknown"), (200, 40.0, "0:00:40")):
+        bars.show(batch(step, stage=2))
+        assert bars.time_left() == left  # 5 steps per second; 200 steps are left
 
 
-def test_the_time_left_counts_the_evaluations_that_are_left() -> None:
-    """An evaluation takes 100 times as long as the training before it, and moves the time left by nothing."""
-    bars = bars_of(TrainingStarted({"group run0": 800}, evaluations={"group run0": 3}))
-    evaluated = TaskEvaluated("group run0", 0, 0, 0, TASK, 20, 30.0, 4000.0)
-    bars.show(evaluated)
-    bars.show(batch(400, seconds=40.0))
-    assert bars.time_left() == "2:14:00"  # 40 s of training and two evaluations of 4000 s
-    bars.show(replace(evaluated, stage=1, step=400, job_step=400))
-    assert bars.time_left() == "1:07:20"
-
-
-def test_the_time_left_is_shared_by_the_jobs_that_run_at_the_same_time() -> None:
-    bars = bars_of(TrainingStarted({f"group run{run}": 400 for run in range(4)}, processes=2))
-    bars.show(batch(200, seconds=40.0))
-    assert bars.time_left() == "0:02:20"  # 1400 steps at 5 per second in each of two processes
+def test_the_time_left_follows_from_all_jobs_and_their_evaluations() -> None:
+    bars = bars_of(TrainingStarted({f"group run{run}": 400 for run in range(4)}), clock := Clock())
+    bars.show(batch(200))
+    bars.show(TaskEvaluated("group run0", 1, 200, 200, TASK, 20, 30.0, 60.0))
+    clock.now = 100.0
+    assert bars.time_left() == "0:11:40"  # 1400 steps at 2 per second
+    bars.show(JobFinished("group run1"))
+    assert bars.time_left() == "0:08:20"
 
 
 def test_a_slow_agent_shows_its_steps_within_a_batch() -> None:
-    bars = bars_of(STARTED)
+    bars = bars_of(STARTED, Clock())
     bars.show(StepsTrained("group run0", 1, 7, 7, 0.35))
     lines = list[str]()
     printer(lines.append, bars.time_left)(StepsTrained("group run0", 1, 7, 7, 0.35))

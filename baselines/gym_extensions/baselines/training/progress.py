@@ -5,7 +5,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
 
@@ -35,13 +35,9 @@ class TrainingStarted:
 
     Args:
         jobs: the training steps of each job by its title; stages that an earlier call finished are included.
-        processes: number of jobs that run at the same time.
-        evaluations: how many times each job evaluates a task at the end of a stage.
     """
 
     jobs: Mapping[str, int]
-    processes: int = 1
-    evaluations: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -155,71 +151,53 @@ Listener = Callable[[Event], object]
 class Bars:
     """One bar per running job and one for all, which measure training steps, and the time left.
 
-    The time left is that of the steps and of the evaluations that are left, each at its mean time so far, so
-    that neither a long evaluation nor a fast start moves it much. What an earlier call did does not count.
+    The time left is that of the steps that are left, at the pace of all jobs since the first event. So it has
+    their evaluations. What an earlier call did does not count.
     """
 
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
-        self._started = TrainingStarted({})
-        self._done: dict[str, int] = {}  # steps of each unfinished job
-        self._evaluations: dict[str, float] = {}  # that are left in each
+    def __init__(self, progress: Progress, clock: Callable[[], float] = time.monotonic) -> None:
+        self._progress, self._clock = progress, clock
+        self._steps: Mapping[str, int] = {}  # of each job
+        self._left: dict[str, int] = {}  # steps of each unfinished job
+        self._trained, self._started = 0, clock()  # steps since the first event, and its time
         self._rows: dict[str, TaskID] = {}
         self._all = progress.add_task("all jobs", total=0, text="", left="")
-        self._trained, self._evaluated = (0, 0.0), (0, 0.0)  # steps and seconds; tasks and seconds
 
     def show(self, event: Event) -> None:
         bars = self._progress
         if isinstance(event, TrainingStarted):
-            self._started, self._done = event, dict.fromkeys(event.jobs, 0)
-            self._evaluations = {job: event.evaluations.get(job, 0) for job in event.jobs}
+            self._steps, self._left, self._started = event.jobs, dict(event.jobs), self._clock()
             bars.reset(self._all, total=sum(event.jobs.values()), visible=bool(event.jobs))
             return
         if isinstance(event, JobFinished | JobFailed):
-            self._done.pop(event.job, None)  # a job whose files cannot be written finishes and fails
-            self._evaluations.pop(event.job, None)
+            self._left.pop(event.job, None)  # a job whose files cannot be written finishes and fails
             if event.job in self._rows:
                 bars.remove_task(self._rows.pop(event.job))
-            self._show_all()
-            return
-        if event.job not in self._rows:
-            total = self._started.jobs[event.job]
-            self._rows[event.job] = bars.add_task(event.job, total=total, text="", left="")
-        text, done = "", self._done[event.job]
-        if isinstance(event, TaskEvaluated):
-            text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
-            if event.in_training:  # as often as there are steps
-                self._trained = self._trained[0], self._trained[1] + event.seconds
-            else:
-                self._evaluated = self._evaluated[0] + 1, self._evaluated[1] + event.seconds
-                self._evaluations[event.job] = max(0, self._evaluations[event.job] - 1)
-        elif isinstance(event, BatchTrained | StepsTrained):
-            if not done and event.job_step > event.step:  # an earlier call finished stages
-                done = self._done[event.job] = event.job_step - event.step
-                self._evaluations[event.job] *= 1 - done / self._started.jobs[event.job]
-            if isinstance(event, BatchTrained):
-                steps, seconds = self._trained
-                self._trained = steps + event.job_step - done, seconds + event.seconds
-                text = "" if event.mean_return is None else f"return {event.mean_return:.1f}, "
-                self._done[event.job] = event.job_step
-            done, text = event.job_step, f"{text}{_speed(event.steps_per_second)} steps/s"
-        self._show_all()
-        description = f"{event.job} stage {event.stage}"
-        bars.update(self._rows[event.job], completed=done, description=description, text=text)
+        else:
+            text, total = "", self._steps[event.job]
+            if isinstance(event, TaskEvaluated):
+                text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
+            elif isinstance(event, BatchTrained | StepsTrained):
+                # The first batch may follow stages that an earlier call finished.
+                done = total - self._left[event.job] or event.job_step - event.step
+                self._trained += event.job_step - done
+                self._left[event.job] = total - event.job_step
+                if isinstance(event, BatchTrained) and event.mean_return is not None:
+                    text = f"return {event.mean_return:.1f}, "
+                text += f"{_speed(event.steps_per_second)} steps/s"
+            if event.job not in self._rows:
+                self._rows[event.job] = bars.add_task(event.job, total=total)
+            done, description = total - self._left[event.job], f"{event.job} stage {event.stage}"
+            bars.update(self._rows[event.job], completed=done, description=description, text=text, left="")
+        completed = sum(self._steps.values()) - sum(self._left.values())
+        bars.update(self._all, completed=completed, left=self.time_left())
 
     def time_left(self) -> str:
         """Until all jobs are trained, such as ``1:02:03``; ``unknown`` before it can be estimated."""
-        (steps, seconds), (evaluations, evaluating) = self._trained, self._evaluated
-        if not steps or seconds < FIRST_SECONDS:
+        seconds = self._clock() - self._started
+        if not self._trained or seconds < FIRST_SECONDS:
             return "unknown"
-        left = sum(self._started.jobs[job] - done for job, done in self._done.items()) * seconds / steps
-        left += sum(self._evaluations.values()) * evaluating / max(evaluations, 1)
-        return str(timedelta(seconds=round(left / max(1, min(self._started.processes, len(self._done))))))
-
-    def _show_all(self) -> None:
-        finished = sum(steps for job, steps in self._started.jobs.items() if job not in self._done)
-        completed = finished + sum(self._done.values())
-        self._progress.update(self._all, completed=completed, left=self.time_left())
+        return str(timedelta(seconds=round(seconds / self._trained * sum(self._left.values()))))
 
 
 def printer(

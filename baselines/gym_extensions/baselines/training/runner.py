@@ -132,11 +132,6 @@ class PendingJob:
         """The training steps of all stages."""
         return sum(stage.steps for stage in self.job.stages(self.settings.budget))
 
-    @property
-    def evaluations(self) -> int:
-        """The evaluations of a task at the ends of all stages."""
-        return sum(len(stage.evaluated) for stage in self.job.stages(self.settings.budget))
-
     def run(self, listen: progress.Listener) -> list[checkpoints.FinishedStage]:
         """Runs every stage that an earlier attempt did not finish. Returns the records of all stages."""
         job, settings, spec = self.job, self.settings, self.settings.agent
