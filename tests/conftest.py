@@ -21,35 +21,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.catalog import protocol as prescribed
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup, group
-from gym_extensions.catalog.protocol import (
-    BUDGETS,
-    EVALUATION_EPISODES,
-    FULL_SUBMISSION_RUNS,
-    IN_ORDER,
-    evaluation_seed,
-    stages,
-    task_order,
-)
 from gym_extensions.references import Expert, Floor, Reference, References
+from gym_extensions.submissions import run as documents
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
 from gym_extensions.submissions.log import Episode, write_log
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.review import Review, Verification, write_review
-from gym_extensions.submissions.run import (
-    ARITHMETIC,
-    Curve,
-    Memory,
-    PolicyFile,
-    RunDocument,
-    Versions,
-    file_sha256,
-    order_of,
-    write_run,
-)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -104,7 +86,7 @@ boundaries = false
 steps = 0
 tasks = []
 """
-VERSIONS = Versions(
+VERSIONS = documents.Versions(
     gym_extensions="1.0.0",
     gymnasium="1.4.0",
     mujoco="4.0.0",
@@ -159,25 +141,27 @@ def write_submission(
         if policies:
             data, digest = uniform_policies(group_name, protocol)
             npz.write_bytes(data)
-            policy_file = PolicyFile(sha256=digest, size=len(data))
-        document = RunDocument(
+            policy_file = documents.PolicyFile(sha256=digest, size=len(data))
+        document = documents.RunDocument(
             group=members.id,
             protocol=protocol,  # type: ignore[arg-type]
             run=run,
-            order=order_of(members, protocol, run),
+            order=documents.order_of(members, protocol, run),
             versions=VERSIONS,
-            steps=BUDGETS["smoke"].steps_for(group_name) * len(members.tasks),
-            memory=Memory(stored_steps=2000, parameters_first=parameters, parameters_last=parameters),
+            steps=prescribed.BUDGETS["smoke"].steps_for(group_name) * len(members.tasks),
+            memory=documents.Memory(
+                stored_steps=2000, parameters_first=parameters, parameters_last=parameters
+            ),
             fingerprints={task.id: published(task.id) for task in members.tasks},
             curves=curves_of(members, protocol, run, value, curves),
-            arithmetic=ARITHMETIC,
-            log=file_sha256(log),
+            arithmetic=documents.ARITHMETIC,
+            log=documents.file_sha256(log),
             policies=policy_file,
         )
-        write_run(document_path, document)
+        documents.write_run(document_path, document)
         digests[run_key(group_name, protocol, run)] = document.digest
     (folder / "submission.toml").write_text(manifest, encoding="utf-8", newline="\n")
-    if len(runs) >= FULL_SUBMISSION_RUNS if verified is None else verified:
+    if len(runs) >= prescribed.FULL_SUBMISSION_RUNS if verified is None else verified:
         settings = manifest_of(parse(manifest.encode())).digest
         write_review(folder, Review(verifications=[verification(digests, settings)]))
     return folder
@@ -190,29 +174,33 @@ def episodes_of(members: TaskGroup, protocol: str, run: int, value: Value) -> li
             stage=stage,
             task=task.id,
             episode=episode,
-            seed=evaluation_seed(members.id, task.id, episode),
+            seed=prescribed.evaluation_seed(members.id, task.id, episode),
             length=task.max_steps,
             return_=float(value(protocol, run, stage, position, episode)),
             terminated=False,
             success=None if task.body.success is None else False,
         )
         for stage, (position, task), episode in product(
-            stages(protocol, len(members.tasks)), enumerate(members.tasks, 1), range(EVALUATION_EPISODES)
+            prescribed.stages(protocol, len(members.tasks)),
+            enumerate(members.tasks, 1),
+            range(prescribed.EVALUATION_EPISODES),
         )
     ]
 
 
-def curves_of(members: TaskGroup, protocol: str, run: int, value: Value, points: int) -> list[Curve]:
+def curves_of(
+    members: TaskGroup, protocol: str, run: int, value: Value, points: int
+) -> list[documents.Curve]:
     """One curve per task, which all have the returns of the first task."""
-    steps = BUDGETS["smoke"].steps_for(members.name)
+    steps = prescribed.BUDGETS["smoke"].steps_for(members.name)
     return [
-        Curve(
-            stage=position if protocol in IN_ORDER else 1,
+        documents.Curve(
+            stage=position if protocol in prescribed.IN_ORDER else 1,
             task=members.task_ids[index],
             steps=[steps * point // points for point in range(1, points + 1)],
             returns=[float(value(protocol, run, 1, 1, point)) for point in range(1, points + 1)],
         )
-        for position, index in enumerate(task_order(protocol, run, len(members.tasks)), 1)
+        for position, index in enumerate(prescribed.task_order(protocol, run, len(members.tasks)), 1)
         if points
     ]
 

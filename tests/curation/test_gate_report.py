@@ -10,21 +10,14 @@ from typing import Any
 
 import pytest
 
+from gym_extensions.curation import gate_report
 from gym_extensions.curation.cli import check_pr as main
-from gym_extensions.curation.gate_report import (
-    MAX_BYTES,
-    GateReport,
-    GateScore,
-    code_block,
-    comment,
-    read_report,
-)
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.problem import Problem
 
 from .repositories import commit
 
-REPORT = GateReport(
+REPORT = gate_report.GateReport(
     pull_request=3,
     base="a" * 40,
     head="b" * 40,
@@ -34,12 +27,16 @@ REPORT = GateReport(
     level="claimed",
     repeated=380,
     episodes=400,
-    scores=(GateScore("hopper-gravity-v0", "sequential", "1M", 5, "final_performance", 1.234, 1.0, None),),
+    scores=(
+        gate_report.GateScore(
+            "hopper-gravity-v0", "sequential", "1M", 5, "final_performance", 1.234, 1.0, None
+        ),
+    ),
 )
 
 
 def test_a_report_is_read_back_as_it_was() -> None:
-    assert read_report(REPORT.to_json().encode()) == REPORT
+    assert gate_report.read_report(REPORT.to_json().encode()) == REPORT
 
 
 @pytest.mark.parametrize(
@@ -61,19 +58,19 @@ def test_a_value_that_the_gate_never_writes_is_refused(key: str, value: object) 
     values = {**json.loads(REPORT.to_json()), key: value}
     text = json.dumps(values, sort_keys=True, ensure_ascii=False, indent=1) + "\n"
     with pytest.raises(BenchError) as error:
-        read_report(text.encode())
+        gate_report.read_report(text.encode())
     assert error.value.code == "malformed-report"
 
 
-@pytest.mark.parametrize("data", [b"", b"[]", b"\xff", b"x" * (MAX_BYTES + 1)])
+@pytest.mark.parametrize("data", [b"", b"[]", b"\xff", b"x" * (gate_report.MAX_BYTES + 1)])
 def test_bytes_that_are_not_a_report_are_refused(data: bytes) -> None:
     with pytest.raises(BenchError) as error:
-        read_report(data)
+        gate_report.read_report(data)
     assert error.value.code == "malformed-report"
 
 
 def test_the_comment_says_what_was_proven() -> None:
-    text = comment(REPORT)
+    text = gate_report.comment(REPORT)
     assert text.startswith("### The submission passed\n\nSubmission `submission`.")
     assert "Level: **claimed**: 380 of 400 sampled episodes are repeated." in text
     assert "hopper-gravity-v0  sequential  1M  5 runs  final_performance 1.23 [1.00, –]" in text
@@ -93,17 +90,17 @@ def test_the_comment_says_what_was_proven() -> None:
     ],
 )
 def test_the_comment_says_what_follows(changes: dict[str, Any], text: str) -> None:
-    said = comment(replace(REPORT, **changes))
+    said = gate_report.comment(replace(REPORT, **changes))
     assert text in said
     assert ("has a rank" in said) == (not changes)
 
 
 def test_texts_of_the_pull_request_stay_in_a_code_block() -> None:
     problem = Problem("rule", "a```b", "@alice ![x](https://example.org)\n# heading", "<script>")
-    text = comment(replace(REPORT, verdict="refused", problems=(problem,), more_problems=2))
+    text = gate_report.comment(replace(REPORT, verdict="refused", problems=(problem,), more_problems=2))
     block = "````text\na```b: rule: @alice ![x](https://example.org)\\n# heading <script>\n… and 2 more\n````"
     assert block in text
-    assert code_block(["`````"]) == "``````text\n`````\n``````"
+    assert gate_report.code_block(["`````"]) == "``````text\n`````\n``````"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
@@ -114,7 +111,7 @@ def test_the_command_prints_a_report_that_its_schema_allows_and_reads_it_back(
     commit(project, {"submissions/old/README.md": "A text.\n"})
     assert main(["--repository", str(project), "--base", "main", "--json", "--number", "3"]) == 0
     printed = capfdbinary.readouterr().out
-    report = read_report(printed)
+    report = gate_report.read_report(printed)
     assert (report.pull_request, report.kind, report.verdict) == (3, "edit", "review")
     path = project / "report.json"
     path.write_bytes(printed)

@@ -14,18 +14,9 @@ from gym_extensions import metrics
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.catalog.tasks import Task
+from gym_extensions.metrics import statistics
 from gym_extensions.metrics.formulas import METRICS, area, iqm, profile
 from gym_extensions.metrics.order_effects import order_effects
-from gym_extensions.metrics.statistics import (
-    Interval,
-    difference,
-    interval,
-    mean_of_groups,
-    rank_intervals,
-    significant_pairs,
-    summary,
-    to_interval,
-)
 from gym_extensions.metrics.values import NO_TERM, TOO_FEW_POINTS, MetricValue
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.submission.normalization import GroupReturns, normalized_runs
@@ -144,7 +135,7 @@ def test_the_joint_gap() -> None:
     known = references(case, found.group)
     gap = metric_values(found, known, "sequential", normalized_runs(found, known, "sequential"))["joint_gap"]
     assert gap.mean == pytest.approx(case["joint_gap"], abs=EXACT)
-    assert gap == MetricValue.of(difference((1.0, 0.75, 0.75), (0.5, 0.25)))
+    assert gap == MetricValue.of(statistics.difference((1.0, 0.75, 0.75), (0.5, 0.25)))
 
 
 @pytest.mark.parametrize("case", kit("curves")["cases"], ids=named)
@@ -178,7 +169,7 @@ def test_forward_transfer_auc(case: dict[str, Any]) -> None:
         assert got[name].why == (NO_TERM if enough else TOO_FEW_POINTS)
 
 
-def _same(found: Interval, case: dict[str, Any]) -> None:
+def _same(found: statistics.Interval, case: dict[str, Any]) -> None:
     for key in ("mean", "low", "high"):
         expected = case[key]
         assert getattr(found, key) == (None if expected is None else pytest.approx(expected, abs=1e-10)), key
@@ -186,17 +177,22 @@ def _same(found: Interval, case: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("case", kit("intervals")["mean"], ids=named)
 def test_intervals_of_a_mean(case: dict[str, Any]) -> None:
-    _same(interval(case["values"]), case)
+    _same(statistics.interval(case["values"]), case)
 
 
 @pytest.mark.parametrize("case", kit("intervals")["suite"], ids=named)
 def test_intervals_of_a_suite(case: dict[str, Any]) -> None:
-    _same(to_interval(mean_of_groups([summary(values) for values in case["groups"]])), case)
+    _same(
+        statistics.to_interval(
+            statistics.mean_of_groups([statistics.summary(values) for values in case["groups"]])
+        ),
+        case,
+    )
 
 
 @pytest.mark.parametrize("case", kit("intervals")["difference"], ids=named)
 def test_intervals_of_a_difference(case: dict[str, Any]) -> None:
-    _same(difference(case["first"], case["second"]), case)
+    _same(statistics.difference(case["first"], case["second"]), case)
 
 
 @pytest.mark.parametrize("case", kit("distribution")["cases"], ids=named)
@@ -225,6 +221,6 @@ def test_the_papers_table(case: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("case", kit("ranks")["cases"], ids=named)
 def test_rank_intervals(case: dict[str, Any]) -> None:
-    submissions = [summary(values) for values in case["submissions"]]
-    ranks = rank_intervals(submissions, significant_pairs(submissions), case["better"])
+    submissions = [statistics.summary(values) for values in case["submissions"]]
+    ranks = statistics.rank_intervals(submissions, statistics.significant_pairs(submissions), case["better"])
     assert [list(first_and_last) for first_and_last in ranks] == case["ranks"]

@@ -8,15 +8,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.layout import (
-    LOG,
-    FolderItem,
-    read_regular,
-    run_file,
-    run_key,
-    scan,
-    submission_folders,
-)
+from gym_extensions.submissions import layout
 from gym_extensions.submissions.reader import read
 
 from .examples import GROUP, CopySubmission, found, put
@@ -27,15 +19,15 @@ def test_items_are_listed_by_path_to_a_limited_depth(tmp_path: Path) -> None:
     put("a/file", b"12345")(tmp_path)
     put(".progress/log", b"")(tmp_path)
     (tmp_path / "link").symlink_to("a")
-    assert scan(tmp_path).items == (
-        FolderItem("a", "folder"),
-        FolderItem("a/b", "folder"),
-        FolderItem("a/b/c", "folder"),
-        FolderItem("a/b/c/d", "folder"),
-        FolderItem("a/file", "file", 5),
-        FolderItem("link", "link"),
+    assert layout.scan(tmp_path).items == (
+        layout.FolderItem("a", "folder"),
+        layout.FolderItem("a/b", "folder"),
+        layout.FolderItem("a/b/c", "folder"),
+        layout.FolderItem("a/b/c/d", "folder"),
+        layout.FolderItem("a/file", "file", 5),
+        layout.FolderItem("link", "link"),
     )
-    assert scan(tmp_path).files == {"a/file": FolderItem("a/file", "file", 5)}
+    assert layout.scan(tmp_path).files == {"a/file": layout.FolderItem("a/file", "file", 5)}
 
 
 def test_a_path_that_is_not_a_folder_is_not_a_submission(tmp_path: Path) -> None:
@@ -48,7 +40,7 @@ def test_a_path_that_is_not_a_folder_is_not_a_submission(tmp_path: Path) -> None
 def test_a_linked_submission_is_refused(good: CopySubmission, tmp_path: Path, target: str) -> None:
     good(GROUP, tmp_path)
     (tmp_path / "other").symlink_to(tmp_path / target)
-    problems = {path.name: read(path).problems for path in submission_folders([tmp_path])}
+    problems = {path.name: read(path).problems for path in layout.submission_folders([tmp_path])}
     assert problems["submission"] == ()
     assert found(problems["other"]) == [("other", "not-a-regular-file")]
 
@@ -59,8 +51,8 @@ def test_a_folder_that_git_leaves_behind_is_no_submission_unless_it_is_named(
     submission, left = good(GROUP, tmp_path), tmp_path / "left"
     put(".progress/train.log", b"")(left)
     (tmp_path / "empty").mkdir()
-    assert submission_folders([tmp_path]) == [tmp_path / "empty", submission]
-    (named,) = submission_folders([left])
+    assert layout.submission_folders([tmp_path]) == [tmp_path / "empty", submission]
+    (named,) = layout.submission_folders([left])
     assert found(read(named).problems) == [("left", "not-a-submission")]
 
 
@@ -72,7 +64,7 @@ def test_a_missing_folder_is_refused_with_the_command_that_fetches_committed_one
     tmp_path: Path, path: str, command: str
 ) -> None:
     with pytest.raises(BenchError) as error:
-        submission_folders([tmp_path / path])
+        layout.submission_folders([tmp_path / path])
     assert (error.value.code, error.value.where) == ("no-such-folder", str(tmp_path / path))
     assert error.value.hint.partition("git sparse-checkout ")[2] == command
 
@@ -81,9 +73,9 @@ def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:
     paths = [tmp_path / "a" / "mine", tmp_path / "b" / "mine"]
     for path in paths:
         path.mkdir(parents=True)
-    assert submission_folders([paths[0], paths[0]]) == [paths[0]]
+    assert layout.submission_folders([paths[0], paths[0]]) == [paths[0]]
     with pytest.raises(BenchError) as error:
-        submission_folders(paths)
+        layout.submission_folders(paths)
     message = f"Two submissions have the name 'mine': {paths[0]} and {paths[1]}."
     assert str(error.value) == f"{message} Score one at a time, or rename one."
 
@@ -104,15 +96,15 @@ def test_runs_are_found_by_the_names_of_their_files(tmp_path: Path) -> None:
         put(f"pusher/joint/{path}", b"")(tmp_path)
     put("pusher/other/run0.csv", b"")(tmp_path)
     put("run0.csv", b"")(tmp_path)
-    assert scan(tmp_path).runs == {("pusher", "joint"): {2: {".csv", ".json"}, 10: {".csv"}}}
-    assert run_file("pusher", "joint", 2, LOG) == "pusher/joint/run2.csv"
-    assert run_key("pusher", "joint", 2) == "pusher/joint/run2"
+    assert layout.scan(tmp_path).runs == {("pusher", "joint"): {2: {".csv", ".json"}, 10: {".csv"}}}
+    assert layout.run_file("pusher", "joint", 2, layout.LOG) == "pusher/joint/run2.csv"
+    assert layout.run_key("pusher", "joint", 2) == "pusher/joint/run2"
 
 
 def test_a_link_or_a_file_that_grew_is_not_read(tmp_path: Path) -> None:
     put("file", b"12345")(tmp_path)
     (tmp_path / "link").symlink_to("file")
-    assert read_regular(tmp_path / "file", 5) == b"12345"
+    assert layout.read_regular(tmp_path / "file", 5) == b"12345"
     for name, limit in (("file", 4), ("link", 5), (".", 5)):
         with pytest.raises(OSError):
-            read_regular(tmp_path / name, limit)
+            layout.read_regular(tmp_path / name, limit)

@@ -10,24 +10,16 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.log import (
-    Episode,
-    TableError,
-    log_frame,
-    log_of,
-    log_text,
-    read_log,
-    write_log,
-)
+from gym_extensions.submissions import log as logs
 from gym_extensions.submissions.rules.log import compared_rows, where
 
 from .examples import HALF, LOG
 
 TASKS = (HALF, "gym_extensions/Hopper-v0")
 EPISODES = [
-    Episode(1, TASKS[1], 0, 7, 1000, 1.5, False, None),
-    Episode(0, TASKS[1], 0, 7, 12, -0.1, True, True),
-    Episode(0, TASKS[0], 1, 9, 1000, 1e-300, False, False),
+    logs.Episode(1, TASKS[1], 0, 7, 1000, 1.5, False, None),
+    logs.Episode(0, TASKS[1], 0, 7, 12, -0.1, True, True),
+    logs.Episode(0, TASKS[0], 1, 9, 1000, 1e-300, False, False),
 ]
 TEXT = f"""stage,task,episode,seed,length,return,terminated,success
 0,{TASKS[0]},1,9,1000,1e-300,false,false
@@ -37,12 +29,12 @@ TEXT = f"""stage,task,episode,seed,length,return,terminated,success
 
 
 def test_rows_are_sorted_by_stage_task_in_training_order_and_episode() -> None:
-    assert log_text(EPISODES, TASKS) == TEXT
+    assert logs.log_text(EPISODES, TASKS) == TEXT
 
 
 def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
-    write_log(tmp_path / "run0.csv", EPISODES, TASKS)
-    frame = read_log(tmp_path / "run0.csv")
+    logs.write_log(tmp_path / "run0.csv", EPISODES, TASKS)
+    frame = logs.read_log(tmp_path / "run0.csv")
     assert frame["return"].tolist() == [1e-300, -0.1, 1.5]
     assert frame["terminated"].tolist() == [False, True, False]
     assert frame["success"].tolist() == [0, 1, -1]
@@ -52,8 +44,10 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
 def test_every_return_is_read_to_the_last_bit() -> None:
     drawn = np.frombuffer(np.random.default_rng(0).bytes(8 * 1000))
     values = [*drawn[np.isfinite(drawn)].tolist(), 0.0, 5e-324, 1.7976931348623157e308]
-    text = log_text([Episode(1, HALF, i, 1, 1, value, False, None) for i, value in enumerate(values)], TASKS)
-    assert log_frame(text.encode())["return"].tolist() == values
+    text = logs.log_text(
+        [logs.Episode(1, HALF, i, 1, 1, value, False, None) for i, value in enumerate(values)], TASKS
+    )
+    assert logs.log_frame(text.encode())["return"].tolist() == values
 
 
 @pytest.mark.parametrize("length", range(4))
@@ -61,8 +55,8 @@ def test_a_damaged_log_gives_a_line_and_nothing_else(length: int) -> None:
     data, rng = TEXT.encode(), np.random.default_rng(length)
     for position in range(len(data)):
         try:
-            frame = log_frame(data[:position] + rng.bytes(length) + data[position + 1 :])
-        except TableError as error:
+            frame = logs.log_frame(data[:position] + rng.bytes(length) + data[position + 1 :])
+        except logs.TableError as error:
             assert 1 <= error.line <= 8
         else:
             assert len(frame) <= 4
@@ -99,13 +93,13 @@ def test_the_first_wrong_line_is_named(
     path = tmp_path / "run0.csv"
     path.write_text(change(TEXT), encoding="utf-8", newline="\n")
     with pytest.raises(BenchError, match=fact) as error:
-        read_log(path)
+        logs.read_log(path)
     assert error.value.where == f"{path}, line {line}"
 
 
 def test_runs_follow_each_other_in_the_columns_and_rows_keep_their_lines() -> None:
-    frame = log_frame(TEXT.encode())
-    log = log_of({3: frame, 0: frame.iloc[:2]}, "sequential", group("hopper-gravity"))
+    frame = logs.log_frame(TEXT.encode())
+    log = logs.log_of({3: frame, 0: frame.iloc[:2]}, "sequential", group("hopper-gravity"))
     assert log.runs == (0, 3)
     assert log.rows["run"].tolist() == [0, 0, 3, 3, 3]
     assert log.rows["position"].tolist() == [0, 2, 0, 2, 2]

@@ -8,22 +8,11 @@ import msgspec
 import pytest
 
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.review import (
-    CLAIMED,
-    VERIFIED,
-    Decision,
-    Review,
-    Verification,
-    level,
-    read_review,
-    reproduced,
-    review_text,
-    write_review,
-)
+from gym_extensions.submissions import review as reviews
 
 RUNS = {f"pusher/joint/run{run}": f"{run}" * 64 for run in range(3)}
 SETTINGS = "5" * 64
-PASSED = Verification(
+PASSED = reviews.Verification(
     date="2026-11-26",
     version="1.0.0",
     value="ab" * 32,
@@ -34,17 +23,23 @@ PASSED = Verification(
     passed=True,
 )
 FAILED = msgspec.structs.replace(PASSED, passed=False, p_value=1e-4, second_p_value=1e-5)
-ACCEPTED = Decision(action="accepted", by="A", date="2026-11-26", reason="Ü\n")
+ACCEPTED = reviews.Decision(action="accepted", by="A", date="2026-11-26", reason="Ü\n")
 
 
 @pytest.mark.parametrize(
     "review",
-    [Review(), Review(verifications=[PASSED, FAILED], decisions=[ACCEPTED]), Review(decisions=[ACCEPTED])],
+    [
+        reviews.Review(),
+        reviews.Review(verifications=[PASSED, FAILED], decisions=[ACCEPTED]),
+        reviews.Review(decisions=[ACCEPTED]),
+    ],
 )
-def test_a_review_is_read_as_it_was_written(tmp_path: Path, review: Review) -> None:
-    write_review(tmp_path, review)
-    assert read_review(tmp_path) == review
-    assert review_text(read_review(tmp_path)) == (tmp_path / "review.toml").read_text(encoding="utf-8")
+def test_a_review_is_read_as_it_was_written(tmp_path: Path, review: reviews.Review) -> None:
+    reviews.write_review(tmp_path, review)
+    assert reviews.read_review(tmp_path) == review
+    assert reviews.review_text(reviews.read_review(tmp_path)) == (tmp_path / "review.toml").read_text(
+        encoding="utf-8"
+    )
 
 
 @pytest.mark.parametrize(
@@ -59,11 +54,11 @@ def test_a_review_is_read_as_it_was_written(tmp_path: Path, review: Review) -> N
     ],
 )
 def test_what_is_wrong_with_a_review_is_named(tmp_path: Path, old: str, new: str, fact: str) -> None:
-    text = review_text(Review(verifications=[PASSED], decisions=[ACCEPTED]))
+    text = reviews.review_text(reviews.Review(verifications=[PASSED], decisions=[ACCEPTED]))
     assert old in text
     (tmp_path / "review.toml").write_text(text.replace(old, new), encoding="utf-8")
     with pytest.raises(BenchError, match=fact):
-        read_review(tmp_path)
+        reviews.read_review(tmp_path)
 
 
 RETRAINED = msgspec.structs.replace(PASSED, retrained=["pusher/joint/run1"])
@@ -74,32 +69,34 @@ REST = msgspec.structs.replace(PASSED, runs=dict(list(RUNS.items())[2:]))
 @pytest.mark.parametrize(
     ("verifications", "expected"),
     [
-        ([], CLAIMED),
-        ([PASSED], VERIFIED),
-        ([FAILED], CLAIMED),
-        ([FAILED, PASSED], CLAIMED),
-        ([PASSED, FAILED], CLAIMED),
-        ([HALF], CLAIMED),
-        ([HALF, REST], VERIFIED),
-        ([RETRAINED], VERIFIED),
-        ([msgspec.structs.replace(PASSED, settings="6" * 64)], CLAIMED),
-        ([msgspec.structs.replace(FAILED, settings="6" * 64), PASSED], VERIFIED),
+        ([], reviews.CLAIMED),
+        ([PASSED], reviews.VERIFIED),
+        ([FAILED], reviews.CLAIMED),
+        ([FAILED, PASSED], reviews.CLAIMED),
+        ([PASSED, FAILED], reviews.CLAIMED),
+        ([HALF], reviews.CLAIMED),
+        ([HALF, REST], reviews.VERIFIED),
+        ([RETRAINED], reviews.VERIFIED),
+        ([msgspec.structs.replace(PASSED, settings="6" * 64)], reviews.CLAIMED),
+        ([msgspec.structs.replace(FAILED, settings="6" * 64), PASSED], reviews.VERIFIED),
     ],
 )
 def test_a_log_is_verified_if_each_run_is_and_none_failed(
-    verifications: list[Verification], expected: str
+    verifications: list[reviews.Verification], expected: str
 ) -> None:
-    assert level(Review(verifications=verifications), SETTINGS, RUNS) == expected
+    assert reviews.level(reviews.Review(verifications=verifications), SETTINGS, RUNS) == expected
 
 
 def test_a_run_that_changed_is_claimed_again_and_a_refusal_is_about_the_old_files() -> None:
     changed = RUNS | {"pusher/joint/run1": "f" * 64}
-    assert level(Review(verifications=[PASSED]), SETTINGS, changed) == CLAIMED
+    assert reviews.level(reviews.Review(verifications=[PASSED]), SETTINGS, changed) == reviews.CLAIMED
     again = msgspec.structs.replace(PASSED, runs=changed)
     new = {"pusher/joint/run1": "f" * 64}
     assert (
-        level(Review(verifications=[FAILED, msgspec.structs.replace(again, runs=new)]), SETTINGS, new)
-        == VERIFIED
+        reviews.level(
+            reviews.Review(verifications=[FAILED, msgspec.structs.replace(again, runs=new)]), SETTINGS, new
+        )
+        == reviews.VERIFIED
     )
 
 
@@ -116,8 +113,8 @@ def test_a_run_that_was_trained_again_as_it_is_now_is_reproduced(
     changes: dict[str, object], expected: set[str]
 ) -> None:
     changed = msgspec.structs.replace(RETRAINED, **changes)
-    assert reproduced(Review(verifications=[changed]), SETTINGS, RUNS) == expected
+    assert reviews.reproduced(reviews.Review(verifications=[changed]), SETTINGS, RUNS) == expected
 
 
 def test_a_log_without_runs_is_claimed() -> None:
-    assert level(Review(verifications=[PASSED]), SETTINGS, {}) == CLAIMED
+    assert reviews.level(reviews.Review(verifications=[PASSED]), SETTINGS, {}) == reviews.CLAIMED

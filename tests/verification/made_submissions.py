@@ -14,30 +14,13 @@ import numpy as np
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_of
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed, stages
+from gym_extensions.submissions import run as documents
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file
 from gym_extensions.submissions.log import Episode, read_log, write_log
-from gym_extensions.submissions.policies.files import (
-    AnyPolicy,
-    Key,
-    content_sha256,
-    policy_keys,
-    read_policies,
-    run_arrays,
-    write_policies,
-)
+from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import level
-from gym_extensions.submissions.run import (
-    ARITHMETIC,
-    Memory,
-    PolicyFile,
-    RunDocument,
-    Versions,
-    file_sha256,
-    read_run,
-    write_run,
-)
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.episodes import Cell, run_cell
 from gym_extensions.versions import version
@@ -70,8 +53,8 @@ def write_run_files(
     folder: Path,
     protocol: str,
     run: int,
-    policies: Mapping[Key, AnyPolicy],
-    played: Mapping[Key, AnyPolicy] | None = None,
+    policies: Mapping[files.Key, files.AnyPolicy],
+    played: Mapping[files.Key, files.AnyPolicy] | None = None,
 ) -> None:
     """Writes the log, the document and the policies of a run.
 
@@ -96,22 +79,24 @@ def write_run_files(
             ]
     paths = [folder / run_file(GROUP, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)]
     write_log(paths[0], episodes, members.task_ids)
-    write_policies(paths[2], policies)
+    files.write_policies(paths[2], policies)
     names = ("gym_extensions", "gymnasium", "mujoco", "numpy")
     versions = {name: version(name.replace("_", "-")) for name in names} | {"python": "3.11.0"}
-    document = RunDocument(
+    document = documents.RunDocument(
         group=members.id,
         protocol=protocol,  # type: ignore[arg-type]
         run=run,
-        versions=Versions(**versions, platform="Linux-x86_64"),
-        arithmetic=ARITHMETIC,
+        versions=documents.Versions(**versions, platform="Linux-x86_64"),
+        arithmetic=documents.ARITHMETIC,
         steps=BUDGETS["100k"].steps_for(GROUP) * len(members.tasks),
-        memory=Memory(stored_steps=0, parameters_first=36, parameters_last=36),
+        memory=documents.Memory(stored_steps=0, parameters_first=36, parameters_last=36),
         fingerprints={task.id: published(task.id) for task in members.tasks},
-        log=file_sha256(paths[0]),
-        policies=PolicyFile(sha256=content_sha256(run_arrays(policies)), size=paths[2].stat().st_size),
+        log=documents.file_sha256(paths[0]),
+        policies=documents.PolicyFile(
+            sha256=files.content_sha256(files.run_arrays(policies)), size=paths[2].stat().st_size
+        ),
     )
-    write_run(paths[1], document)
+    documents.write_run(paths[1], document)
 
 
 def write_submission(
@@ -120,7 +105,7 @@ def write_submission(
     """Writes an honest submission, by default of five runs."""
     folder.mkdir(parents=True)
     for run in range(runs):
-        keys = policy_keys(protocol, group_of(GROUP))
+        keys = files.policy_keys(protocol, group_of(GROUP))
         policies = {key: network(100 * run + number, head) for number, key in enumerate(keys)}
         write_run_files(folder, protocol, run, policies)
     evaluation = "deterministic" if head == "deterministic" else "sampled"
@@ -168,30 +153,30 @@ def change_log(submission: Path, edit: Callable[[Row], Mapping[str, object]], ru
             end = {"return_": float(row.pop("return")), "success": success[row["success"]]}
             episodes.append(Episode(**row | end))
         write_log(path, episodes, group_of(GROUP).task_ids)
-        change_document(path.with_suffix(".json"), log=file_sha256(path))
+        change_document(path.with_suffix(".json"), log=documents.file_sha256(path))
     return submission
 
 
 def change_document(path: Path, **changes: object) -> None:
     """Changes values of a run's document."""
-    write_run(path, msgspec.structs.replace(read_run(path), **changes))
+    documents.write_run(path, msgspec.structs.replace(documents.read_run(path), **changes))
 
 
 def change_documents(submission: Path, change: Callable[..., Mapping[str, object]]) -> None:
     """Changes values of the documents of all runs, which ``change`` gets."""
     for path in sorted(submission.glob("*/*/*.json")):
-        change_document(path, **change(read_run(path)))
+        change_document(path, **change(documents.read_run(path)))
 
 
-def change_policies(submission: Path, change: Callable[[dict[Key, AnyPolicy]], object]) -> None:
+def change_policies(submission: Path, change: Callable[[dict[files.Key, files.AnyPolicy]], object]) -> None:
     """Changes the stored policies of all runs, and states their digests."""
 
-    def changed(run: RunDocument) -> Mapping[str, object]:
-        stored = read_policies(submission, group_of(GROUP), run.protocol, run.run)
+    def changed(run: documents.RunDocument) -> Mapping[str, object]:
+        stored = files.read_policies(submission, group_of(GROUP), run.protocol, run.run)
         change(stored)
         path = submission / run_file(GROUP, run.protocol, run.run, POLICIES)
-        write_policies(path, stored)
-        digest = content_sha256(run_arrays(stored))
-        return {"policies": PolicyFile(sha256=digest, size=path.stat().st_size)}
+        files.write_policies(path, stored)
+        digest = files.content_sha256(files.run_arrays(stored))
+        return {"policies": documents.PolicyFile(sha256=digest, size=path.stat().st_size)}
 
     change_documents(submission, changed)

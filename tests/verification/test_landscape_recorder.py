@@ -15,14 +15,7 @@ import pytest
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.worlds import axes
 from gym_extensions.curation.cli import maintain
-from gym_extensions.submissions.landscapes import (
-    NOT_MEASURED,
-    OTHER_RUNS,
-    Landscape,
-    landscapes_of,
-    load,
-    path_of,
-)
+from gym_extensions.submissions import landscapes as landscapess
 from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file
 from gym_extensions.submissions.policies.files import policies_of, read_arrays
 from gym_extensions.verification.landscape_recorder import returns_of
@@ -54,8 +47,8 @@ def landscapes(submission: Path, *options: str) -> int:
     return maintain(["landscapes", str(submission), "--cache", str(submission.parent / "cache"), *options])
 
 
-def landscape(submission: Path) -> Landscape:
-    (found,) = landscapes_of(submission).values()
+def landscape(submission: Path) -> landscapess.Landscape:
+    (found,) = landscapess.landscapes_of(submission).values()
     return found
 
 
@@ -65,13 +58,13 @@ def test_every_run_has_a_return_and_a_deviation_per_stage_and_value(measured: Pa
     (axis,) = found.axes
     assert np.shape(axis.returns) == np.shape(axis.deviations) == (2, 3, len(axes(HERE)[0].points))
     assert len({axis.returns[0], axis.returns[1]}) == 2
-    assert path_of(measured, HERE).stat().st_size < 60_000
+    assert landscapess.path_of(measured, HERE).stat().st_size < 60_000
 
 
 def test_the_same_machine_writes_the_same_file_whatever_the_number_of_jobs(submission: Path) -> None:
-    before = path_of(submission, HERE).read_bytes()
+    before = landscapess.path_of(submission, HERE).read_bytes()
     assert landscapes(submission, "--again", "--jobs", "2", "--groups", GROUP) == 0
-    assert path_of(submission, HERE).read_bytes() == before
+    assert landscapess.path_of(submission, HERE).read_bytes() == before
 
 
 def test_a_landscape_that_is_up_to_date_is_not_measured_again(
@@ -84,13 +77,13 @@ def test_a_landscape_that_is_up_to_date_is_not_measured_again(
 def test_a_landscape_of_other_policies_is_not_shown(submission: Path) -> None:
     document = submission / run_file(GROUP, "sequential", 1, DOCUMENT)
     change_document(document, policies=None)
-    assert load(submission, HERE) == OTHER_RUNS
-    assert landscapes_of(submission) == {}
+    assert landscapess.load(submission, HERE) == landscapess.OTHER_RUNS
+    assert landscapess.landscapes_of(submission) == {}
 
 
 def test_a_submission_without_policies_has_none(submission: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shutil.rmtree(submission / LANDSCAPES)
-    assert load(submission, HERE) == NOT_MEASURED
+    assert landscapess.load(submission, HERE) == landscapess.NOT_MEASURED
     change_document(submission / run_file(GROUP, "sequential", 0, DOCUMENT), policies=None)
     assert landscapes(submission) == 0
     assert "not published" in capsys.readouterr().out
@@ -136,8 +129,8 @@ def test_an_agent_that_observes_the_task_is_told_the_nearest_one() -> None:
 @pytest.mark.parametrize("path", MEASURED, ids=lambda path: f"{path.parts[-3]}-{path.stem}")
 def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path) -> None:
     submission, group = path.parents[1], GROUPS[path.stem]
-    found = load(submission, group)
-    assert isinstance(found, Landscape), found
+    found = landscapess.load(submission, group)
+    assert isinstance(found, landscapess.Landscape), found
     assert path.stat().st_size < 20 * sum(2 * np.size(axis.returns) for axis in found.axes), (
         "20 bytes per number"
     )
@@ -165,7 +158,7 @@ def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path
 def test_a_stage_of_a_committed_landscape_is_measured_again() -> None:
     """Golden numbers: equal on the kernels of the file, and close at most points on others."""
     submission, group, stage = SUBMISSIONS / "cloning", GROUPS["hopper-gravity"], 1
-    found, (axis,) = landscapes_of(submission)[group.id], axes(group)
+    found, (axis,) = landscapess.landscapes_of(submission)[group.id], axes(group)
     arrays = read_arrays(submission, group, "sequential", 0)
     policy = policies_of(arrays, group, "sequential")[stage, None]
     returns = np.array(returns_of(group, policy, axis, stage, 0))

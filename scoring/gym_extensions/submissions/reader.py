@@ -15,13 +15,7 @@ from gym_extensions.submissions import layout, problem, rules
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
 from gym_extensions.submissions.log import TableError, log_frame, log_of
 from gym_extensions.submissions.manifest import manifest_of, parse
-from gym_extensions.submissions.policies.files import (
-    AnyPolicy,
-    Sketches,
-    missing_networks,
-    npz_error,
-    read_arrays,
-)
+from gym_extensions.submissions.policies import files as files_module
 from gym_extensions.submissions.review import Review, review_of
 from gym_extensions.submissions.run import RunDocument, run_of
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained, is_trainable
@@ -197,11 +191,11 @@ class _Reader:
 
     def _policies(self, group: TaskGroup, documents: dict[str, dict[int, RunDocument]], whole: bool) -> None:
         """Checks the policies of a group; if not the whole, the form of .npz files, digests of networks."""
-        first: AnyPolicy | None = None
+        first: files_module.AnyPolicy | None = None
         observes_task = self._declared("observes", "task_in_evaluation")
         evaluation = self._declared("protocol", "evaluation")
         for protocol, runs in documents.items():
-            sketches: dict[int, Sketches] | None = {} if is_trainable(documents) else None
+            sketches: dict[int, files_module.Sketches] | None = {} if is_trainable(documents) else None
             for run, document in runs.items():
                 suffixes = self.folder.runs[group.name, protocol][run]
                 if document.policies is None or document.policies.url:
@@ -209,13 +203,13 @@ class _Reader:
                 path = run_file(group.name, protocol, run, POLICIES)
                 if POLICIES in suffixes and not whole:  # it is not unpacked
                     data = self._bytes(path)
-                    if data is not None and (error := npz_error(data)):
+                    if data is not None and (error := files_module.npz_error(data)):
                         self._check("file", "malformed-policies", path, f"It cannot be read: {error}.")
                     continue
-                if missing_networks(suffixes, group, protocol):
+                if files_module.missing_networks(suffixes, group, protocol):
                     continue  # a problem of the document
                 try:
-                    arrays = read_arrays(self.folder.root, group, protocol, run)
+                    arrays = files_module.read_arrays(self.folder.root, group, protocol, run)
                 except BenchError as error:
                     path = Path(error.where).relative_to(self.folder.root).as_posix()
                     self._check("file", "malformed-policies", path, error.message)

@@ -22,16 +22,7 @@ from gym_extensions.submissions.policies.onnx import RUNTIME
 from gym_extensions.submissions.review import Verification
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission, is_trainable
-from gym_extensions.verification import new_seeds
-from gym_extensions.verification.episodes import (
-    HOURS,
-    SECONDS_PER_CELL,
-    Cell,
-    Played,
-    RunRequest,
-    Store,
-    run_all,
-)
+from gym_extensions.verification import episodes as episodess, new_seeds
 from gym_extensions.verification.limits import TOO_SLOW
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
@@ -72,32 +63,35 @@ class LoggedRun:
         return logged_cells(self.log, self.document.run)
 
     @property
-    def prescribed(self) -> tuple[Cell, ...]:
+    def prescribed(self) -> tuple[episodess.Cell, ...]:
         """All cells of the log, with the prescribed seeds."""
         return tuple(self.prescribed_cell(*key) for key in self.logged)
 
-    def prescribed_cell(self, stage: int, task: int) -> Cell:
+    def prescribed_cell(self, stage: int, task: int) -> episodess.Cell:
         """A cell with the prescribed seeds."""
         names, episodes = (self.log.group.id, self.log.group.task_ids[task]), range(EVALUATION_EPISODES)
-        return Cell(stage, task, tuple(evaluation_seed(*names, episode) for episode in episodes))
+        return episodess.Cell(stage, task, tuple(evaluation_seed(*names, episode) for episode in episodes))
 
-    def tested(self, draw: new_seeds.Draw) -> tuple[Cell, ...]:
+    def tested(self, draw: new_seeds.Draw) -> tuple[episodess.Cell, ...]:
         """All cells of the log, because metrics use them all, with the new seeds of a draw."""
         group, cells = self.log.group, []
         for stage, task in self.logged:
             task_id = group.task_ids[task]
             noise = draw.seed(group.id, self.log.protocol, self.document.run, stage, task_id)
-            cells.append(Cell(stage, task, tuple(draw.seeds(group.id, task_id)), noise))
+            cells.append(episodess.Cell(stage, task, tuple(draw.seeds(group.id, task_id)), noise))
         return tuple(cells)
 
     def request(
-        self, submission: Submission, cells: tuple[Cell, ...] = (), fetcher: fetch.Fetcher | None = None
-    ) -> RunRequest:
+        self,
+        submission: Submission,
+        cells: tuple[episodess.Cell, ...] = (),
+        fetcher: fetch.Fetcher | None = None,
+    ) -> episodess.RunRequest:
         """The request for cells of the run, whose policies are in the folder of the submission or fetched."""
         document, policies, manifest = self.document, self.document.policies, submission.manifest
         assert policies is not None
         assert manifest is not None, "it has no problems"
-        return RunRequest(
+        return episodess.RunRequest(
             folder=str(submission.path.resolve()),
             group=self.log.group.name,
             protocol=document.protocol,
@@ -140,7 +134,7 @@ class Repetition(NamedTuple):
     difference: str = ""
 
 
-def repetition(run: LoggedRun, cells: Sequence[Cell], result: Played) -> Repetition:
+def repetition(run: LoggedRun, cells: Sequence[episodess.Cell], result: episodess.Played) -> Repetition:
     """Compares the outcomes of cells of a run with its log.
 
     They must be equal to the last bit; those of an ONNX network, the returns within ``TOLERANCE``.
@@ -228,13 +222,13 @@ def settings_of(submission: Submission) -> str:
 def verify(
     submission: Submission,
     value: str,
-    store: Store,
+    store: episodess.Store,
     fetcher: fetch.Fetcher,
     *,
     only: Collection[str] | None = None,
     groups: Sequence[str] = (),
     jobs: int = 1,
-    hours: float = HOURS,
+    hours: float = episodess.HOURS,
     started: Callable[[int], None] = lambda _: None,
     done: Callable[[int], None] = lambda _: None,
 ) -> Report:
@@ -267,11 +261,11 @@ def verify(
         return Report(submission.name, without_policies=without, first_arithmetic=old)
     requests = {name: run.request(submission, fetcher=fetcher) for name, run in runs.items()}
 
-    def play(cells: Mapping[str, tuple[Cell, ...]]) -> dict[str, Played]:
+    def play(cells: Mapping[str, tuple[episodess.Cell, ...]]) -> dict[str, episodess.Played]:
         started(sum(map(len, cells.values())))
         wanted = [replace(request, cells=cells[name]) for name, request in requests.items()]
         tell = lambda request: done(len(request.cells))  # noqa: E731
-        return run_all(wanted, store, groups=groups, jobs=jobs, hours=hours, done=tell)
+        return episodess.run_all(wanted, store, groups=groups, jobs=jobs, hours=hours, done=tell)
 
     digests = {name: run.document.digest for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
@@ -289,7 +283,7 @@ def verify(
     except BenchError as error:
         if error.code != TOO_SLOW:
             raise
-        why = UNDECIDED.format(hours, SECONDS_PER_CELL)
+        why = UNDECIDED.format(hours, episodess.SECONDS_PER_CELL)
         found = Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
         return Report(submission.name, verification=found, without_policies=without, first_arithmetic=old)
     repetitions, fresh = {}, {}
@@ -304,7 +298,7 @@ def verify(
     for name, run in every.items():  # those that are not verified now, to compare their policies
         policies, logs = run.document.policies, {each.log.path for each in runs.values()}
         if name not in runs and run.log.path in logs and policies is not None and not policies.url:
-            sketches[name] = run_all([run.request(submission)], store, groups=groups)[name].sketches
+            sketches[name] = episodess.run_all([run.request(submission)], store, groups=groups)[name].sketches
     failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
     twins = _twins(submission, runs, sketches)
     p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]

@@ -7,20 +7,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from gym_extensions.envs.navigation import geometry
 from gym_extensions.envs.navigation.env import World
-from gym_extensions.envs.navigation.geometry import (
-    Arena,
-    Grid,
-    crosses,
-    load,
-    parse,
-    touches,
-)
 
 # Free inside: x and y from 10 to 60, but for the block x 30–40, y 30–40.
-BLOCK = parse(["#######", "#.....#", "#.....#", "#..#..#", "#.....#", "#.....#", "#######"])
+BLOCK = geometry.parse(["#######", "#.....#", "#.....#", "#..#..#", "#.....#", "#.....#", "#######"])
 # Two blocks that meet at the corner (30, 30).
-DIAGONAL = parse(["######", "#....#", "#..#.#", "#.#..#", "#....#", "######"])
+DIAGONAL = geometry.parse(["######", "#....#", "#..#.#", "#.#..#", "#....#", "######"])
 
 
 @pytest.mark.parametrize(
@@ -40,7 +33,7 @@ DIAGONAL = parse(["######", "#....#", "#..#.#", "#.#..#", "#....#", "######"])
 def test_a_point_is_in_an_obstacle_edges_and_corners_included(
     point: tuple[float, float], inside: bool
 ) -> None:
-    assert touches(BLOCK.solid, *point) is inside
+    assert geometry.touches(BLOCK.solid, *point) is inside
 
 
 @pytest.mark.parametrize(
@@ -59,17 +52,17 @@ def test_a_point_is_in_an_obstacle_edges_and_corners_included(
 def test_a_segment_that_touches_an_obstacle_collides(
     start: tuple[float, float], end: tuple[float, float], collides: bool
 ) -> None:
-    assert crosses(BLOCK.solid, *start, *end) is collides
-    assert (touches(BLOCK.solid, *end) or crosses(BLOCK.solid, *end, *start)) is collides
+    assert geometry.crosses(BLOCK.solid, *start, *end) is collides
+    assert (geometry.touches(BLOCK.solid, *end) or geometry.crosses(BLOCK.solid, *end, *start)) is collides
 
 
 def test_a_diagonal_gap_is_closed() -> None:
     # From the upper left of (30, 30) to its lower right, through the corner where the blocks meet.
-    assert crosses(DIAGONAL.solid, 28.0, 32.0, 32.0, 28.0)
-    assert crosses(DIAGONAL.solid, 29.99, 30.01, 30.01, 29.99)
+    assert geometry.crosses(DIAGONAL.solid, 28.0, 32.0, 32.0, 28.0)
+    assert geometry.crosses(DIAGONAL.solid, 29.99, 30.01, 30.01, 29.99)
 
 
-def exactly_crosses(grid: Grid, start: np.ndarray, end: np.ndarray) -> bool:
+def exactly_crosses(grid: geometry.Grid, start: np.ndarray, end: np.ndarray) -> bool:
     """Whether the closed segment meets any closed cell, in fractions, by clipping it against each box."""
     origin = [Fraction(float(value)) for value in start]
     along = [Fraction(float(to)) - before for to, before in zip(end, origin, strict=True)]
@@ -88,23 +81,23 @@ def exactly_crosses(grid: Grid, start: np.ndarray, end: np.ndarray) -> bool:
 
 
 def test_motion_agrees_with_exact_fractions_on_random_moves() -> None:
-    generator, grid = np.random.default_rng(5), load(8)
-    window = Grid(np.pad(grid.solid[10:24, 10:24], 1, constant_values=1))
+    generator, grid = np.random.default_rng(5), geometry.load(8)
+    window = geometry.Grid(np.pad(grid.solid[10:24, 10:24], 1, constant_values=1))
     # Whole numbers meet edges and corners exactly.
     starts = np.vstack([generator.uniform(10, 130, (700, 2)), generator.integers(10, 130, (700, 2))])
     collisions = 0
     for start in starts:
-        if touches(window.solid, *start):
+        if geometry.touches(window.solid, *start):
             continue
         end = start + generator.integers(-10, 11, 2) / 2
-        collided = crosses(window.solid, *start, *end)
+        collided = geometry.crosses(window.solid, *start, *end)
         assert collided == exactly_crosses(window, start, end), (start, end)
         collisions += collided
     assert collisions > 40
 
 
 def step(
-    arena: Arena, start: tuple[float, float], action: tuple[float, float]
+    arena: geometry.Arena, start: tuple[float, float], action: tuple[float, float]
 ) -> tuple[list[float], float, bool]:
     world = World([arena], "state")
     world.positions[0] = start
@@ -112,7 +105,7 @@ def step(
     return world.positions[0].tolist(), float(rewards[0]), bool(reached[0])
 
 
-FAR = Arena(BLOCK, (1000.0, 1000.0))
+FAR = geometry.Arena(BLOCK, (1000.0, 1000.0))
 
 
 @pytest.mark.parametrize(
@@ -155,11 +148,11 @@ def test_the_reward_is_minus_one_minus_five_for_a_collision_plus_ten_at_the_goal
     reward: float,
     reached: bool,
 ) -> None:
-    assert step(Arena(BLOCK, goal), start, action)[1:] == (reward, reached)
+    assert step(geometry.Arena(BLOCK, goal), start, action)[1:] == (reward, reached)
 
 
 def test_passing_by_the_goal_within_a_step_does_not_reach_it() -> None:
     # (25 - 2.5, 15) would be 20 from the goal; both ends are farther.
     goal = (22.5, 35.0)
-    assert step(Arena(BLOCK, goal), (20.0, 15.0), (5.0, 0.0))[1:] == (-1.0, False)
-    assert step(Arena(BLOCK, goal), (20.0, 15.0), (2.5, 0.0))[1:] == (9.0, True)
+    assert step(geometry.Arena(BLOCK, goal), (20.0, 15.0), (5.0, 0.0))[1:] == (-1.0, False)
+    assert step(geometry.Arena(BLOCK, goal), (20.0, 15.0), (2.5, 0.0))[1:] == (9.0, True)

@@ -11,31 +11,27 @@ import pytest
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.tasks import FAMILIES
 from gym_extensions.envs import make_vec
+from gym_extensions.envs.navigation import geometry
 from gym_extensions.envs.navigation.env import World
-from gym_extensions.envs.navigation.geometry import (
-    Arena,
-    Grid,
-    arena,
-    load,
-    parse,
-)
 
 OPEN = ["#" + "." * 28 + "#"] * 28
-ROOM = parse(["#" * 30, *OPEN, "#" * 30])
+ROOM = geometry.parse(["#" * 30, *OPEN, "#" * 30])
 """Free from 10 to 290 in both directions."""
 NOWHERE = (-1000.0, -1000.0)
 
 
-def blocks(*cells: tuple[int, int]) -> Grid:
+def blocks(*cells: tuple[int, int]) -> geometry.Grid:
     """The room with some cells, (column, row) from the lower left, solid."""
     solid = ROOM.solid.copy()
     for column, row in cells:
         solid[row + 1, column + 1] = 1
-    return Grid(solid)
+    return geometry.Grid(solid)
 
 
-def observed(grid: Grid, point: tuple[float, float], family: str, goal: tuple[float, float] = NOWHERE) -> Any:
-    world = World([Arena(grid, goal)], family)
+def observed(
+    grid: geometry.Grid, point: tuple[float, float], family: str, goal: tuple[float, float] = NOWHERE
+) -> Any:
+    world = World([geometry.Arena(grid, goal)], family)
     world.positions[0] = point
     return world.observe()[0]
 
@@ -63,7 +59,7 @@ def test_a_ray_hits_closed_cells(
     assert observed(blocks(*cells), point, "range")[beam] == pytest.approx(reading, abs=1e-5)
 
 
-def boxes(grid: Grid) -> np.ndarray:
+def boxes(grid: geometry.Grid) -> np.ndarray:
     rows, columns = np.nonzero(grid.solid)
     low = np.column_stack([columns - 1, rows - 1]) * 10.0
     return np.stack([low, low + 10.0], axis=1)
@@ -82,7 +78,7 @@ def poses(count: int, seed: int) -> list[tuple[int, np.ndarray]]:
     generator = np.random.default_rng(seed)
     drawn = []
     for index in range(count):
-        world = World([arena(index % 10, index % 3)], "state")
+        world = World([geometry.arena(index % 10, index % 3)], "state")
         world.draw_start(0, generator)
         drawn.append((index % 10, world.positions[0].copy()))
     return drawn
@@ -91,9 +87,9 @@ def poses(count: int, seed: int) -> list[tuple[int, np.ndarray]]:
 def test_ranges_agree_with_the_slab_test_at_100_random_poses() -> None:
     hits = 0
     for number, point in poses(100, seed=1):
-        low, high = boxes(load(number)).transpose(1, 0, 2)
+        low, high = boxes(geometry.load(number)).transpose(1, 0, 2)
         expected = [slab_range(low, high, point, math.radians(22.5 * beam)) for beam in range(16)]
-        readings = observed(load(number), tuple(point), "range")
+        readings = observed(geometry.load(number), tuple(point), "range")
         np.testing.assert_allclose(readings, expected, atol=1e-5, rtol=0)
         hits += int((readings < 100).sum())
     assert 400 < hits < 1600
@@ -101,10 +97,10 @@ def test_ranges_agree_with_the_slab_test_at_100_random_poses() -> None:
 
 def test_the_closest_obstacle_agrees_with_all_obstacles_at_100_random_poses() -> None:
     for number, point in poses(100, seed=2):
-        low, high = boxes(load(number)).transpose(1, 0, 2)
+        low, high = boxes(geometry.load(number)).transpose(1, 0, 2)
         gaps = np.clip(point, low, high) - point
         distances = np.hypot(*gaps.T)
-        x, y, distance, bearing = observed(load(number), tuple(point), "state")
+        x, y, distance, bearing = observed(geometry.load(number), tuple(point), "state")
         assert [x, y] == point.astype(np.float32).tolist()
         assert distance == pytest.approx(distances.min(), abs=1e-5)
         bearings = np.arctan2(gaps[:, 1], gaps[:, 0])[distances <= distances.min() + 1e-9]
@@ -138,7 +134,7 @@ def test_the_families_that_know_positions_append_them() -> None:
 
 
 def test_a_picture_shows_what_lies_at_each_pixels_centre() -> None:
-    place = arena(0, 0)
+    place = geometry.arena(0, 0)
     picture = World([place], "image")
     picture.positions[0] = (300.3, 101.7)
     shown = picture.observe()[0]
@@ -160,7 +156,7 @@ def test_a_picture_shows_what_lies_at_each_pixels_centre() -> None:
 
 
 def test_the_agents_disc_leaves_no_trace_and_is_drawn_over_the_goal() -> None:
-    place = arena(3, 1)
+    place = geometry.arena(3, 1)
     x, y = place.goal
     moved, fresh = World([place], "image"), World([place], "image")
     for point in ((x + 30, y), (x + 18, y), (x + 1, y + 1)):

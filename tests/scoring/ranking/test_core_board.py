@@ -15,16 +15,8 @@ from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.metrics.statistics import ALPHA
 from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.ranking import core_board as core_boards
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
-from gym_extensions.scoring.ranking.core_board import (
-    MARGIN,
-    Method,
-    compared_pairs,
-    core_board,
-    decided,
-    pooled_difference,
-    ranks,
-)
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, RunProvenance, Scorecard
 from gym_extensions.scoring.submission import core_score as core_score_module
 from gym_extensions.scoring.submission.core_score import LOOKS, claim_of, core_score, last_look, next_look
@@ -46,9 +38,9 @@ def normal(seed: int, mean: float, runs: int = 5, deviation: float = 0.1) -> dic
     return {group: tuple(rng.normal(mean, deviation, runs).tolist()) for group in GROUPS}
 
 
-def method(name: str, values: Values, parent: str = "", starts: object = None) -> Method:
+def method(name: str, values: Values, parent: str = "", starts: object = None) -> core_boards.Method:
     start = tuple(tuple([starts or name] * len(values[group])) for group in GROUPS)
-    return Method(name, parent, {FINAL: tuple(tuple(values[group]) for group in GROUPS)}, start)
+    return core_boards.Method(name, parent, {FINAL: tuple(tuple(values[group]) for group in GROUPS)}, start)
 
 
 def test_looks_are_prescribed() -> None:
@@ -61,11 +53,11 @@ def test_looks_are_prescribed() -> None:
 def test_the_pooled_difference_by_hand() -> None:
     # Differences 1 and 3; squared errors (1 + 1)/3 and (4 + 1)/3, together 7/3 over 2² groups.
     first, second = ((1.0, 2.0, 3.0), (3.0, 5.0, 7.0)), ((0.0, 1.0, 2.0), (1.0, 2.0, 3.0))
-    unpaired = pooled_difference(first, second, 3, paired=False)
+    unpaired = core_boards.pooled_difference(first, second, 3, paired=False)
     assert (unpaired.mean, unpaired.squared_error) == pytest.approx((2.0, 7 / 12), rel=1e-14)
     assert unpaired.df == pytest.approx((7 / 3) ** 2 / ((1 + 1 + 16 + 1) / 9 / 2), rel=1e-14)
     # Differences of runs 1, 1, 1 and 2, 3, 4: the first group has no error, the second 1/3.
-    paired = pooled_difference(first, second, 3, paired=True)
+    paired = core_boards.pooled_difference(first, second, 3, paired=True)
     assert (paired.mean, paired.squared_error, paired.df) == pytest.approx((2.0, 1 / 12, 2.0), rel=1e-14)
 
 
@@ -73,7 +65,7 @@ def test_one_group_is_welchs_test_or_the_paired_test_of_scipy() -> None:
     rng = np.random.default_rng(3)
     a, b = rng.normal(0, 1, 10).tolist(), rng.normal(1, 3, 10).tolist()
     for paired, test in ((False, stats.ttest_ind(a, b, equal_var=False)), (True, stats.ttest_rel(a, b))):
-        found = pooled_difference([a], [b], 10, paired=paired)  # type: ignore[arg-type]
+        found = core_boards.pooled_difference([a], [b], 10, paired=paired)  # type: ignore[arg-type]
         assert found.mean / math.sqrt(found.squared_error) == pytest.approx(test.statistic, rel=1e-12)
         assert found.df == pytest.approx(test.df, rel=1e-12)
 
@@ -82,7 +74,7 @@ def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone() -> None:
     values = normal(1, 0.5), normal(2, 0.5)
 
     def paired(parent: str, starts: str) -> bool:
-        (pair,) = compared_pairs(
+        (pair,) = core_boards.compared_pairs(
             [method("a", values[0], "trpo", "s"), method("b", values[1], parent, starts)], FINAL
         )
         return pair.paired
@@ -92,13 +84,13 @@ def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone() -> None:
 
 def compared(first: str, second: str, mean: float, p_value: float, half_width: float = 1.0) -> CorePair:
     low, high = mean - half_width, mean + half_width
-    return decided(CorePair(first, second, 5, False, mean, low, high, p_value, "open", True, 10))
+    return core_boards.decided(CorePair(first, second, 5, False, mean, low, high, p_value, "open", True, 10))
 
 
 def test_ranks_of_all_pairs_by_hand() -> None:
     pairs = [compared("a", "b", 1, 0.04), compared("a", "c", 2, 0.01), compared("b", "c", 1, 0.2)]
-    assert ranks("abc", pairs, "higher") == {"a": (1, 1), "b": (2, 3), "c": (2, 3)}
-    assert ranks("abc", pairs, "lower") == {"a": (3, 3), "b": (1, 2), "c": (1, 2)}
+    assert core_boards.ranks("abc", pairs, "higher") == {"a": (1, 1), "b": (2, 3), "c": (2, 3)}
+    assert core_boards.ranks("abc", pairs, "lower") == {"a": (3, 3), "b": (1, 2), "c": (1, 2)}
 
 
 @pytest.mark.parametrize(
@@ -115,7 +107,7 @@ def test_equivalent_means_an_interval_inside_the_margin(
     mean: float, p_value: float, half_width: float, verdict: str
 ) -> None:
     pair = compared("a", "b", mean, p_value, half_width)
-    assert (MARGIN, pair.verdict) == (0.05, verdict)
+    assert (core_boards.MARGIN, pair.verdict) == (0.05, verdict)
     assert (pair.next_look is None) == (verdict != "open")
 
 
@@ -166,7 +158,7 @@ def on_core(enter: Enter) -> OnCore:
 
 
 def board_of(cards: Sequence[Scorecard]) -> CoreBoard:
-    made = core_board([replace(card, core=core_score(card)) for card in cards])
+    made = core_boards.core_board([replace(card, core=core_score(card)) for card in cards])
     assert made is not None
     return made
 
@@ -410,7 +402,7 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
 
 
 def test_another_budget_is_not_on_the_core(enter: Enter) -> None:
-    assert core_board([enter("a", 300)]) is None
+    assert core_boards.core_board([enter("a", 300)]) is None
 
 
 def test_the_reference_agent_in_other_ways_has_rows_without_a_rank(on_core: OnCore) -> None:

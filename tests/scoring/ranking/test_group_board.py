@@ -17,14 +17,7 @@ from gym_extensions.metrics.formulas import BOARD_METRICS, BY_NAME
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import Expert, Floor, FloorAgent, Reference, References, trained_alone
 from gym_extensions.scoring.pipeline import score_folder, score_folders
-from gym_extensions.scoring.ranking.boards import (
-    Board,
-    BoardKey,
-    BoardRow,
-    BoardsDocument,
-    Versus,
-    board_keys,
-)
+from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.group_board import board, boards
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.submissions.review import Action, Decision
@@ -36,7 +29,7 @@ from ..made_submissions import GROUP, KEY, Enter, at_level, final_ranks, names, 
 def test_scores_are_those_of_the_scorecards_and_do_not_move_when_a_submission_joins(enter: Enter) -> None:
     first, second, third = enter("a", 300), enter("b", 600), enter("c", 613)
 
-    def scores(made: Board) -> dict[str, dict[str, tuple[float | None, ...]]]:
+    def scores(made: documents.Board) -> dict[str, dict[str, tuple[float | None, ...]]]:
         return {
             submission.name: {
                 name: (value.mean, value.low, value.high) for name, value in submission.metrics.items()
@@ -57,7 +50,7 @@ def test_scores_are_those_of_the_scorecards_and_do_not_move_when_a_submission_jo
 
 def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) -> None:
     cards = [enter("conditioned", 900, task_conditioned=True), enter("plain", 100)]
-    assert [(key.task_conditioned, names(board(cards, key))) for key in board_keys(cards)] == [
+    assert [(key.task_conditioned, names(board(cards, key))) for key in documents.board_keys(cards)] == [
         (False, ["plain"]),
         (True, ["conditioned"]),
     ]
@@ -66,7 +59,7 @@ def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) ->
 @pytest.mark.committed
 def test_a_reported_submission_is_on_a_board_without_a_rank() -> None:
     card = score_folder(Path(__file__).parents[3] / "submissions" / "henderson2017-trpo")
-    made = board([card], BoardKey("hopper-gravity-v0", "sequential", "paper", False))
+    made = board([card], documents.BoardKey("hopper-gravity-v0", "sequential", "paper", False))
     assert (made.ranked, made.rows[0].why) == (0, "Reported from a publication: no logs.")
     assert made.rows[0].metrics["final_performance"].mean is None
 
@@ -83,11 +76,11 @@ def test_a_submission_on_a_suite_has_the_fewest_runs_of_its_groups(enter: Enter)
     card = on_gravity(enter("a", 300), 0.5)
     few = replace(card.groups[GROUP]["sequential"], runs=(0, 1, 2))
     card = replace(card, groups={**card.groups, GROUP: {"sequential": few}})
-    (submission,) = board([card], BoardKey("gravity", "sequential", "100k", False)).rows
+    (submission,) = board([card], documents.BoardKey("gravity", "sequential", "100k", False)).rows
     assert (submission.runs, submission.why) == (3, "Fewer than 5 runs.")
 
 
-def versus_next(submission: BoardRow) -> Versus:
+def versus_next(submission: documents.BoardRow) -> documents.Versus:
     assert submission.vs_next is not None
     return submission.vs_next
 
@@ -218,7 +211,7 @@ def test_a_withdrawn_submission_is_on_no_board_and_an_accepted_one_has_its_date(
         decision = Decision(action=action, by="M.", date="2026-01-02", reason="why")
         return replace(enter("a", 300), decisions=(decision,))
 
-    assert boards([decided("withdrawn")]) == BoardsDocument(boards=())
+    assert boards([decided("withdrawn")]) == documents.BoardsDocument(boards=())
     assert board([decided("withdrawn")], KEY).rows == ()
     assert boards([decided("accepted")]).boards[0].rows[0].accepted == "2026-01-02"
     assert boards([enter("a", 300)]).boards[0].rows[0].accepted == ""
@@ -238,7 +231,7 @@ def test_random_and_zero_are_computed_from_the_floors(
     enter: Enter, references: References, group: str
 ) -> None:
     cards = [on_gravity(enter("a", 300), 0.5)]
-    key = BoardKey(group, "sequential", "100k", False)
+    key = documents.BoardKey(group, "sequential", "100k", False)
     made = board(cards, key, with_agents(references, -250.0, 100.0))
     assert [floor.name for floor in made.computed] == ["random", "zero"]
     random = {name: value.mean for name, value in made.computed[0].metrics.items()}
@@ -258,7 +251,7 @@ def at_300k(card: Scorecard) -> Scorecard:
     return replace(card, groups={GROUP: scores})
 
 
-KEY_300K = BoardKey(GROUP, "sequential", "300k", False)
+KEY_300K = documents.BoardKey(GROUP, "sequential", "300k", False)
 
 
 def test_the_reference_agent_on_each_task_alone_is_a_row(enter: Enter, references: References) -> None:

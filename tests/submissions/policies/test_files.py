@@ -14,20 +14,7 @@ import pytest
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.layout import MAX_POLICY_BYTES, POLICIES, run_file
-from gym_extensions.submissions.policies.files import (
-    Key,
-    content_sha256,
-    has_policies,
-    npz_arrays,
-    npz_bytes,
-    policies_of,
-    policy_keys,
-    prefix,
-    read_arrays,
-    read_policies,
-    run_arrays,
-    write_policies,
-)
+from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.mlp import Policy
 
 from ..examples import arrays
@@ -36,18 +23,18 @@ from .test_mlp import SEEN, SMALL, TASKED
 GROUP = group("hopper-gravity")
 
 
-def write_run(folder: Path, protocol: str, policy: Policy = SMALL) -> dict[Key, Policy]:
-    by_key = dict.fromkeys(policy_keys(protocol, GROUP), policy)
+def write_run(folder: Path, protocol: str, policy: Policy = SMALL) -> dict[files.Key, Policy]:
+    by_key = dict.fromkeys(files.policy_keys(protocol, GROUP), policy)
     (folder / GROUP.name / protocol).mkdir(parents=True, exist_ok=True)
-    write_policies(folder / run_file(GROUP.name, protocol, 0, POLICIES), by_key)
+    files.write_policies(folder / run_file(GROUP.name, protocol, 0, POLICIES), by_key)
     return by_key
 
 
 def test_the_policies_of_a_run_are_those_of_its_stages_and_in_single_of_its_tasks() -> None:
-    assert policy_keys("sequential", GROUP) == [(stage, None) for stage in range(6)]
-    assert policy_keys("joint", GROUP) == [(1, None)]
-    assert policy_keys("single", GROUP) == [(1, task.name) for task in GROUP.tasks]
-    assert [prefix(key) for key in ((3, None), (1, "Hopper"))] == ["stage3/", "stage1/Hopper/"]
+    assert files.policy_keys("sequential", GROUP) == [(stage, None) for stage in range(6)]
+    assert files.policy_keys("joint", GROUP) == [(1, None)]
+    assert files.policy_keys("single", GROUP) == [(1, task.name) for task in GROUP.tasks]
+    assert [files.prefix(key) for key in ((3, None), (1, "Hopper"))] == ["stage3/", "stage1/Hopper/"]
 
 
 def test_a_network_of_a_task_with_a_namespace_is_read_again(tmp_path: Path) -> None:
@@ -57,7 +44,7 @@ def test_a_network_of_a_task_with_a_namespace_is_read_again(tmp_path: Path) -> N
     (tmp_path / network).parent.mkdir(parents=True)
     (tmp_path / network).write_bytes(b"a network")
     (tmp_path / network).with_name("run0.stage9.Foreign.onnx").write_bytes(b"of no task")
-    assert set(read_arrays(tmp_path, custom, "single", 0)) == {
+    assert set(files.read_arrays(tmp_path, custom, "single", 0)) == {
         f"stage1/{tasks[0].name}/onnx",
         "stage9.Foreign/onnx",
     }
@@ -67,23 +54,23 @@ def test_a_network_of_a_task_with_a_namespace_is_read_again(tmp_path: Path) -> N
 @pytest.mark.parametrize("policy", [SMALL, TASKED, Policy(np.zeros(1), np.ones(1), head="uniform")])
 def test_a_file_gives_the_same_policies(tmp_path: Path, protocol: str, policy: Policy) -> None:
     written = write_run(tmp_path, protocol, policy)
-    again = read_policies(tmp_path, GROUP, protocol, 0)
+    again = files.read_policies(tmp_path, GROUP, protocol, 0)
     assert list(again) == list(written)
     for one in again.values():
         rngs = (np.random.default_rng(1), np.random.default_rng(1))
         assert np.array_equal(policy.act(SEEN, rngs[0]), one.act(SEEN, rngs[1]))
-    assert has_policies(tmp_path, GROUP, protocol, 0)
-    assert not has_policies(tmp_path, GROUP, protocol, 1)
+    assert files.has_policies(tmp_path, GROUP, protocol, 0)
+    assert not files.has_policies(tmp_path, GROUP, protocol, 1)
 
 
 def test_the_digest_is_that_of_the_content_and_not_of_the_packing() -> None:
-    arrays = run_arrays({(1, None): SMALL})
-    digest = content_sha256(arrays)
-    assert content_sha256(npz_arrays(npz_bytes(arrays))) == digest
-    assert content_sha256(dict(reversed(arrays.items()))) == digest
+    arrays = files.run_arrays({(1, None): SMALL})
+    digest = files.content_sha256(arrays)
+    assert files.content_sha256(files.npz_arrays(files.npz_bytes(arrays))) == digest
+    assert files.content_sha256(dict(reversed(arrays.items()))) == digest
     fortran = {name: np.asfortranarray(values) for name, values in arrays.items()}
     assert (
-        content_sha256({name: fortran[name].reshape(values.shape) for name, values in arrays.items()})
+        files.content_sha256({name: fortran[name].reshape(values.shape) for name, values in arrays.items()})
         == digest
     )
     for change in (
@@ -92,7 +79,7 @@ def test_the_digest_is_that_of_the_content_and_not_of_the_packing() -> None:
         {"stage1/bias_0": arrays["stage1/bias_0"].reshape(1, -1)},
         {"stage2/bias_0": arrays["stage1/bias_0"]},
     ):
-        assert content_sha256(arrays | change) != digest
+        assert files.content_sha256(arrays | change) != digest
 
 
 def archive(*members: tuple[str, bytes], comment: bytes = b"") -> bytes:
@@ -109,16 +96,16 @@ def archive(*members: tuple[str, bytes], comment: bytes = b"") -> bytes:
 
 
 def test_an_archive_as_numpy_writes_it_is_read() -> None:
-    assert npz_arrays(archive(("a.npy", b""), ("b.npy", b"")))["b"].tolist() == [0, 0]
+    assert files.npz_arrays(archive(("a.npy", b""), ("b.npy", b"")))["b"].tolist() == [0, 0]
 
 
 def test_missing_policies_are_named(tmp_path: Path) -> None:
-    content = run_arrays(write_run(tmp_path, "sequential"))
+    content = files.run_arrays(write_run(tmp_path, "sequential"))
     less = {name: values for name, values in content.items() if not name.startswith("stage2/")}
     with pytest.raises(BenchError, match="stage2"):
-        policies_of(less, GROUP, "sequential")
+        files.policies_of(less, GROUP, "sequential")
     with pytest.raises(BenchError, match="No such file"):
-        read_policies(tmp_path, GROUP, "sequential", 5)
+        files.read_policies(tmp_path, GROUP, "sequential", 5)
 
 
 @pytest.mark.parametrize(
@@ -126,8 +113,8 @@ def test_missing_policies_are_named(tmp_path: Path) -> None:
     [
         (b"not a zip", "cannot be read"),
         (arrays(a=[{}]), "is a pickle"),
-        (npz_bytes({"a": np.zeros(MAX_POLICY_BYTES // 8 + 1)}), "unpacks to"),
-        (npz_bytes(SMALL.arrays())[:-40], "cannot be read"),
+        (files.npz_bytes({"a": np.zeros(MAX_POLICY_BYTES // 8 + 1)}), "unpacks to"),
+        (files.npz_bytes(SMALL.arrays())[:-40], "cannot be read"),
         (archive(("bias_0.npy", b""), ("bias_0.npy", b"")), "a member twice"),
         (archive(("bias_0", b"")), "'bias_0' is no array"),
         (archive(("bias_0.npy", b"a")), "a comment"),
@@ -137,4 +124,4 @@ def test_missing_policies_are_named(tmp_path: Path) -> None:
 )
 def test_a_file_that_is_no_archive_of_numbers_is_refused(data: bytes, fact: str) -> None:
     with pytest.raises(BenchError, match=fact):
-        npz_arrays(data)
+        files.npz_arrays(data)

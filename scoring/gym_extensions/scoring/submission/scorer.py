@@ -17,27 +17,22 @@ from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.submission import normalization, reported_tables, suites
 from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.stages import with_stages
-from gym_extensions.submissions import review as reviews
+from gym_extensions.submissions import review as reviews, submission as submissions
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import SETTINGS
 from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, VERIFIED, Level
 from gym_extensions.submissions.run import ARITHMETIC
-from gym_extensions.submissions.submission import (
-    Submission,
-    SubmittedGroup,
-    Trained,
-    scored_group,
-    scored_runs,
-)
 
 
-def score(submission: Submission, references: References, only: Collection[str] = ()) -> scorecard.Scorecard:
+def score(
+    submission: submissions.Submission, references: References, only: Collection[str] = ()
+) -> scorecard.Scorecard:
     """The scorecard of one submission. With problems, it has neither a level nor groups.
 
     It depends on the submission and the references alone. ``only`` names the groups of a reported submission
     that are scored; all if empty.
     """
-    submission = scored_runs(submission)
+    submission = submissions.scored_runs(submission)
     manifest, review = submission.manifest, submission.review
     groups: dict[str, dict[str, scorecard.GroupScore]] = {}
     trained: dict[str, scorecard.GroupScore] = {}
@@ -111,7 +106,7 @@ def score(submission: Submission, references: References, only: Collection[str] 
     return completed(card)
 
 
-def manifest_summary(submission: Submission) -> scorecard.ManifestSummary | None:
+def manifest_summary(submission: submissions.Submission) -> scorecard.ManifestSummary | None:
     """What the scorecard says of a manifest. The settings of trained code are not the author's statement."""
     if (manifest := submission.manifest) is None:
         return None
@@ -123,7 +118,7 @@ def manifest_summary(submission: Submission) -> scorecard.ManifestSummary | None
     return filled(scorecard.ManifestSummary, manifest, memory=memory)
 
 
-def training_summary(submission: Submission) -> scorecard.TrainingSummary | None:
+def training_summary(submission: submissions.Submission) -> scorecard.TrainingSummary | None:
     """What the scorecard says of the training of a submission's code."""
     if (trained := submission.trained) is None:
         return None
@@ -131,14 +126,14 @@ def training_summary(submission: Submission) -> scorecard.TrainingSummary | None
     return filled(scorecard.TrainingSummary, trained.training, attempts=trained.version, outdated=is_outdated)
 
 
-def trained_logs(trained: Trained, references: References) -> dict[str, scorecard.GroupScore]:
+def trained_logs(trained: submissions.Trained, references: References) -> dict[str, scorecard.GroupScore]:
     """The scores of the runs that the project trained, by group id. Failed ones count as the floor."""
     runs, found = trained.runs, dict[str, scorecard.GroupScore]()
     if runs.manifest is None or runs.problems:
         return found
     budget = runs.manifest.protocol.budget
     for name, each in runs.groups.items():
-        submitted = scored_group(each, merge=False)
+        submitted = submissions.scored_group(each, merge=False)
         if not submitted.logs.get("sequential"):
             continue
         is_recorded = submitted.digests("sequential").items() <= trained.training.runs.items()
@@ -245,7 +240,7 @@ SIGNIFICANT_DIGITS = 5
 """Digits of a return that count in a sketch, so that little noise changes few digests."""
 
 
-def run_sketches(submitted: SubmittedGroup, protocol: str) -> tuple[scorecard.Sketch, ...]:
+def run_sketches(submitted: submissions.SubmittedGroup, protocol: str) -> tuple[scorecard.Sketch, ...]:
     """What two equal runs have in common: the sketch of the last episodes of each run of a log.
 
     In navigation, returns are whole numbers, and different agents that stand still have equal episodes.

@@ -5,19 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gym_extensions.baselines.algorithms.continual import (
-    Divergence,
-    Quadratic,
-    StateSample,
-    diagonal_fisher,
-)
+from gym_extensions.baselines.algorithms import continual
 from gym_extensions.baselines.algorithms.packnet import claimed, no_owners, trainable, visible
 from gym_extensions.baselines.trust_region.policy import Architecture, log_density, mean_and_log_sigma
 
 from ...trust_region.policies import ARCHITECTURES, numeric_gradient, random_policy
 from .goals import LINE, end_task, make, on_a_line
 
-PENALTY = Quadratic(0.5, np.array([2.0, 0.0, 1.0]), np.array([1.0, 1.0, -1.0]))
+PENALTY = continual.Quadratic(0.5, np.array([2.0, 0.0, 1.0]), np.array([1.0, 1.0, -1.0]))
 THETA = np.array([2.0, 7.0, 1.0])
 
 
@@ -55,7 +50,7 @@ def test_l2_init_pulls_to_the_initial_parameters_in_every_task() -> None:
 
 def test_the_diagonal_of_the_fisher_matrix_by_hand() -> None:
     # ∂μ/∂w = x, ∂μ/∂b = 1; σ = 2, so w: mean(1, 9) / 4, b: 1 / 4, log σ: 2.
-    fisher = diagonal_fisher(LINE, np.array([0.3, 0.1, np.log(2)]), np.array([[1.0], [3.0]]))
+    fisher = continual.diagonal_fisher(LINE, np.array([0.3, 0.1, np.log(2)]), np.array([[1.0], [3.0]]))
     np.testing.assert_allclose(fisher, [1.25, 0.25, 2])
 
 
@@ -64,7 +59,7 @@ def test_the_diagonal_is_the_mean_squared_gradient_of_the_log_density(architectu
     rng, theta = np.random.default_rng(3), random_policy(architecture)
     theta[-2:] = [-0.5, 0.2]
     state = rng.standard_normal((1, 3))
-    exact = diagonal_fisher(architecture, theta, state)
+    exact = continual.diagonal_fisher(architecture, theta, state)
     mean, log_sigma = mean_and_log_sigma(architecture, theta, state)
     # μ ± σ in each component has the mean, variance and squares of the Gaussian: exact for the means' part.
     squares = []
@@ -104,7 +99,7 @@ def test_online_ewc_adds_the_normalized_importance_of_each_task_and_decays_the_s
 def test_observations_of_the_last_half_are_sampled(
     size: int, steps: int, batch: int, sampled: list[int]
 ) -> None:
-    sample = StateSample(size, steps)
+    sample = continual.StateSample(size, steps)
     for start in range(0, steps, batch):
         sample.add(np.arange(start, min(start + batch, steps))[:, None])
     assert sample.observations[:, 0].tolist() == sampled
@@ -113,16 +108,16 @@ def test_observations_of_the_last_half_are_sampled(
 each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
 
 
-def random_penalty(architecture: Architecture) -> Divergence:
+def random_penalty(architecture: Architecture) -> continual.Divergence:
     rng = np.random.default_rng(5)
     shape = (9, 2)
     old = (0.3 * rng.standard_normal(shape), 0.2 * rng.standard_normal(shape))
-    return Divergence(3.0, architecture, rng.standard_normal((9, 3)), *old)
+    return continual.Divergence(3.0, architecture, rng.standard_normal((9, 3)), *old)
 
 
 def test_a_divergence_by_hand() -> None:
     # Old N(0, 1) and N(1, 2²); new N(1, 2²) in both states. KL: log 2 + (1 + 1) / 8 − 1/2, and 0.
-    penalty = Divergence(
+    penalty = continual.Divergence(
         2.0, LINE, np.array([[1.0], [1.0]]), np.array([[0.0], [1.0]]), np.log([[1.0], [2.0]])
     )
     assert penalty.value(np.array([1.0, 0.0, np.log(2)])) == pytest.approx(np.log(2) - 0.25)
@@ -140,7 +135,7 @@ def test_the_gradient_is_the_derivative(architecture: Architecture) -> None:
 def test_the_curvature_is_the_second_derivative_where_new_equals_old(architecture: Architecture) -> None:
     theta, inputs = random_policy(architecture), random_penalty(architecture).inputs
     means, log_sigma = mean_and_log_sigma(architecture, theta, inputs)
-    penalty = Divergence(3.0, architecture, inputs, means, np.broadcast_to(log_sigma, means.shape))
+    penalty = continual.Divergence(3.0, architecture, inputs, means, np.broadcast_to(log_sigma, means.shape))
     assert penalty.value(theta) == pytest.approx(0, abs=1e-12)
     np.testing.assert_allclose(penalty.gradient(theta), 0, atol=1e-12)
     vector = np.random.default_rng(6).standard_normal(len(theta))
