@@ -29,6 +29,7 @@ Write = Callable[..., Path]
 
 GROUP_SCREEN = """\
 submission  A submission  (claimed)
+  claimed: hopper-gravity/sequential/run0 is not verified yet.
 
 hopper-gravity-v0, sequential, budget smoke, 2 runs, claimed
 metric                 mean   95 % interval

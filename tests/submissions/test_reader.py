@@ -14,14 +14,11 @@ from .examples import (
     DOCUMENT,
     GROUP,
     LOG,
-    POLICIES,
     TOML,
     CopySubmission,
     cell,
-    document,
     edit,
     put,
-    redigest,
     remove,
     rules,
 )
@@ -42,7 +39,6 @@ def test_a_submission_has_its_logs_documents_and_review(make_submission: Callabl
     assert group.runs["single"][4].run == 4
     assert read_.manifest is not None
     assert level(read_.review, read_.manifest.digest, group.digests("sequential")) == VERIFIED
-    assert group.notes == ()
     assert len(read_.documents) == 10
     assert read_.memory is not None
     assert read_.memory.parameters_last == 100
@@ -54,27 +50,10 @@ def test_every_rule_has_an_example() -> None:
     assert {*examples, *elsewhere} == set(RULES)
 
 
-def test_a_log_without_policies_is_claimed_and_a_note_says_why(make_submission: Callable[..., Path]) -> None:
-    folder = make_submission()
-    document(policies=None)(folder)
-    remove(POLICIES)(folder)
-    submitted = read(folder, policies=True)
-    assert submitted.problems == ()
-    (group,) = submitted.groups.values()
-    assert ["no policies of run 0" in note for note in group.notes] == [True]
-
-
 def test_the_only_run_without_its_document_is_a_problem(make_submission: Callable[..., Path]) -> None:
     folder = make_submission(runs=(0,))
     remove(DOCUMENT)(folder)
     assert {problem.rule for problem in read(folder).problems} == {"missing-file"}
-
-
-def test_a_run_that_changed_after_its_verification_is_noted(make_submission: Callable[..., Path]) -> None:
-    folder = make_submission(verified=True)
-    redigest(cell(2, 5, "1.25"))(folder)
-    (group,) = read(folder).groups.values()
-    assert group.notes == (f"{GROUP}, sequential: run 0 changed after its verification.",)
 
 
 def test_problems_of_all_files_are_reported_at_once(make_submission: Callable[..., Path]) -> None:

@@ -12,7 +12,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, problem, rules
-from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, run_key, scan
+from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, scan
 from gym_extensions.submissions.log import TableError, log_frame, log_of
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies import files as files_module
@@ -76,7 +76,7 @@ class _Reader:
             self._check("agent", sources, self._section("agent"))
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
-        groups = {group.id: self._group(group, review, policies) for group in present}
+        groups = {group.id: self._group(group, policies) for group in present}
         trained = self._trained(wanted, policies)
         problems = problem.summarize(self.problems, name)
         entry = str((self._section("agent") or {}).get("entry", ""))
@@ -141,7 +141,7 @@ class _Reader:
         """The value of a key in the manifest, which may be wrong elsewhere; None without it."""
         return (self._section(section) or {}).get(key)
 
-    def _group(self, group: TaskGroup, review: Review, policies: bool) -> SubmittedGroup:
+    def _group(self, group: TaskGroup, policies: bool) -> SubmittedGroup:
         before = len(self.problems)
         documents: dict[str, dict[int, RunDocument]] = {}
         frames: dict[str, dict[int, pd.DataFrame]] = {}
@@ -158,12 +158,7 @@ class _Reader:
         if not self.is_trained_here:  # failed runs are those of an agent that always does the same
             self._check("group", logs, is_trainable(documents))
         self._policies(group, documents, policies)
-        if len(self.problems) > before:
-            logs = {}
-        notes = [
-            note for protocol in logs for note in _notes(group, protocol, documents.get(protocol, {}), review)
-        ]
-        return SubmittedGroup(group, logs, documents, tuple(notes))
+        return SubmittedGroup(group, {} if len(self.problems) > before else logs, documents)
 
     def _run(
         self, group: TaskGroup, protocol: str, run: int, others: dict[str, dict[int, RunDocument]]
@@ -219,22 +214,3 @@ class _Reader:
                 self._check("policies", subject)
                 sized = (each for each in subject.policies.values() if each.num_inputs is not None)
                 first = first or next(sized, None)
-
-
-def _notes(
-    group: TaskGroup, protocol: str, documents: Mapping[int, RunDocument], review: Review
-) -> list[str]:
-    """Why a log cannot be more than claimed, if that is so."""
-    without, changed = [], []
-    for run, document in documents.items():
-        key = run_key(group.name, protocol, run)
-        verified = [part.runs[key] for part in review.verifications if key in part.runs]
-        without += [run] if document.policies is None else []
-        changed += [run] if verified and document.digest not in verified else []
-    texts = (
-        (without, "no policies of run {}; the log cannot be verified."),
-        (changed, "run {} changed after its verification."),
-    )
-    return [
-        f"{group.name}, {protocol}: {text.format(', '.join(map(str, runs)))}" for runs, text in texts if runs
-    ]

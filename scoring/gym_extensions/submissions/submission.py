@@ -126,7 +126,7 @@ def scored_group(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
     one. A sequential and a single run of one training seed are a pair; two pairs are identical if both logs
     are, or the one that both have. Joint and cumulative runs are compared by themselves.
     """
-    logs, notes = dict(submitted.logs), list(submitted.notes)
+    logs, notes = dict(submitted.logs), list[str]()
     for protocol, log in submitted.logs.items():
         count = consecutive(log.runs)
         if later := [run for run in log.runs if run > count]:

@@ -86,6 +86,9 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
         out.print(f"  all verifications: {repeated:,} of {episodes:,} episodes repeated")
     for doubt in card.doubts:
         out.print(f"  {doubt}")
+    reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
+    if why := next(filter(None, reasons), ""):
+        out.print(f"  claimed: {why}")
     if card.core and not (chosen and card.core.missing):
         _core(out, card.core)
     hint = ""
