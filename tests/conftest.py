@@ -3,8 +3,6 @@
 The number of BLAS threads can change the last bit of a matrix product, so it is set before numpy is loaded.
 """
 
-from __future__ import annotations
-
 import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"

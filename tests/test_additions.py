@@ -4,8 +4,6 @@ They work, edit the files that CONTRIBUTING.md lists, and leave the tests of the
 they are. A process loads the packages for seconds, so that one tests all of them.
 """
 
-from __future__ import annotations
-
 import filecmp
 import os
 import re

@@ -1,7 +1,5 @@
 """A custom group from training to its board."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

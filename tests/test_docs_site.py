@@ -1,7 +1,5 @@
 """The documentation as a site: links, nothing from other hosts, and the lowest versions."""
 
-from __future__ import annotations
-
 import json
 import re
 import runpy

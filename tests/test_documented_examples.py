@@ -1,7 +1,5 @@
 """The options of each documented command exist, and the documented files and programs work."""
 
-from __future__ import annotations
-
 import argparse
 import importlib.util
 import re

@@ -1,7 +1,5 @@
 """Atomic writes: nothing is left of a write that fails, and concurrent writes do not disturb each other."""
 
-from __future__ import annotations
-
 import errno
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """docs/libraries.md: every line runs with the stated version of its library, where that is installed."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

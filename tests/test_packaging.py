@@ -1,7 +1,5 @@
 """What an installed copy must be: a command that names its sub-commands and its version, typed packages."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tomllib

@@ -1,7 +1,5 @@
 """Loading the policies of submissions, and converting them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Files that describe the project: links, versions and workflows agree with the tree."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import tomllib

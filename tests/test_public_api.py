@@ -1,7 +1,5 @@
 """The public names: what users import, each with a docstring. A changed name needs a line in CHANGELOG.md."""
 
-from __future__ import annotations
-
 import dataclasses
 import doctest
 import importlib

@@ -1,7 +1,5 @@
 """The example of the README runs, with a shorter group, and its number of tasks is that of the catalog."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

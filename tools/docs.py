@@ -6,8 +6,6 @@
 * The tables of docs/experts.md (``tools.experts``).
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import contextlib

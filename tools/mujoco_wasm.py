@@ -1,7 +1,5 @@
 """Fetches MuJoCo for the browser with ``npm``, for the page Play: ``make site-assets``."""
 
-from __future__ import annotations
-
 import argparse
 import gzip
 import shutil

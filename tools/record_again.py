@@ -5,8 +5,6 @@ its document the digest of the log and the arithmetic; all that it says of the t
 written when it is finished, so an interrupted command goes on. Afterwards the submission is verified anew.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

@@ -6,8 +6,6 @@
 ``gym-extensions maintain references`` measures those of custom groups.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Iterable

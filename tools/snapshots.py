@@ -9,8 +9,6 @@ stage, so that these episodes are already in the source's log: those of stage j 
 of stage s for another one. ``gym-extensions verify`` runs the policies and compares.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 from collections.abc import Sequence

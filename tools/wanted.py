@@ -6,8 +6,6 @@ Those come first that would decide most comparisons per processor hour. Each is 
 request may bring any of them. The site has the same list.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from pathlib import Path

@@ -6,8 +6,6 @@ the base branch: the rules, then verification with seeds that the author does no
 no part of a verification can show. The rows are those of docs/security.md.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Small submissions that several tests read. Tests that change one copy it first."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import hashlib

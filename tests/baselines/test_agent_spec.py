@@ -1,7 +1,5 @@
 """A factory, agent or card that does not fit is rejected before training; who receives the context."""
 
-from __future__ import annotations
-
 import warnings
 from collections import deque
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 The first runs as a program; the others run in this process, which has loaded what they import.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 import shlex

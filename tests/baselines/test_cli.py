@@ -1,7 +1,5 @@
 """The command ``gym-extensions train``: mistakes, output, interruptions, and jobs that fail."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The public names of ``gym_extensions.baselines``."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Recorded policies: the files of the training loop, the forms of a policy, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """References of custom groups: their seeds, the formulas, and ``gym-extensions maintain references``."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A submission's folder: what can become one, the files of a run, locks, and what a full disk leaves."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Wrong arguments of ``train``, and what results depend on."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import threading

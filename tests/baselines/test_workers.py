@@ -1,7 +1,5 @@
 """Running several things in worker processes or in this process."""
 
-from __future__ import annotations
-
 import importlib
 import multiprocessing
 import os

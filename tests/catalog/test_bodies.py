@@ -1,7 +1,5 @@
 """The table of base bodies: every row fits its model and its tasks."""
 
-from __future__ import annotations
-
 import pytest
 
 from gym_extensions.catalog.bodies import BODIES, body_of_model

@@ -1,7 +1,5 @@
 """``customize``: custom tasks, their names, and published tasks that they equal."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A user's own group, as a Python object or a TOML file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The committed table of fingerprints."""
 
-from __future__ import annotations
-
 import pytest
 
 from gym_extensions.catalog import fingerprints

@@ -1,7 +1,5 @@
 """The published groups, their tasks, and the evaluation protocol."""
 
-from __future__ import annotations
-
 import hashlib
 from collections import Counter
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Worlds between and beyond tasks: what varies, what is trained, and that they are no published tasks."""
 
-from __future__ import annotations
-
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group

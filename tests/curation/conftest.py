@@ -1,7 +1,5 @@
 """A project, its copies on branches, and a gate that judges no submission."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

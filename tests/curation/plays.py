@@ -1,7 +1,5 @@
 """What pull requests with a new submission do besides, and the rule and path that refuse each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Small git repositories with submissions, made in a test's folder."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path

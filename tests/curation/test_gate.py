@@ -1,7 +1,5 @@
 """Pull requests with a submission: each is passed, sent to review or refused by the name of a rule."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 import time

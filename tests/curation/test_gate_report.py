@@ -1,7 +1,5 @@
 """The report of the gate: its command, its strict reader, and a comment without active markup."""
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The whole story with git repositories: a stranger's fork, the gate, the merge, the review, the level."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import sys

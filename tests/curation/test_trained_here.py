@@ -1,7 +1,5 @@
 """The whole story with git repositories: one file of code, the gate, the merge, the training, the rank."""
 
-from __future__ import annotations
-
 import json
 import re
 import textwrap

@@ -6,8 +6,6 @@ stand for the whole. With ``--interrupt``, the machine dies after the first run;
 are trained, and the gate does not try the code.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

@@ -1,7 +1,5 @@
 """The states that many resets of a task give, and a test of their distribution."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

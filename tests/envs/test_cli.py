@@ -1,7 +1,5 @@
 """``gym-extensions envs``: output and exit status."""
 
-from __future__ import annotations
-
 import copy
 import os
 import subprocess

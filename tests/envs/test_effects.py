@@ -1,7 +1,5 @@
 """The wall, noise on the motors and the sensor, and goals that move during the episode."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mujoco

@@ -1,7 +1,5 @@
 """The fingerprint check: every task matches its published fingerprint, and differences are reported."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Environments of other packages as tasks: any id of Gymnasium's registry with two Boxes."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """make and gymnasium.make: every task, what a published id accepts, specs, and mistakes."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import warnings

@@ -1,7 +1,5 @@
 """What the beams of the range sensor read, and their noise."""
 
-from __future__ import annotations
-
 import math
 
 import mujoco

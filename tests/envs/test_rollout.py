@@ -1,7 +1,5 @@
 """The loop that runs a policy on given seeds."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``is_success``: its definition by body, its limits, and equal values in single and vector environments."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

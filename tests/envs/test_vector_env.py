@@ -1,7 +1,5 @@
 """make_vec: seeds, ends of episodes, threads and forks, copies, and mistakes."""
 
-from __future__ import annotations
-
 import copy
 import os
 import pickle

@@ -1,7 +1,5 @@
 """The task in the observation, and Gymnasium's RecordVideo without a screen."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

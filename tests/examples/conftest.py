@@ -1,7 +1,5 @@
 """Loads the examples, which are scripts and not part of the package."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from collections.abc import Callable, Iterator

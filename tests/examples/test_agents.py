@@ -1,7 +1,5 @@
 """The agents of ``examples/`` at the budget ``smoke``: complete logs, true manifests, and what each shows."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable
 from pathlib import Path

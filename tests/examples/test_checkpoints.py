@@ -1,7 +1,5 @@
 """examples/checkpoints.py: its page shows it, and its submission has all policies."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType

@@ -1,7 +1,5 @@
 """Examples that read the logs of another benchmark, and write the formats of other projects."""
 
-from __future__ import annotations
-
 import json
 import runpy
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The notebooks run from top to bottom, as plain Python, and keep no output."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """examples/own_suite.py: trained, scored with its own references, and plotted."""
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 

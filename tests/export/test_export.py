@@ -1,7 +1,5 @@
 """`gym-extensions export`: what other projects get, in a new folder, whole or not at all."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import subprocess

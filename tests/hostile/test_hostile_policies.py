@@ -1,7 +1,5 @@
 """Policy files that are made to harm their reader end with a refusal: nothing is executed."""
 
-from __future__ import annotations
-
 import io
 import os
 import pickle

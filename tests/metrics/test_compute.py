@@ -1,7 +1,5 @@
 """Metrics of a matrix from anywhere: the conformance kit through the public function, and wrong input."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The published conformance kit: matrices worked by hand, and what every metric makes of them."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The formulas against the same definitions written as plain loops."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 

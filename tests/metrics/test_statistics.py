@@ -1,7 +1,5 @@
 """Statistics: by hand, and against ``scipy.stats``."""
 
-from __future__ import annotations
-
 import math
 import random
 from itertools import combinations

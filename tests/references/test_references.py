@@ -1,7 +1,5 @@
 """The frozen references: what a file may hold, the published versions, and other rulers."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

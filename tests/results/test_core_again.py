@@ -1,7 +1,5 @@
 """The boards of the committed submissions, computed again from the CSV files, with pandas and scipy."""
 
-from __future__ import annotations
-
 import functools
 import json
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The tables of docs/results.md have the columns of the frames."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Logs, curves and evaluations as data frames: every row of the files, with documented columns and types."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Plots draw the numbers of the frames: of a committed submission, and of evaluations during training."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scores as data frames: the numbers of the scorecards and boards, with documented columns and types."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scorecards of made-up submissions, each scored once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What tests of boards share: the board's key, the making of a submission, and what they read of a board."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -17,8 +17,6 @@ A mean of no terms is 0.0 there and None here. Avalanche has no open tasks: one 
 not evaluated. Worst-case forgetting has no counterpart: Avalanche keeps the first value.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The ``score`` command: what it prints, its exit status, and that nobody ever reads a traceback."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

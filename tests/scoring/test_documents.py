@@ -1,7 +1,5 @@
 """Documents: the same value after writing and reading, no NaN, and keys of other versions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

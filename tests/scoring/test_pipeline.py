@@ -1,7 +1,5 @@
 """Many submissions at once: the same document in any order and place, and an error stops no other."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

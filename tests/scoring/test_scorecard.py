@@ -1,7 +1,5 @@
 """The scorecard: its fields, what is null and why, and that no score depends on other submissions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reads the built pages as a browser does, and records errors in their markup."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

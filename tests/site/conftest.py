@@ -1,7 +1,5 @@
 """A scorecard document without the scorer: every number follows from small matrices."""
 
-from __future__ import annotations
-
 import copy
 import statistics
 from collections.abc import Callable

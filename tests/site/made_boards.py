@@ -1,7 +1,5 @@
 """Boards made from the values of runs, for the tests of boards and of their leaders."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from gym_extensions.site.board_views import BoardView, Leaderboard, shortened

@@ -1,7 +1,5 @@
 """Submissions on disk for tests that score them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import msgspec

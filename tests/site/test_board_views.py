@@ -1,7 +1,5 @@
 """The first submission of a board, and the sentence on how certain its lead is."""
 
-from __future__ import annotations
-
 import pytest
 
 from gym_extensions.metrics.values import NOTHING_LEARNED

@@ -1,7 +1,5 @@
 """The build is reproducible and atomic, and never overwrites a folder that is not a built site."""
 
-from __future__ import annotations
-
 import contextlib
 import copy
 import json

@@ -1,7 +1,5 @@
 """``gym-extensions site`` scores folders of logs and builds their pages."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The colours of the style sheet have enough contrast in the light and the dark scheme."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

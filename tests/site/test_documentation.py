@@ -1,7 +1,5 @@
 """With the documentation, pages link to it and search in it; without it, they name its files."""
 
-from __future__ import annotations
-
 import posixpath
 import re
 from pathlib import Path

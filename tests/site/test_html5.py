@@ -1,7 +1,5 @@
 """Every kind of page is read by a strict HTML parser without an error."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

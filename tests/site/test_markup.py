@@ -1,7 +1,5 @@
 """Every page has valid markup and working links, is accessible, and loads nothing from other hosts."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import posixpath

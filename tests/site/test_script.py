@@ -1,7 +1,5 @@
 """The scripts of the tables and of Compare are small, and compute no statistic."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import shutil

@@ -1,7 +1,5 @@
 """Tints of the tables of returns."""
 
-from __future__ import annotations
-
 import pytest
 
 from gym_extensions.scoring.scorecard import ReferenceValue, TaskChange

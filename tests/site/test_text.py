@@ -1,7 +1,5 @@
 """Labels, names and numbers as readers see them."""
 
-from __future__ import annotations
-
 import pytest
 from markupsafe import Markup
 

@@ -1,7 +1,5 @@
 """Text from a submission is only ever text on its pages."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 from urllib.parse import urlsplit

@@ -1,7 +1,5 @@
 """Unusual submissions give readable pages: none, one with one run, long names, every kind of character."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Examples of submissions that break a rule: a change of a valid submission, and the expected problems."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

@@ -1,7 +1,5 @@
 """Policies that lie elsewhere: a local server that is honest, slow, too large, or leads somewhere else."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer

@@ -1,7 +1,5 @@
 """Runs that are identical in every episode: how they are found, and how they are counted as one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import product

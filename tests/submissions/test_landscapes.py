@@ -1,7 +1,5 @@
 """Shares of the best return, interpolation and extrapolation, from numbers that can be checked by hand."""
 
-from __future__ import annotations
-
 import pytest
 
 from gym_extensions.catalog.groups import group

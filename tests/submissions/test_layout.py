@@ -1,7 +1,5 @@
 """The folder: what is listed, which runs it has, and which submissions a path stands for."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

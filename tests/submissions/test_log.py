@@ -1,7 +1,5 @@
 """The log of a run: its text, and the columns of all runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

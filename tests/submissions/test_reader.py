@@ -1,7 +1,5 @@
 """Reading a submission: what it holds, and everything that is wrong with it at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """review.toml, and the level that follows from it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import msgspec

@@ -1,7 +1,5 @@
 """The document of a run: what it holds, how it is written, and what verifications are about."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import msgspec

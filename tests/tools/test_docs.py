@@ -1,7 +1,5 @@
 """The generated tables of docs/ are those of the code, and docs/results.md shows what its code prints."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

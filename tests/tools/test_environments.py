@@ -1,7 +1,5 @@
 """The pages of docs/environments, and the descriptions of tasks."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

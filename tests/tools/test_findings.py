@@ -1,7 +1,5 @@
 """The pages of findings: verdicts are those of the corrected test, and every number comes from the runs."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

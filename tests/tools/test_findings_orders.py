@@ -1,7 +1,5 @@
 """The part of the findings on other orders: it is there as soon as there are such runs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Fetching MuJoCo for the browser."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """tools/README.md lists the commands, and no other."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

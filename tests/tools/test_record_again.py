@@ -1,7 +1,5 @@
 """Runs are logged again from their policies, and keep what they say of the training."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import msgspec

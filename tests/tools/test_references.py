@@ -1,7 +1,5 @@
 """The published references: made from floors, cards and the planner, and measured again."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

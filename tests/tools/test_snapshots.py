@@ -1,7 +1,5 @@
 """Snapshots of a submission: one policy with the policies of all stages as rows."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

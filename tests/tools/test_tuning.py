@@ -1,7 +1,5 @@
 """The tuning of the methods: no trial is repeated or half written, and scores are those worked by hand."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Which runs complete the next look of the core board, and how many comparisons they would decide."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

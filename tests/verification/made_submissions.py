@@ -1,7 +1,5 @@
 """Small honest submissions: networks with drawn weights, and the episodes that they have on this machine."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """Reading a repository, and the commits that fix seeds: what git lacks is a named error."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

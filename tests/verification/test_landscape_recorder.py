@@ -1,7 +1,5 @@
 """Landscapes are measured from the stored policies alone, and agree with the logs at trained values."""
 
-from __future__ import annotations
-
 import shutil
 from itertools import product
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The process that judges a submission has limits on memory, time and files, and no network."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import subprocess

@@ -1,7 +1,5 @@
 """Submissions whose policies are ONNX networks: recorded, checked and verified."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """The test of logged against new returns: honest submissions pass, selected episodes do not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

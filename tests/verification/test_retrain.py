@@ -1,7 +1,5 @@
 """A run of a reference agent is trained again: the same bytes, another log, and agents of strangers."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext

@@ -1,7 +1,5 @@
 """What was trained is taken from another job only if it follows from the merge. Boxes: tests/curation."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from collections.abc import Callable

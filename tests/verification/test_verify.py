@@ -1,7 +1,5 @@
 """A submission is verified: its episodes are repeated, its policies run on new seeds, and that decides."""
 
-from __future__ import annotations
-
 import math
 import platform
 import sys

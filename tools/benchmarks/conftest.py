@@ -1,7 +1,5 @@
 """Speeds measured side by side: contestants take turns in one run, so noise affects all of them."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

@@ -4,8 +4,6 @@
 five others, drawn per group without replacement; and submissions whose scores are raised.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -8,8 +8,6 @@ enumerated, not drawn. Family-wise error: how often any rank interval of a board
 rank.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

@@ -8,8 +8,6 @@ Boards have methods without any difference, on seven groups. Runs are drawn from
 at 5, 10, 20, 40 (and 80) runs and stops at the first error. Numbers are in percent, with standard errors.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence

@@ -11,8 +11,6 @@ better of two evaluations of every episode, of all cells or of the last stage al
 evaluations of every cell.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterator

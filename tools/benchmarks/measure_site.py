@@ -7,8 +7,6 @@ them is not measured. Then the site is built in this process.
 ``--browser`` sorts and filters its longest table in Chromium (Linux only).
 """
 
-from __future__ import annotations
-
 import argparse
 import resource
 import shutil

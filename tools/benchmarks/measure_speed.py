@@ -8,8 +8,6 @@ synthetic and differ between submissions. ``--distinct`` submissions are written
 distinct submissions need 2 GB of temporary files and some minutes to write.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib.util
 import os

@@ -1,7 +1,5 @@
 """Stepping: against the engine with nothing around it, and what else a user would take; peak memory."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import subprocess

@@ -1,7 +1,5 @@
 """Training from end to end, against raw physics: TRPO with the paper's batches, and the reference agent."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any

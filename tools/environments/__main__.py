@@ -1,7 +1,5 @@
 """``python -m tools.environments``: writes ``descriptions.json`` of the catalog and docs/environments."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Makes the description of every task, from its model."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """``python -m tools.environments.fingerprints``: publishes the fingerprints of new tasks."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The pages of docs/environments."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 

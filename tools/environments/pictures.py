@@ -1,7 +1,5 @@
 """The pictures of tasks, which MuJoCo renders, and of maps."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Trains, selects, measures, publishes and checks the experts, and writes their motion and their tables."""
 
-from __future__ import annotations
-
 import argparse
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Candidates for the experts and published experts: episodes, choice, cards, checks and tables."""
 
-from __future__ import annotations
-
 import functools
 import json
 import math

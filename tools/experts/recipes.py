@@ -1,7 +1,5 @@
 """The training runs as tables."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Trains the runs of the table: TRPO, usually from a policy, with checkpoints at fixed intervals."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Iterator

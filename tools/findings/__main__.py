@@ -1,7 +1,5 @@
 """Writes docs/findings.md, docs/reproduction.md and their figures from the committed submissions."""
 
-from __future__ import annotations
-
 import argparse
 
 from gym_extensions.errors import reports_mistakes

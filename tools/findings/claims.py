@@ -3,8 +3,6 @@
 Differences are Welch's, with 95 % intervals for the one comparison, over the runs of the last look of each.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

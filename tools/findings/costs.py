@@ -1,7 +1,5 @@
 """What a submission costs to train, from measured processor times."""
 
-from __future__ import annotations
-
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, STANDARD_BUDGET, budget
 

@@ -1,7 +1,5 @@
 """The figures of the findings page, as SVG files whose bytes depend on the data alone."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

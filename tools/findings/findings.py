@@ -3,8 +3,6 @@
 Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables.py`` says what is compared.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import partial

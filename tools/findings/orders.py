@@ -1,7 +1,5 @@
 """What docs/findings.md says of other orders of the tasks, as soon as submissions have runs in them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

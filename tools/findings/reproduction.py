@@ -3,8 +3,6 @@
 ``make findings`` runs it. Every number and verdict is computed; the text is in ``reproduction.md.jinja``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -4,8 +4,6 @@ Ours are runs of ``trpo`` with 300,000 steps per task, in scores, with 95 % inte
 stated otherwise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -11,8 +11,6 @@ tasks in order, and every task is evaluated after each. ``--set`` changes rows o
 ``--argument`` sets a keyword argument of the agent's factory. ``--agent`` is any name of ``train``.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -8,8 +8,6 @@ further line is one trial: one setting on one body, whose tasks are learned in o
 interrupted continues with the first trial that the file does not have.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """Stable-Baselines3 models as agents: training, acting, saving, callbacks, and the manifest."""
 
-from __future__ import annotations
-
 import functools
 import tomllib
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Policies of Stable-Baselines3 models as plain arrays or as ONNX networks, and layers of PyTorch."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Stable-Baselines3's ``VecEnv`` over our vector environments."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The reference agents that train models of Stable-Baselines3 and SBX."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The reference agents and the properties that all of them have."""
 
-from __future__ import annotations
-
 import copy
 import sys
 from typing import Any

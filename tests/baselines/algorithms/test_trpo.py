@@ -1,7 +1,5 @@
 """The two TRPO agents: acting, learning, saving, and agreement with the committed submission."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

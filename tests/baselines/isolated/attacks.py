@@ -1,7 +1,5 @@
 """Programs that try to break out of the box, from inside, and what must become of each."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

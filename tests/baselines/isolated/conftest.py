@@ -1,7 +1,5 @@
 """Runs programs as an ordinary user, because root may not start a box; the tests of CI run as root."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

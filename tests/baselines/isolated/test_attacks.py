@@ -1,7 +1,5 @@
 """What a stranger's code can do in the box: every attack of the table stops where its row says."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

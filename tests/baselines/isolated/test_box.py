@@ -1,7 +1,5 @@
 """Where no box can be started, one sentence says how to go on; what lies in it; limits of the protocol."""
 
-from __future__ import annotations
-
 import errno
 import os
 import platform

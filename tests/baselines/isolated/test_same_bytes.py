@@ -1,7 +1,5 @@
 """In the box an agent gives the same logs, policies and manifests, byte for byte; and it resumes."""
 
-from __future__ import annotations
-
 import json
 import re
 import signal

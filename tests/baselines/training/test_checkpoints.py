@@ -1,7 +1,5 @@
 """An interrupted run resumes after its last finished stage and ends with the same bytes."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The environment of ``learn`` counts, clips, records, enforces the budget, and shows what was asked for."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Evaluation: one episode per environment, what an agent is given, and no effect on learning."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Evaluation during training: when, what is written, and that nothing else changes."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 from typing import Any

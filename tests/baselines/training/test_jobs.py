@@ -1,7 +1,5 @@
 """The arguments of train, and the jobs of a protocol, their stages and their seeds."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

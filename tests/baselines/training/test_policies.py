@@ -1,7 +1,5 @@
 """Policies are compared with the agent's actions and stored after every stage."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

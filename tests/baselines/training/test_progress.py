@@ -1,7 +1,5 @@
 """The progress: bars, lines, log files, and a callback that receives events and may raise."""
 
-from __future__ import annotations
-
 import errno
 import io
 import re

@@ -1,7 +1,5 @@
 """Small policies and batches for the tests of this folder."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -3,8 +3,6 @@
 Slow (about five minutes on two cores): ``pytest -m slow tests/baselines/trust_region/test_against_sb3.py``.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

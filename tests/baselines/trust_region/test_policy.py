@@ -1,7 +1,5 @@
 """The policy of TRPO: its network, derivatives and moments, and surrogate, divergence and Fisher product."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

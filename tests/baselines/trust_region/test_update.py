@@ -1,7 +1,5 @@
 """An update raises the surrogate inside the trust region; its solvers, and the step with a penalty."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Advantages by hand, where truncation is bootstrapped and termination is not, and the value function."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

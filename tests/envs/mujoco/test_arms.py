@@ -1,7 +1,5 @@
 """Pusher and Striker: resets, rewards and Striker's model."""
 
-from __future__ import annotations
-
 import math
 
 import mujoco

@@ -1,7 +1,5 @@
 """Bodies that move: Gymnasium's without variations, gravity, and standing up and running."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

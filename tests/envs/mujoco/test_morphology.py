@@ -1,7 +1,5 @@
 """Bigger and smaller body parts: radius, mass and total mass, compared with values calculated by hand."""
 
-from __future__ import annotations
-
 import itertools
 
 import mujoco

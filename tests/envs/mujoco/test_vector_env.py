@@ -1,7 +1,5 @@
 """Vector environments equal Gymnasium's vector of the single environments bit for bit, infos included."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from typing import Any

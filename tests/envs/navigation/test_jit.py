@@ -1,7 +1,5 @@
 """Compiled code is cached on disk and recompiled when a source file changes."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The ten maps and their thirty goals have the properties of the rule that drew them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import subprocess

@@ -1,7 +1,5 @@
 """Points and segments on closed cells: maps drawn by hand, and a comparison with exact fractions."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

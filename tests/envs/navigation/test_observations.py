@@ -1,7 +1,5 @@
 """Navigation observations: by hand on small maps, and by independent calculation at random poses."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The oracle solves every task without a collision."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

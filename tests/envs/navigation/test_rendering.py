@@ -1,7 +1,5 @@
 """Rendering: frames as arrays, and the render modes that do not exist."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The starts of navigation episodes: random, and set by an option."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

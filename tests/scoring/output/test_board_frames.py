@@ -1,7 +1,5 @@
 """The frames of scorecards, and that --csv has their numbers."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from pathlib import Path

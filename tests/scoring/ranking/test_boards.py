@@ -1,7 +1,5 @@
 """Which boards exist, in which order, and which scores of a submission a board shows."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from gym_extensions.catalog.groups import SUITES

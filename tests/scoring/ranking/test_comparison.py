@@ -1,7 +1,5 @@
 """``score --compare``: two submissions side by side, with the interval of their difference."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Duplicates: submissions that share most of their episodes, whatever was changed in the copy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The core board: pooled differences, looks, families of all pairs, verdicts, notes and costs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Boards: scores of the scorecards, the order, ranks with reasons, computed rows, differences of pairs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

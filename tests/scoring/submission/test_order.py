@@ -1,7 +1,5 @@
 """Runs in other orders: what a scorecard has of them, and runs whose order is not that of their place."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path

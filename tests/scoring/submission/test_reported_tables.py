@@ -1,7 +1,5 @@
 """The paper as a submission: every printed number, and the frozen findings computed again."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

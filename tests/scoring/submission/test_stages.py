@@ -1,7 +1,5 @@
 """What happens to each task: scores of stages, changes, and the largest change that is significant."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The map of a landscape: cells and dots."""
 
-from __future__ import annotations
-
 import re
 from xml.etree import ElementTree
 

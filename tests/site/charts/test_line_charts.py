@@ -1,7 +1,5 @@
 """Line charts and performance profiles."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 from xml.etree import ElementTree

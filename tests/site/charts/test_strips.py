@@ -1,7 +1,5 @@
 """Strip plots: coordinates follow from numbers, and labels describe the drawing."""
 
-from __future__ import annotations
-
 from xml.etree import ElementTree
 
 import pytest

@@ -1,7 +1,5 @@
 """Scales, labels and SVG elements."""
 
-from __future__ import annotations
-
 import pytest
 
 from gym_extensions.site.charts.svg import Scale, apart

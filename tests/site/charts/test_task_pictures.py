@@ -1,7 +1,5 @@
 """Drawings on the pages of tasks."""
 
-from __future__ import annotations
-
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.references import Expert, Floor, Reference
 from gym_extensions.site.charts.task_pictures import reference_dots, task_picture

@@ -1,7 +1,5 @@
 """The site of the browser tests: submissions of every level, long names, a long board, poses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

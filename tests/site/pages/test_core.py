@@ -1,7 +1,5 @@
 """The overview: which method leads on the core, how certain that is, and what the others lack."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

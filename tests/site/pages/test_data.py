@@ -1,7 +1,5 @@
 """The data of the site: one document per submission, board and group, an index, and their schemas."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Citation, CSV and commands of a submission."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Pages of groups and suites: tasks, references, printed tables and what a score of 1 means."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Landscapes on the pages: the map of a submission, its numbers in words, and the table of a board."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any

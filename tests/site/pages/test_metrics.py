@@ -1,7 +1,5 @@
 """The page of metrics has every formula."""
 
-from __future__ import annotations
-
 import re
 
 from gym_extensions.metrics.formulas import METRICS

@@ -1,7 +1,5 @@
 """The published JSON Schemas."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from collections.abc import Callable

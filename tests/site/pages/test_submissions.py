@@ -1,7 +1,5 @@
 """Pages of submissions, the overview, and the pages that explain."""
 
-from __future__ import annotations
-
 import copy
 import re
 from typing import Any

@@ -1,7 +1,5 @@
 """A page per task: what differs, references, best submissions and the expert."""
 
-from __future__ import annotations
-
 import posixpath
 from pathlib import Path
 from urllib.parse import urlsplit

@@ -1,7 +1,5 @@
 """Which policies Play offers, and the file in which the browser gets them."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

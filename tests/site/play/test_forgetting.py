@@ -1,7 +1,5 @@
 """The task on the first page: where the reference agent loses and another method keeps most."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The shapes of a skeleton are where MuJoCo has them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mujoco

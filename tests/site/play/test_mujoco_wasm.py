@@ -1,7 +1,5 @@
 """MuJoCo for the browser is used only if it is the pinned one."""
 
-from __future__ import annotations
-
 import gzip
 import hashlib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Drawings of the episodes of the Watch panel."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The Watch panel: which episodes it has, what it says of them, and the script of the player."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Small ONNX models for tests; imported where the extra ``onnx`` is installed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """docs/rollout-log.md#arithmetic as plain loops over Python's floats, independent of the package."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """The bits of a policy's actions: those of docs/rollout-log.md#arithmetic, on every processor."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import math

@@ -1,7 +1,5 @@
 """Modules of PyTorch as people write them become networks, or are refused in one sentence that names them."""
 
-from __future__ import annotations
-
 import logging
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The policies of a run: their file, their digest, and what can be wrong with them."""
 
-from __future__ import annotations
-
 import io
 import warnings
 import zipfile

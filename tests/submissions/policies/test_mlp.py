@@ -1,7 +1,5 @@
 """A policy's actions, worked by hand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The arrays of a policy: their names, and what can be wrong with them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A policy as an ONNX network: which files are refused and why, and how it acts."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any

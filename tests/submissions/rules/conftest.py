@@ -1,7 +1,5 @@
 """Checks an example of a broken rule."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

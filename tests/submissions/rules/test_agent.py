@@ -1,7 +1,5 @@
 """Every rule about the code of an agent reports its mistake, and honest agents break none."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

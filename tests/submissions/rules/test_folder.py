@@ -1,7 +1,5 @@
 """Every rule about the folder and its files reports its mistake."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The last value that a rule allows, and the first that it refuses."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

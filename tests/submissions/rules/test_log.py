@@ -1,7 +1,5 @@
 """Every rule about logs reports its mistake."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Every rule about submission.toml and README.md reports its mistake."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Every rule about the documents of runs reports its mistake."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..examples import (

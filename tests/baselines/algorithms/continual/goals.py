@@ -1,7 +1,5 @@
 """Tasks that cost microseconds: the reward of a step is −‖action − goal‖², with another goal per task."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The continual-learning agents on small tasks: what they keep, what they forget, and that they are trpo."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Penalties, what they anchor and store, which states are sampled, and who owns a weight."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
