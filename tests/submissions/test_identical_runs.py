@@ -1,9 +1,8 @@
-"""Runs that are identical in every episode: how they are found, and how they are counted as one."""
+"""Which runs of a log are scored, and which are identical in every episode."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,8 +11,8 @@ import pytest
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, stages
 from gym_extensions.submissions.log import Log
-from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.submission import SubmittedGroup, first_identical_runs, scored_group
+from gym_extensions.submissions.rules.log import first_identical_runs
+from gym_extensions.submissions.submission import SubmittedGroup, scored_group
 
 HOPPER = group("hopper-gravity")
 
@@ -26,13 +25,6 @@ def log(protocol: str, returns: Mapping[int, float]) -> Log:
     columns = {"run": run, "stage": stage, "position": position, "episode": episode}
     rows = pd.DataFrame(columns | {"length": 1000, "terminated": False, "success": 0})
     return Log(protocol, HOPPER, rows.assign(**{"return": rows["run"].map(returns)}))
-
-
-def merge(**returns: Mapping[int, float]) -> tuple[dict[str, tuple[int, ...]], tuple[str, ...]]:
-    """The runs of each log that remain, and the notes."""
-    logs = {protocol: log(protocol, values) for protocol, values in returns.items()}
-    merged = scored_group(SubmittedGroup(HOPPER, logs), merge=True)
-    return {protocol: log.runs for protocol, log in merged.logs.items()}, merged.notes
 
 
 def test_a_run_is_compared_with_the_first_run_of_the_same_measurements() -> None:
@@ -60,43 +52,16 @@ def test_the_order_of_rows_does_not_matter() -> None:
     assert first_identical_runs(replace(runs, rows=shuffled)) == {0: 0, 1: 0}
 
 
-def test_a_pair_is_merged_if_both_of_its_logs_are_identical() -> None:
-    runs, notes = merge(sequential={0: 1.0, 1: 1.0, 2: 2.0}, single={0: 5.0, 1: 5.0, 2: 5.0})
-    assert runs == {"sequential": (0, 2), "single": (0, 2)}
-    assert notes == ("Runs 0, 1 are identical in every episode and count as one.",)
-    runs, notes = merge(sequential={0: 1.0, 1: 1.0, 2: 2.0}, single={0: 5.0, 1: 6.0, 2: 5.0})
-    assert (runs, notes) == ({"sequential": (0, 1, 2), "single": (0, 1, 2)}, ())
-
-
-def test_a_run_without_a_partner_is_compared_by_the_log_that_it_has() -> None:
-    runs, notes = merge(sequential={0: 1.0, 1: 2.0, 2: 1.0, 3: 3.0}, single={0: 5.0, 1: 6.0})
-    assert runs == {"sequential": (0, 1, 3), "single": (0, 1)}
-    identical, unequal = notes
-    assert identical == "Runs 0, 2 are identical in every episode and count as one."
-    assert unequal.endswith("both have: 0, 1.")
-
-
-def test_each_set_of_identical_runs_is_merged_and_joint_runs_by_themselves() -> None:
-    single, joint = {0: 1.0, 1: 2.0, 2: 1.0, 3: 2.0, 4: 1.0}, {0: 3.0, 1: 3.0}
-    runs, notes = merge(single=single, joint=joint)
-    assert runs == {"single": (0, 1), "joint": (0,)}
-    assert notes == (
-        "Runs 0, 2, 4 are identical in every episode and count as one.",
-        "Runs 1, 3 are identical in every episode and count as one.",
-        "Joint runs 0, 1 are identical in every episode and count as one.",
-    )
-
-
-def test_the_reader_reports_a_pair_with_one_identical_log(make_submission: Callable[..., Path]) -> None:
-    folder = make_submission(
-        value=lambda protocol, run, stage, position, episode: (
-            position + (run if protocol == "single" else 0.0)
-        ),
-        parameters=0,
-    )
-    (problem,) = read(folder).problems
-    assert (problem.rule, problem.where) == ("identical-runs", f"{HOPPER.name}/sequential/run1.csv")
-    assert "In the protocol single they differ" in problem.message
+def test_unequal_runs_of_sequential_and_single_are_noted() -> None:
+    logs = {"sequential": log("sequential", {0: 1.0, 1: 2.0, 3: 3.0}), "single": log("single", {0: 5.0})}
+    scored = scored_group(SubmittedGroup(HOPPER, logs))
+    assert {protocol: log.runs for protocol, log in scored.logs.items()} == {
+        "sequential": (0, 1),
+        "single": (0,),
+    }
+    missing, unequal = scored.notes
+    assert missing.endswith("run 2 is missing; until it is there, not scored: 3.")
+    assert unequal.endswith("both have: 0.")
 
 
 def test_noise_in_the_last_digits_makes_no_other_run() -> None:

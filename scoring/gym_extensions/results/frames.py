@@ -66,8 +66,7 @@ def episodes(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     fingerprint  str      fingerprint of the task
     ===========  =======  ==========================================================================
 
-    Identical runs of an agent without parameters appear once, as they count once in scores. Reported
-    submissions have no episodes.
+    Reported submissions have no episodes.
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.

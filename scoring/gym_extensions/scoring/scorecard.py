@@ -384,7 +384,7 @@ class Scorecard:
     problems: Annotated[tuple[Problem, ...], about("broken rules of docs/rollout-log.md")] = ()
     manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]
     readme: Annotated[str, about("text of `README.md`, plain and never markup; empty without one")] = ""
-    notes: Annotated[tuple[str, ...], about("what scoring did, such as counting identical runs as one")] = ()
+    notes: Annotated[tuple[str, ...], about("what scoring did, such as leaving out runs after a gap")] = ()
     verifications: Annotated[
         tuple[VerificationSummary, ...], about("results of the verifications, oldest first")
     ] = ()

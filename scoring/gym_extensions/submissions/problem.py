@@ -57,7 +57,7 @@ class Problem:
 
 
 Scope = Literal[
-    "folder", "file", "manifest", "readme", "agent", "document", "log", "group", "policies", "pull request"
+    "folder", "file", "manifest", "readme", "agent", "document", "log", "policies", "pull request"
 ]
 """What a rule checks. The rules of a scope have the same parameters."""
 Check = Callable[..., Iterator[Finding]]

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Parsed = TypeVar("Parsed")
+NOT_OF_TRAINED = ("gaps-in-runs", "identical-runs")
+"""Rules that need not hold for runs that are trained here: they finish in any order, and failed ones are
+those of an agent that always does the same."""
 
 
 def read(
@@ -52,8 +55,9 @@ def read(
 class _Reader:
     """Reads one folder part by part and collects the problems of each."""
 
-    def __init__(self, folder: Folder, *, is_trained_here: bool = False) -> None:
-        self.folder, self.is_trained_here = folder, is_trained_here
+    def __init__(self, folder: Folder, ignored: tuple[str, ...] = ()) -> None:
+        """``ignored`` names rules that need not hold."""
+        self.folder, self.ignored = folder, ignored
         self.problems: list[problem.Problem] = []
         self.tables: dict[str, Any] = {}
 
@@ -94,14 +98,13 @@ class _Reader:
         folder = scan(self.folder.root / path, self.folder.groups)
         runs = Submission(folder.name, None, {}, path=folder.root)
         if layout.MANIFEST in folder.files:  # else no run has finished yet
-            runs = _Reader(folder, is_trained_here=True).submission(wanted, policies)
-        found = [each for each in runs.problems if each.rule != "gaps-in-runs"]  # runs finish in any order
-        self.problems += [replace(each, where=f"{path}/{each.where}") for each in found]
-        return Trained(version, training, replace(runs, problems=tuple(found)))
+            runs = _Reader(folder, NOT_OF_TRAINED).submission(wanted, policies)
+        self.problems += [replace(each, where=f"{path}/{each.where}") for each in runs.problems]
+        return Trained(version, training, runs)
 
     def _check(self, scope: problem.Scope, *subject: object) -> bool:
         """Collects the problems of a scope's rules, and returns whether there are none."""
-        found = rules.problems(scope, *subject)
+        found = [each for each in rules.problems(scope, *subject) if each.rule not in self.ignored]
         self.problems += found
         return not found
 
@@ -155,8 +158,6 @@ class _Reader:
         logs = {protocol: log_of(parts, protocol, group) for protocol, parts in frames.items()}
         for log in logs.values():
             self._check("log", rules.log.compared_rows(log), log)
-        if not self.is_trained_here:  # failed runs are those of an agent that always does the same
-            self._check("group", logs, is_trainable(documents))
         self._policies(group, documents, policies)
         return SubmittedGroup(group, {} if len(self.problems) > before else logs, documents)
 

@@ -1,4 +1,4 @@
-"""A submission that has been read, and its runs that are identical in every episode."""
+"""A submission that has been read, and the runs of it that are scored."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
@@ -18,11 +16,6 @@ from gym_extensions.submissions.manifest import Manifest
 from gym_extensions.submissions.review import Review
 from gym_extensions.submissions.run import Memory, RunDocument, consecutive
 from gym_extensions.submissions.training import Training
-
-TOLERANCE = 1e-5
-"""Largest difference of identical returns, absolute and relative: a copy with noise is the same run."""
-PAIRED_PROTOCOLS = (("sequential", "single"), ("joint",), ("cumulative",), ("descending",), ("balanced",))
-"""Protocols whose runs belong together: a run of one agent has both a sequential and a single log."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -106,71 +99,24 @@ def is_trainable(runs: Mapping[str, Mapping[int, RunDocument]]) -> bool:
 
 
 def scored_runs(submission: Submission) -> Submission:
-    """The submission with the runs that are scored; unchanged if it has problems.
-
-    In each group, identical runs of an agent without parameters count as one (:func:`scored_group`).
-    """
+    """The submission with the runs that are scored; unchanged if it has problems."""
     if submission.problems:
         return submission
-    groups = {
-        name: scored_group(group, merge=not is_trainable(group.runs))
-        for name, group in submission.groups.items()
-    }
+    groups = {name: scored_group(group) for name, group in submission.groups.items()}
     return replace(submission, groups=groups)
 
 
-def scored_group(submitted: SubmittedGroup, *, merge: bool) -> SubmittedGroup:
-    """The group with the runs that are scored, and notes: on each set of the others, and on unequal logs.
-
-    They are the runs 0 to N − 1 of each log, up to the first gap. With ``merge``, identical runs count as
-    one. A sequential and a single run of one training seed are a pair; two pairs are identical if both logs
-    are, or the one that both have. Joint and cumulative runs are compared by themselves.
-    """
+def scored_group(submitted: SubmittedGroup) -> SubmittedGroup:
+    """The group with the runs that are scored: 0 to N − 1 of each log, up to the first gap. Notes say so."""
     logs, notes = dict(submitted.logs), list[str]()
     for protocol, log in submitted.logs.items():
         count = consecutive(log.runs)
         if later := [run for run in log.runs if run > count]:
-            logs[protocol] = select_runs(log, set(range(count)))
+            logs[protocol] = replace(log, rows=log.rows[log.rows["run"] < count].reset_index(drop=True))
             runs = ", ".join(map(str, later))
             notes.append(f"{protocol}: run {count} is missing; until it is there, not scored: {runs}.")
-    for protocols in PAIRED_PROTOCOLS if merge else ():
-        first_runs = [first_identical_runs(logs[name]) for name in protocols if name in logs]
-        sets: dict[tuple[int | None, ...], list[int]] = {}
-        for run in sorted(set().union(*first_runs)):
-            present = [first[run] for first in first_runs if run in first]
-            sets.setdefault(tuple(first.get(run, present[0]) for first in first_runs), []).append(run)
-        kind = "Runs" if "single" in protocols else f"{protocols[0].capitalize()} runs"
-        equal = (", ".join(map(str, runs)) for runs in sets.values() if len(runs) > 1)
-        notes += [f"{kind} {runs} are identical in every episode and count as one." for runs in equal]
-        distinct = {runs[0] for runs in sets.values()}
-        logs |= {name: select_runs(logs[name], distinct) for name in protocols if name in logs}
-    paired = [set(logs[name].runs) for name in PAIRED_PROTOCOLS[0] if name in logs]
+    paired = [set(logs[name].runs) for name in ("sequential", "single") if name in logs]
     if both := sorted(set.intersection(*paired)) if len(paired) > 1 and paired[0] != paired[1] else []:
         runs = ", ".join(map(str, both))
         notes.append(f"Metrics of transfer are over the runs that sequential and single both have: {runs}.")
     return replace(submitted, logs=logs, notes=tuple(notes))
-
-
-def select_runs(log: Log, runs: set[int]) -> Log:
-    """The rows of a log that belong to these runs."""
-    return replace(log, rows=log.rows[log.rows["run"].isin(runs)].reset_index(drop=True))
-
-
-def first_identical_runs(log: Log) -> Mapping[int, int]:
-    """For each run, the first run that is identical in every episode.
-
-    That is the run itself if it is the first. Returns that differ by less than ``TOLERANCE`` are identical.
-    """
-    ordered = log.rows.sort_values(["run", "stage", "position", "episode"], kind="stable")
-    names = ["stage", "position", "episode", "length", "terminated", "success"]
-    firsts: dict[bytes, list[tuple[int, NDArray[np.float64]]]] = {}
-    result = {}
-    for run in log.runs:
-        rows = ordered[ordered["run"] == run]
-        candidates = firsts.setdefault(b"".join(rows[name].to_numpy().tobytes() for name in names), [])
-        returns = rows["return"].to_numpy()
-        equal = (each for each, other in candidates if np.allclose(returns, other, TOLERANCE, TOLERANCE))
-        result[run] = next(equal, run)
-        if result[run] == run:
-            candidates.append((run, returns))
-    return result

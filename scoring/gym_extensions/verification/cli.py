@@ -8,8 +8,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich import progress as bars
 from rich.console import Console
+from rich.progress import Progress
 
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
@@ -83,14 +83,7 @@ def verified(
 ) -> Report:
     """The report on runs of one submission, with a progress bar; see :func:`verify`."""
     console = Console(stderr=True)
-    columns = (
-        *(bars.TextColumn("{task.description}"), bars.BarColumn(), bars.MofNCompleteColumn()),
-        *(bars.TextColumn("cells"), bars.TimeElapsedColumn(), bars.TextColumn("left:")),
-        bars.TimeRemainingColumn(),
-    )
-    with bars.Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as progress:
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(submission.name, total=None)
 
         def started(cells: int) -> None:

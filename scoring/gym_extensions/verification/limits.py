@@ -69,12 +69,12 @@ def apply_limits(limits: Limits) -> None:
             allowed = value if hard == resource.RLIM_INFINITY else min(value, hard)
             later = 5 if name == resource.RLIMIT_CPU and allowed != hard else 0  # SIGXCPU says why it ended
             resource.setrlimit(name, (allowed, allowed + later))
-    sys.addaudithook(_refuse)
 
+    def refuse(event: str, _: object) -> None:
+        if event.startswith(FORBIDDEN):
+            raise PermissionError(f"{event} is not allowed in a process that reads files of a submission")
 
-def _refuse(event: str, _: object) -> None:
-    if event.startswith(FORBIDDEN):
-        raise PermissionError(f"{event} is not allowed in a process that reads files of a submission")
+    sys.addaudithook(refuse)
 
 
 LIVE: set[subprocess.Popen[bytes]] = set()

@@ -255,10 +255,10 @@ def verify(
     without = tuple(name for name, run in runs.items() if run.document.policies is None)
     chosen = (set(runs) if only is None else set(only)).difference(without)
     old = tuple(name for name in runs if name in chosen and is_first_arithmetic(submission, runs[name]))
-    every = runs
+    report, every = Report(submission.name, without_policies=without, first_arithmetic=old), runs
     runs = {name: run for name, run in runs.items() if name in chosen.difference(old)}
     if not runs:
-        return Report(submission.name, without_policies=without, first_arithmetic=old)
+        return report
     requests = {name: run.request(submission, fetcher=fetcher) for name, run in runs.items()}
 
     def play(cells: Mapping[str, tuple[episodess.Cell, ...]]) -> dict[str, episodess.Played]:
@@ -285,7 +285,7 @@ def verify(
             raise
         why = UNDECIDED.format(hours, episodess.SECONDS_PER_CELL)
         found = Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
-        return Report(submission.name, verification=found, without_policies=without, first_arithmetic=old)
+        return replace(report, verification=found)
     repetitions, fresh = {}, {}
     for name, each in first.items():
         count = len(prescribed[name])
@@ -313,8 +313,8 @@ def verify(
     difference = f"{first_other}: {repetitions[first_other].difference}" if first_other else ""
     if first_other and machines[first_other]:
         difference += f" [{machines[first_other]}]"
-    return Report(
-        name=submission.name,
+    return replace(
+        report,
         verification=Verification(
             **facts,
             episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
@@ -330,8 +330,6 @@ def verify(
         twins=twins,
         machines={name: text for name, text in machines.items() if text},
         means={} if failed else _means(runs, draw, fresh),
-        without_policies=without,
-        first_arithmetic=old,
     )
 
 

@@ -91,8 +91,7 @@ PAIRS = {
     ),
     "generators": ("agents/drawing.py:Agent", "drawing:Agent", "--evaluate-every", "250"),
     "own-policy": ("agents/acting.py:Acting", "acting:Acting"),
-    "trpo": ("trpo", "trpo", "--evaluate-every", "500", "--num-envs", "2"),
-    "multi-head": ("multi-head", "multi-head"),
+    "multi-head": ("multi-head", "multi-head", "--evaluate-every", "500", "--num-envs", "2"),
 }
 """Agents, what they are called in and out of the box, and options."""
 

@@ -133,7 +133,7 @@ def trained_logs(trained: submissions.Trained, references: References) -> dict[s
         return found
     budget = runs.manifest.protocol.budget
     for name, each in runs.groups.items():
-        submitted = submissions.scored_group(each, merge=False)
+        submitted = submissions.scored_group(each)
         if not submitted.logs.get("sequential"):
             continue
         is_recorded = submitted.digests("sequential").items() <= trained.training.runs.items()

@@ -5,15 +5,16 @@ Most rules are a mask over the rows of all runs: ``ROW_RULES`` has their masks, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import UNBOUNDED, Arrival
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, evaluation_seed, stages
 from gym_extensions.errors import did_you_mean
-from gym_extensions.submissions import layout, submission
+from gym_extensions.submissions import layout
 from gym_extensions.submissions.log import FLAGS, Log
 from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, rule
 
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 ROWS_LISTED = CELLS_LISTED = 3
 """Rows listed per rule, group and protocol, and incomplete cells per run; the rest are counted."""
-PARTNER = {"sequential": "single", "single": "sequential"}
-"""The log that has the other run of a pair."""
 
 
 def compared_rows(log: Log) -> pd.DataFrame:
@@ -221,20 +220,35 @@ def missing_cell(rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
             yield Finding(where, message, hint)
 
 
-@rule("group")
-def identical_runs(logs: dict[str, Log], is_trainable: bool) -> Iterator[Finding]:
-    """No two runs of a trainable agent are identical in every episode. (Runs of an agent without parameters
-    may be, in both the sequential and the single protocol: they count as one, and the scorecard says so.)"""
-    first = {protocol: submission.first_identical_runs(log) for protocol, log in logs.items()}
-    for protocol, log in logs.items():
-        partner = first.get(PARTNER.get(protocol, ""), {})
-        for run, original in first[protocol].items():
-            is_identical_pair = partner.get(run, partner.get(original)) == partner.get(original)
-            if run == original or (is_identical_pair and not is_trainable):
-                continue
+TOLERANCE = 1e-5
+"""Largest difference of identical returns, absolute and relative: a copy with noise is the same run."""
+
+
+def first_identical_runs(log: Log) -> Mapping[int, int]:
+    """For each run, the first run that is identical in every episode.
+
+    That is the run itself if it is the first. Returns that differ by less than ``TOLERANCE`` are identical.
+    """
+    ordered = log.rows.sort_values(["run", "stage", "position", "episode"], kind="stable")
+    names = ["stage", "position", "episode", "length", "terminated", "success"]
+    firsts: dict[bytes, list[tuple[int, NDArray[np.float64]]]] = {}
+    result = {}
+    for run in log.runs:
+        rows = ordered[ordered["run"] == run]
+        candidates = firsts.setdefault(b"".join(rows[name].to_numpy().tobytes() for name in names), [])
+        returns = rows["return"].to_numpy()
+        equal = (each for each, other in candidates if np.allclose(returns, other, TOLERANCE, TOLERANCE))
+        result[run] = next(equal, run)
+        if result[run] == run:
+            candidates.append((run, returns))
+    return result
+
+
+@rule("log")
+def identical_runs(rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
+    """No two runs are identical in every episode. (An agent that always does the same has one run.)"""
+    for run, original in first_identical_runs(log).items():
+        if run != original:
+            where = layout.run_file(log.group.name, log.protocol, run, layout.LOG)
             message = f"Run {run} is identical to run {original} in every episode."
-            hint = "Train each run with its own seed; for an agent without parameters, say so in memory."
-            if not (is_identical_pair or is_trainable):
-                message += f" In the protocol {PARTNER[protocol]} they differ."
-                hint = "Train each run with its own seed, and write both logs from the same agent."
-            yield Finding(layout.run_file(log.group.name, protocol, run, layout.LOG), message, hint)
+            yield Finding(where, message, "Train each run with its own seed, or leave the run out.")
