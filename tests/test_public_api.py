@@ -30,11 +30,11 @@ PUBLIC = {
         FORMULAS Interval MetricValue Profile area compute difference interval iqm
         probability_of_improvement profile
     """,
-    "gym_extensions.policies": "OnnxPolicy Policy from_torch load",
+    "gym_extensions.policies": "Diagnosis OnnxPolicy Policy diagnose from_torch load",
     "gym_extensions.results": """
-        board core core_pairs core_variants curves episodes evaluations
-        landscapes metrics order_effects plot_board plot_curves plot_matrix plot_retention score_matrix
-        scores
+        board core core_pairs core_variants curves episodes evaluations forgetting_predictors
+        landscapes metrics network_changes order_effects plot_board plot_curves plot_matrix plot_retention
+        policies score_matrix scores
     """,
     "gym_extensions.scoring": "score_folder score_folders",
 }

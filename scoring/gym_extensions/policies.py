@@ -1,4 +1,4 @@
-"""Policies of submissions: loads them, and converts them from and to PyTorch and ONNX.
+"""Policies of submissions: loads them, converts them from and to PyTorch and ONNX, and diagnoses networks.
 
 Example:
     >>> from gym_extensions import policies
@@ -9,22 +9,25 @@ Plain arrays need only numpy, networks the extra ``onnx``. Experts are such poli
 (:func:`gym_extensions.references.experts.load`).
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from gym_extensions.catalog.groups import TaskGroup, resolve_group
 from gym_extensions.catalog.protocol import PROTOCOLS
+from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError, did_you_mean, require_known
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.layout import DOCUMENT, run_file
-from gym_extensions.submissions.policies import files
+from gym_extensions.submissions.policies import diagnostics, files
 from gym_extensions.submissions.policies.conversion import from_torch
+from gym_extensions.submissions.policies.diagnostics import Diagnosis
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.policies.mlp import Policy
-from gym_extensions.submissions.policies.mlp_arrays import Arrays
+from gym_extensions.submissions.policies.mlp_arrays import Array, Arrays
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
 from gym_extensions.submissions.run import PolicyFile, read_run
 
-__all__ = ["OnnxPolicy", "Policy", "from_torch", "load"]
+__all__ = ["Diagnosis", "OnnxPolicy", "Policy", "diagnose", "from_torch", "load"]
 
 
 def load(
@@ -73,6 +76,32 @@ def load(
         hint = "Pass sha256, which the run's document states under policies."
         raise BenchError("no-digest", "An address needs a digest.", str(source), hint)
     return files.policies_of(arrays, members, protocol)[key]
+
+
+def diagnose(
+    policies: Sequence[AnyPolicy], observations: str | Path | TaskGroup | Sequence[Array]
+) -> tuple[Diagnosis, ...]:
+    """What training did to the networks of an agent: ranks, inactive units, and what changed since each task.
+
+    Args:
+        policies: the untrained policy, then that after each task, in the order of the tasks.
+        observations: a group, whose published observations are taken; or those of each task, (n, …).
+
+    Raises:
+        BenchError: the observations do not fit a policy, or none are published of the group.
+
+    Example:
+        >>> stages = [load("mine", "hopper-wall", stage=stage) for stage in range(3)]  # doctest: +SKIP
+        >>> pd.DataFrame(diagnose(stages, "hopper-wall"))  # doctest: +SKIP
+    """
+    if isinstance(observations, str | Path | TaskGroup):
+        group = resolve_group(observations)
+        known = states(group.task_ids)
+        if known is None:
+            hint = "Pass the observations of each of its tasks, an array (n, …) per task."
+            raise BenchError("no-states", f"No observations of {group.name} are published.", "", hint)
+        observations = known
+    return diagnostics.diagnose(policies, observations)
 
 
 def _require(digest: str, arrays: Arrays, where: str) -> None:

@@ -1,4 +1,4 @@
-"""``python -m tools.environments``: writes ``descriptions.json`` of the catalog and docs/environments."""
+"""``python -m tools.environments``: writes descriptions and missing states of the catalog, and the pages."""
 
 import argparse
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from gym_extensions.catalog import descriptions
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.files import write_bytes, write_text
-from tools.environments import describe, pages, pictures
+from tools.environments import describe, pages, pictures, states
 
 
 @reports_mistakes
@@ -24,13 +24,16 @@ def main(argv: list[str] | None = None) -> int:
     options = parser.parse_args(argv)
     write_text(descriptions.PATH, describe.descriptions())
     descriptions.descriptions.cache_clear()
+    recorded = states.update()
     texts = pages.pages(descriptions.descriptions())
     images = pictures.task_pictures() | pictures.map_pictures() if options.pictures else {}
     for name, text in texts.items():
         write_text(options.out / name, text)
     for name, image in images.items():
         write_bytes(options.out / "pictures" / name, image)
-    print(f"{len(texts)} pages and {len(images)} pictures written to {options.out}.")
+    print(
+        f"{len(texts)} pages and {len(images)} pictures written to {options.out}; {recorded} tasks recorded."
+    )
     return 0
 
 

@@ -16,8 +16,14 @@ from gym_extensions.scoring.cli import print_text
 from gym_extensions.scoring.output.screen import count
 from gym_extensions.submissions import fetch, manifest, reader, review
 from gym_extensions.submissions.layout import MANIFEST, submission_folders
-from gym_extensions.verification import cli as verification, git, new_seeds, train_here
-from gym_extensions.verification.landscape_recorder import measure_all
+from gym_extensions.verification import (
+    cli as verification,
+    diagnostics_recorder,
+    git,
+    landscape_recorder,
+    new_seeds,
+    train_here,
+)
 
 
 def gate_parser() -> argparse.ArgumentParser:
@@ -87,17 +93,18 @@ def maintain_parser() -> argparse.ArgumentParser:
         description="Run the policies of the runs 0 to 4 at values between and beyond those of the tasks, "
         "and write landscapes/GROUP.json into the submission, unless it is up to date.",
     )
-    add = landscapes.add_argument
-    add(
-        "submissions",
-        nargs="+",
-        type=Path,
-        metavar="SUBMISSION",
-        help="a submission's folder, or a folder of them",
+    diagnostics = parts.add_parser(
+        "diagnostics",
+        help="describe the networks of policies on published observations",
+        description="Compute norms, ranks, inactive units and divergences of the policies of all runs, and "
+        "write diagnostics/GROUP.json into the submission, unless it is up to date.",
     )
-    add("--groups", nargs="+", default=[], metavar="NAME", help="gravity, body or wall groups (default: all)")
-    add("--again", action="store_true", help="also measure what is up to date")
-    verification.add_options(landscapes)
+    for part in (landscapes, diagnostics):
+        add, several = part.add_argument, "a submission's folder, or a folder of them"
+        add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=several)
+        add("--groups", nargs="+", default=[], metavar="NAME", help="only these groups (default: all)")
+        add("--again", action="store_true", help="also measure what is up to date")
+        verification.add_options(part)
     train = parts.add_parser(
         train_here.COMMAND,
         help="train the code of a submission in a box",
@@ -140,8 +147,9 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         review.add_to_review(submission, decisions=[review.Decision(action=options.decision, **stated)])
         return 0
     fetcher = fetch.Fetcher(options.cache / "policies", options.public_only)
-    submissions = _existing(options.submissions)
-    for line in measure_all(submissions, options.groups, fetcher, options.jobs, options.again):
+    recorder = landscape_recorder if options.command == "landscapes" else diagnostics_recorder
+    submissions, chosen = _existing(options.submissions), (options.jobs, options.again)
+    for line in recorder.measure_all(submissions, options.groups, fetcher, *chosen):
         print(line, flush=True)
     return 0
 

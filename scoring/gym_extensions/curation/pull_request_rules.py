@@ -173,7 +173,7 @@ def several_submissions(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request brings no review, poses or landscapes: verification and maintainers write them."""
+    """A pull request brings no review, poses, landscapes or diagnostics: the base branch writes them."""
     for path in pull_request.paths:
         if {layout.REVIEW, *layout.WRITTEN}.intersection(path.split("/")[2:3]):
             hint = "Leave it as it is on the base. It is written after the merge, decisions by an owner."

@@ -9,6 +9,7 @@
 
 from gym_extensions.results.frames import curves, episodes, evaluations
 from gym_extensions.results.plots import plot_board, plot_curves, plot_matrix, plot_retention
+from gym_extensions.results.policies import forgetting_predictors, network_changes, policies
 from gym_extensions.results.scores import (
     board,
     core,
@@ -29,13 +30,16 @@ __all__ = [
     "curves",
     "episodes",
     "evaluations",
+    "forgetting_predictors",
     "landscapes",
     "metrics",
+    "network_changes",
     "order_effects",
     "plot_board",
     "plot_curves",
     "plot_matrix",
     "plot_retention",
+    "policies",
     "score_matrix",
     "scores",
 ]

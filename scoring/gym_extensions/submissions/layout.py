@@ -26,10 +26,12 @@ POSES = "poses"
 """The folder of recorded motions, which the base branch writes too."""
 LANDSCAPES = "landscapes"
 """The folder of returns in worlds between and beyond the trained ones, which the base branch writes too."""
+DIAGNOSTICS = "diagnostics"
+"""The folder of what networks do on published observations, which the base branch writes too."""
 TRAINED = "trained"
 """The folder of what the base branch trained itself: ``trained/2/`` has the runs of the second version of
 ``agent/`` that was merged, laid out as a submission, and ``trained/2.toml`` the record of that training."""
-WRITTEN = (POSES, LANDSCAPES, TRAINED)
+WRITTEN = (POSES, LANDSCAPES, DIAGNOSTICS, TRAINED)
 """The folders that the base branch writes."""
 AGENT = "agent"
 """The folder of a submission's code, which the base branch trains."""

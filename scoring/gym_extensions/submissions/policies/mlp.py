@@ -233,11 +233,7 @@ def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tu
     # It loads a compiler, which scoring does not need.
     from gym_extensions.submissions.policies import arithmetic
 
-    seen = np.asarray(observations, policy.observation_dtype)
-    seen = seen.reshape(len(seen), -1).astype(np.float64)
-    if policy.num_inputs not in (None, seen.shape[1]):
-        message = f"The observations have {seen.shape[1]} values; the policy has {policy.num_inputs} inputs."
-        raise BenchError("bad-observations", message, "act()", "Use a policy of the same group.")
+    seen = _flattened(policy, observations)
     output, hidden = arithmetic.forward(seen, *_constants(policy, seen.shape[1], task))
     mean = output if policy.weights else np.zeros((len(seen), policy.num_actions))
     if policy.log_sigma is None:
@@ -246,6 +242,30 @@ def mean_and_log_sigma(policy: Policy, observations: Array, task: int = 0) -> tu
     if policy.log_sigma_weight is not None:
         log_sigma = hidden @ _row(policy.log_sigma_weight, 2, task) + log_sigma
     return mean, log_sigma if policy.log_sigma_clip is None else np.clip(log_sigma, *policy.log_sigma_clip)
+
+
+def hidden_outputs(policy: Policy, observations: Array, task: int = 0) -> list[Array]:
+    """The outputs (n, units) of every hidden layer for observations (n, …), as the policy computes them.
+
+    Raises ``BenchError`` if the observations have another size.
+    """
+    from gym_extensions.submissions.policies import arithmetic
+
+    seen = _flattened(policy, observations)
+    normalization, bound, sizes, parameters, kind, _ = _constants(policy, seen.shape[1], task)
+    # The first layers are a network, whose output has the activation of a hidden layer.
+    parts = (sizes[:end] for end in range(2, len(sizes)))
+    return [arithmetic.forward(seen, normalization, bound, part, parameters, kind, kind)[0] for part in parts]
+
+
+def _flattened(policy: Policy, observations: Array) -> Array:
+    """Observations (n, …) as the policy reads them, (n, o)."""
+    seen = np.asarray(observations, policy.observation_dtype)
+    seen = seen.reshape(len(seen), -1).astype(np.float64)
+    if policy.num_inputs not in (None, seen.shape[1]):
+        message = f"The observations have {seen.shape[1]} values; the policy has {policy.num_inputs} inputs."
+        raise BenchError("bad-observations", message, "act()", "Use a policy of the same group.")
+    return seen
 
 
 def to_action(policy: Policy, values: Array) -> Array:

@@ -24,7 +24,8 @@ OTHER_FOLDERS = (layout.AGENT, *layout.WRITTEN)
 """The folders that are no groups."""
 GROUP = rf"(?!(?:{'|'.join(OTHER_FOLDERS)})/)[^/]+/(?:{'|'.join(PROTOCOLS)})"
 TRAINED = layout.TRAINED_VERSION.pattern
-WRITTEN = rf"(?:{layout.POSES}|{layout.LANDSCAPES})/{layout.WRITTEN_FILE.pattern}|{TRAINED}\.toml"
+DOCUMENTS = "|".join((layout.POSES, layout.LANDSCAPES, layout.DIAGNOSTICS))
+WRITTEN = rf"(?:{DOCUMENTS})/{layout.WRITTEN_FILE.pattern}|{TRAINED}\.toml"
 CODE = rf"{layout.AGENT}/{layout.CODE_FILE.pattern}"
 TOP = "|".join(map(re.escape, (MANIFEST, layout.README, layout.REVIEW)))
 EXPECTED = {

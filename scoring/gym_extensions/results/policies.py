@@ -1,0 +1,251 @@
+"""Stored policies as a data frame: what each returns on every task, and what training did to its network."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import astuple, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import IN_ORDER, task_order
+from gym_extensions.catalog.states import states
+from gym_extensions.errors import BenchError
+from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval
+from gym_extensions.references import load_references
+from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, read_groups
+from gym_extensions.scoring.output.board_frames import typed
+from gym_extensions.scoring.pipeline import Paths
+from gym_extensions.submissions import diagnostics
+from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
+from gym_extensions.submissions.policies.files import policy_keys, read_policies
+from gym_extensions.submissions.run import RunDocument
+
+POLICY_DTYPES = {"submission": "str", "method": "str", **KEY_DTYPES, "stage": "int64", "task": "str"}
+POLICY_DTYPES |= {"returns": "object", "scores": "object", "parameters": "Int64", "norms": "object"}
+POLICY_DTYPES |= {"ranks": "object", "inactive": "object", "distances": "object", "kl": "object"}
+POLICY_DTYPES |= {"drift": "object", "why": "str"}
+
+
+def policies(submissions: Paths = "submissions", *, groups: CustomGroups = ()) -> pd.DataFrame:
+    """Every stored policy, one per row: its returns on every task, and what training did to its network.
+
+    ==========  =======  ==========================================================================
+    column      dtype    value
+    ==========  =======  ==========================================================================
+    submission  str      name of the submission's folder
+    method      str      the algorithm, as the submission names it
+    group       str      group id
+    protocol    str      ``sequential``, ``single`` or another one (docs/concepts.md)
+    run         int64    training seed
+    stage       int64    number of tasks trained so far: 0 untrained; 1 in the other protocols
+    task        str      id of the task that was trained last; empty before training and in ``joint``
+    returns     object   mean return on each task of the group in its order; NaN where not evaluated
+    scores      object   the same: 0 = floor, 1 = expert; NaN for a task without an expert
+    parameters  Int64    number of weights, biases and log σ
+    norms       object   Frobenius norm of the weights of each layer
+    ranks       object   stable rank of the outputs of each hidden layer
+    inactive    object   share of saturated (tanh) or dormant outputs of each hidden layer
+    distances   object   Euclidean distances of the weights from those after each earlier stage
+    kl          object   KL(stage before ‖ this stage) on the observations of each task, in nats
+    drift       object   for each task before the last trained one: KL(right after its training ‖ now)
+    why         str      why the columns from ``parameters`` are missing; else empty
+    ==========  =======  ==========================================================================
+
+    Objects are tuples, or None without a value (docs/metrics.md, "Networks"). They come from the folder
+    ``diagnostics`` of the submission; for runs that it lacks they are computed, which takes some milliseconds
+    per policy. Policies that lie elsewhere are not fetched.
+
+    The arguments and errors are those of :func:`episodes`.
+    """
+    rows: list[tuple[object, ...]] = []
+    for submission, group_id, submitted in read_groups(submissions, groups):
+        method = submission.manifest.protocol.algorithm if submission.manifest else ""
+        for protocol, log in submitted.logs.items():
+            documents = [submitted.runs[protocol][run] for run in log.runs]
+            published = [document for document in documents if document.policies]
+            diagnosed = _diagnosed(submission.path, submitted.group, published)
+            returns = log.rows.groupby(["run", "stage", "position"])["return"].mean().unstack()
+            for document, (diagnoses, why) in zip(published, diagnosed, strict=True):
+                keys = submission.name, method, group_id, protocol, document.run
+                for stage, at, diagnosis in zip(*_stages(document, submitted.group), diagnoses, strict=True):
+                    (means,) = returns.loc[[(document.run, stage)]].to_numpy()
+                    if protocol == "single":  # a policy is evaluated on its own task
+                        means = np.where(np.arange(len(means)) == at, means, np.nan)
+                    task = "" if at is None else submitted.group.task_ids[at]
+                    scores = _scores(submitted.group, means)
+                    rows.append((*keys, stage, task, tuple(means), scores, *astuple(diagnosis), why))
+    return typed(rows, POLICY_DTYPES)
+
+
+def _stages(document: RunDocument, group: TaskGroup) -> tuple[list[int], list[int | None]]:
+    """The stage of every policy of a run, and the index of the task that it was trained on last."""
+    keys, count = policy_keys(document.protocol, group), len(group.tasks)
+    order, numbers = task_order(document.protocol, document.run, count), [stage for stage, _ in keys]
+    if document.protocol in IN_ORDER:
+        return numbers, [order[stage - 1] if stage else None for stage in numbers]
+    last = {"single": [*range(count)], "cumulative": [count - 1], "joint": [None]}
+    return numbers, last[document.protocol]
+
+
+def _scores(group: TaskGroup, returns: NDArray[np.float64]) -> tuple[float, ...]:
+    known = [load_references().tasks.get(task) for task in group.task_ids]
+    pairs = zip(known, returns.tolist(), strict=True)
+    return tuple(each.normalize(mean) if each and not each.open else math.nan for each, mean in pairs)
+
+
+def _diagnosed(
+    folder: Path, group: TaskGroup, documents: Sequence[RunDocument]
+) -> Iterator[tuple[Sequence[Diagnosis], str]]:
+    """For every run the diagnoses of its policies, or empty ones and why."""
+    digests = {diagnostics.run_name(each): each.policies.sha256 for each in documents if each.policies}
+    known = diagnostics.load(folder, group, digests)
+    observations = states(group.task_ids)
+    for document in documents:
+        diagnoses: Sequence[Diagnosis] = ()
+        why = "" if observations else "No observations of its tasks are published."
+        if run := known.get(diagnostics.run_name(document)):
+            diagnoses = run.diagnoses
+        elif document.policies and document.policies.url:
+            why = "Its policies lie elsewhere."
+        elif observations:
+            order = task_order(document.protocol, document.run, len(group.tasks))
+            try:
+                stored = read_policies(folder, group, document.protocol, document.run)
+                diagnoses = diagnose_run(stored, observations, order)
+            except BenchError as error:
+                why = error.message
+        yield diagnoses or [Diagnosis()] * len(policy_keys(document.protocol, group)), why
+
+
+PREDICTION_DTYPES = {
+    "submission": "str",
+    "predictor": "str",
+    "kind": "str",
+    "groups": "int64",
+    "runs": "int64",
+}
+PREDICTION_DTYPES |= dict.fromkeys(("mean", "low", "high"), "float64")
+FEWEST_RUNS = 4
+"""Of a group, for an interval over runs by the jackknife."""
+
+
+def forgetting_predictors(policies: pd.DataFrame) -> pd.DataFrame:
+    """Whether the change of a network since it learned a task predicts what it forgot of it at the end.
+
+    Forgetting is the score of a task right after its training minus that after the last stage, for all tasks
+    but the last. It is correlated (Spearman's ρ) with the difference between the two policies. ``across``:
+    over all runs and tasks of a group; tasks that were learned earlier had more time to be forgotten.
+    ``within``: over the runs alone, task by task (ranks among the runs, those of all tasks pooled).
+
+    ==========  =======  ==========================================================================
+    column      dtype    value
+    ==========  =======  ==========================================================================
+    submission  str      name of the submission's folder
+    predictor   str      ``drift``, the KL on the observations of the task, or ``distances``
+    kind        str      ``across`` (groups of three tasks or more) or ``within``
+    groups      int64    number of groups with at least four sequential runs
+    runs        int64    fewest runs of these groups
+    mean        float64  mean correlation over these groups
+    low, high   float64  ends of the 95 % interval over runs (jackknife)
+    ==========  =======  ==========================================================================
+
+    Args:
+        policies: rows of :func:`policies`, for example those of some groups.
+    """
+    found: dict[tuple[str, str, str], list[Summary]] = {}
+    chosen = policies[(policies["protocol"] == "sequential") & policies["parameters"].notna()]
+    for (name, _), frame in chosen.groupby(["submission", "group"], sort=False):
+        losses, *predictors = _changes(frame)
+        for predictor, values in zip(("drift", "distances"), predictors, strict=True):
+            complete = (values.notna() & losses.notna()).all(axis=1)
+            if complete.sum() < FEWEST_RUNS:
+                continue
+            pair = values[complete], losses[complete]
+            for kind in ("across", "within") if values.shape[1] > 1 else ("within",):
+                rho = partial(_correlation, *pair, kind == "within")
+                if math.isfinite(rho()):
+                    estimate = _jackknife(rho, list(pair[0].index))
+                    found.setdefault((str(name), predictor, kind), []).append(estimate)
+    rows = []
+    for key, parts in found.items():
+        each = to_interval(mean_of_groups(parts))
+        rows.append((*key, len(parts), min(part.runs for part in parts), each.mean, each.low, each.high))
+    return typed(rows, PREDICTION_DTYPES)
+
+
+def _changes(frame: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
+    """Forgetting, drift and distance (runs, tasks) at the end of the sequential runs of a group."""
+    rows = []
+    for run, stages in frame.sort_values("stage").groupby("run"):
+        scores, end = stages["scores"].tolist(), stages.iloc[-1]
+        for task in range(len(scores) - 2):
+            drift, distances = (end[name] or (math.nan,) * len(scores) for name in ("drift", "distances"))
+            rows.append(
+                (run, task, scores[task + 1][task] - scores[-1][task], drift[task], distances[task + 1])
+            )
+    table = pd.DataFrame(rows, columns=["run", "task", "loss", "drift", "distances"])
+    return tuple(table.pivot(index="run", columns="task", values=name) for name in table.columns[2:])
+
+
+def _correlation(
+    first: pd.DataFrame, second: pd.DataFrame, is_within: bool, left_out: object = None
+) -> float:
+    """Spearman's ρ of two frames (runs, places) without one run: over all values, or over runs by place."""
+    parts = [each.drop(index=[left_out], errors="ignore") for each in (first, second)]
+    ranks = [(each if is_within else each.stack()).rank().to_numpy() for each in parts]
+    x, y = (each - each.mean(axis=0) for each in ranks)
+    norm = math.sqrt((x * x).sum() * (y * y).sum())
+    return float((x * y).sum() / norm) if norm else math.nan
+
+
+def _jackknife(estimate: Callable[..., float], runs: Sequence[object]) -> Summary:
+    """An estimate over runs, whose standard error is that of the pseudo-values without each of them."""
+    whole, count = estimate(), len(runs)
+    parts = [count * whole - (count - 1) * estimate(left_out=run) for run in runs]
+    return replace(summary(parts), mean=whole)
+
+
+NETWORK_DTYPES = {"submission": "str", "measure": "str", "layer": "int64", "groups": "int64", "runs": "int64"}
+NETWORK_DTYPES |= dict.fromkeys(("untrained", "first", "last", "change", "low", "high"), "float64")
+
+
+def network_changes(policies: pd.DataFrame) -> pd.DataFrame:
+    """Whether the networks of a method lose rank, saturate or grow from the first task to the last one.
+
+    ==========  =======  ==========================================================================
+    column      dtype    value
+    ==========  =======  ==========================================================================
+    submission  str      name of the submission's folder
+    measure     str      ``ranks`` or ``inactive`` of a hidden layer, or ``norms`` of any layer
+    layer       int64    number of the layer, from 1
+    groups      int64    number of groups, over which values are means
+    runs        int64    fewest sequential runs of these groups
+    untrained   float64  mean before training
+    first       float64  mean after the first task
+    last        float64  mean after the last task
+    change      float64  mean of last − first
+    low, high   float64  ends of its 95 % interval over runs; missing with one run
+    ==========  =======  ==========================================================================
+
+    Args:
+        policies: rows of :func:`policies`, for example those of some groups.
+    """
+    found: dict[tuple[str, str, int], list[pd.DataFrame]] = {}
+    chosen = policies[(policies["protocol"] == "sequential") & policies["ranks"].notna()]
+    for (name, _), frame in chosen.groupby(["submission", "group"], sort=False):
+        for measure in ("ranks", "inactive", "norms"):
+            layers = pd.DataFrame(frame[measure].tolist(), index=[frame["run"], frame["stage"]])
+            for number, layer in enumerate(layers, 1):
+                found.setdefault((str(name), measure, number), []).append(layers[layer].unstack())
+    rows = []
+    for key, groups in found.items():
+        change = mean_of_groups([summary((each.iloc[:, -1] - each[1]).tolist()) for each in groups])
+        means = (np.mean([each[stage].mean() for each in groups]) for stage in (0, 1))
+        ends = to_interval(change)
+        last = np.mean([each.iloc[:, -1].mean() for each in groups])
+        rows.append((*key, len(groups), change.runs, *means, last, ends.mean, ends.low, ends.high))
+    return typed(rows, NETWORK_DTYPES)

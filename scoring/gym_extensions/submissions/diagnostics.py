@@ -1,0 +1,68 @@
+"""Diagnostics: what the networks of a submission do on the published observations of its tasks.
+
+``gym-extensions maintain diagnostics`` computes them and writes ``diagnostics/<group>.json`` into the
+submission's folder. Loads no simulator.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from gym_extensions.catalog import states
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.documents import JsonDocument, about
+from gym_extensions.files import write_text
+from gym_extensions.submissions.layout import DIAGNOSTICS
+from gym_extensions.submissions.policies.diagnostics import Diagnosis
+from gym_extensions.submissions.run import RunDocument
+
+COMMAND = "gym-extensions maintain diagnostics"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiagnosedRun:
+    """The policies of a run."""
+
+    policies: Annotated[str, about("digest of the run's policies")]
+    diagnoses: Annotated[tuple[Diagnosis, ...], about("of each policy, by stage, in `single` by task")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnostics(JsonDocument):
+    """The diagnostics of a submission on a group."""
+
+    format: Annotated[Literal[1], about("1")] = 1
+    group: Annotated[str, about("group id")]
+    states: Annotated[int, about("version of the observations")]
+    runs: Annotated[dict[str, DiagnosedRun], about("by protocol and run, such as `sequential/run0`")]
+
+
+def run_name(document: RunDocument) -> str:
+    """The name of a run in the document of its group."""
+    return f"{document.protocol}/run{document.run}"
+
+
+def path_of(submission: Path, group: TaskGroup) -> Path:
+    """The file of a group's diagnostics in a submission's folder."""
+    return submission / DIAGNOSTICS / f"{group.name}.json"
+
+
+def write(submission: Path, group: TaskGroup, runs: Mapping[str, DiagnosedRun]) -> Path:
+    """Writes the diagnostics of a group, whole or not at all, and returns their path."""
+    path = path_of(submission, group)
+    document = Diagnostics(group=group.id, states=states.VERSION, runs=dict(runs))
+    write_text(path, document.to_json())
+    return path
+
+
+def load(submission: Path, group: TaskGroup, digests: Mapping[str, str]) -> dict[str, DiagnosedRun]:
+    """The diagnosed runs by name, as far as their policies have these digests and the observations are
+    those of this version.
+
+    Raises ``BenchError`` if the file cannot be read.
+    """
+    found = Diagnostics.load(path_of(submission, group), "bad-diagnostics", COMMAND)
+    if found is None or found.states != states.VERSION:
+        return {}
+    return {name: run for name, run in found.runs.items() if digests.get(name) == run.policies}

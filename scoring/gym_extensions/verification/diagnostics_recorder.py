@@ -1,0 +1,98 @@
+"""Computes diagnostics: stored policies on the published observations of their tasks."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_named
+from gym_extensions.catalog.protocol import task_order
+from gym_extensions.catalog.states import states
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions import diagnostics, reader
+from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
+from gym_extensions.verification import episodes, limits, verify
+
+JOB = "gym_extensions.verification.diagnostics_recorder:work"
+DIGITS = 5
+"""Significant digits of stored numbers; later ones depend on the machine's linear algebra."""
+
+
+def work(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: the diagnoses of each run of a group, or why there are none."""
+    requests = msgspec.convert(call["runs"], list[episodes.RunRequest])
+    group = GROUPS[requests[0].group]
+    observations = states(group.task_ids) or []
+    for request in requests:
+        try:
+            policies = episodes.stored_policies(request, group)
+            order = task_order(request.protocol, request.run, len(observations))
+            yield _rounded(msgspec.to_builtins(diagnose_run(policies, observations, order)))
+        except BenchError as error:
+            yield error.message
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _rounded(each) for name, each in value.items()}
+    if isinstance(value, tuple | list):
+        return [_rounded(each) for each in value]
+    return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+
+def measure_all(
+    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
+) -> Iterator[str]:
+    """Writes the diagnostics of submissions that are not up to date, or ``again``; yields a line about each.
+
+    ``names`` are those of groups; all groups with published observations if empty. A run whose policies do
+    not fit the observations gets a line that says so, and no diagnostics.
+
+    Raises:
+        BenchError: a group is unknown or its tasks have no published observations, a submission has problems,
+            or a limit was reached. What was finished before is kept.
+    """
+    wanted = [group_named(name) for name in names] or [
+        each for each in GROUPS.values() if states(each.task_ids)
+    ]
+    for group in wanted:
+        if states(group.task_ids) is None:
+            message = f"No observations of {group.name} are published."
+            raise BenchError("no-states", message, "--groups", "Run: python -m tools.environments")
+    there = [(each, group) for each in submissions for group in wanted if (each / group.name).is_dir()]
+    with ThreadPoolExecutor(jobs) as pool:
+        for lines in pool.map(lambda pair: _measure(pair[0], pair[1], fetcher, again), there):
+            yield from lines
+
+
+def _measure(submission: Path, group: TaskGroup, fetcher: Fetcher, again: bool) -> list[str]:
+    """Writes the diagnostics of one group and returns the lines about it."""
+    where, found = f"{submission.name}, {group.name}", reader.read(submission, only=[group.name])
+    found.require_no_problems()
+    runs = {
+        diagnostics.run_name(run.document): run
+        for run in verify.logged_runs(found).values()
+        if run.document.policies
+    }
+    digests = {name: run.document.policies.sha256 for name, run in runs.items() if run.document.policies}
+    known = {} if again else diagnostics.load(submission, group, digests)
+    missing = [name for name in runs if name not in known]
+    if not missing:
+        return [f"{where}: up to date."]
+    lines, call = (
+        [],
+        {"runs": [msgspec.to_builtins(runs[name].request(found, fetcher=fetcher)) for name in missing]},
+    )
+    for name, answer in zip(missing, limits.answers(JOB, call, limits.Limits()), strict=True):
+        if isinstance(answer, str):
+            lines.append(f"{where}, {name}: {answer}")
+        else:
+            diagnoses = msgspec.convert(answer, tuple[Diagnosis, ...])
+            known[name] = diagnostics.DiagnosedRun(policies=digests[name], diagnoses=diagnoses)
+    if not known:
+        return lines
+    path = diagnostics.write(submission, group, {name: known[name] for name in runs if name in known})
+    return [*lines, f"{path}: {len(known)} runs."]

@@ -1,0 +1,89 @@
+"""`maintain diagnostics` computes what is not up to date, in the process with limits, and loses nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.curation.cli import maintain
+from gym_extensions.submissions import diagnostics
+from gym_extensions.submissions.layout import DOCUMENT, run_file
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.run import read_run
+
+from .made_submissions import GROUP, change_policies, copy, honest
+
+HERE = GROUPS[GROUP]
+
+
+@pytest.fixture
+def submission(tmp_path: Path) -> Path:
+    return copy(honest(runs=2), tmp_path / "mine")
+
+
+def record(submission: Path, *options: str) -> int:
+    return maintain(["diagnostics", str(submission), "--cache", str(submission.parent / "cache"), *options])
+
+
+def test_all_policies_are_described_once(submission: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert record(submission) == 0
+    path = diagnostics.path_of(submission, HERE)
+    found = diagnostics.Diagnostics.from_json(path.read_bytes())
+    assert (found.group, found.states, list(found.runs)) == (
+        HERE.id,
+        1,
+        ["sequential/run0", "sequential/run1"],
+    )
+    (first, *_, last) = found.runs["sequential/run1"].diagnoses
+    assert (first.parameters, len(first.norms or ()), len(last.distances or ())) == (66, 1, 2)
+    written = path.read_bytes()
+    assert record(submission) == 0
+    assert f"mine, {GROUP}: up to date." in capsys.readouterr().out
+    assert record(submission, "--again", "--groups", GROUP) == 0
+    assert path.read_bytes() == written
+
+
+def test_other_policies_are_described_again(submission: Path) -> None:
+    assert record(submission) == 0
+    path = diagnostics.path_of(submission, HERE)
+    written = path.read_bytes()
+    change_policies(submission, lambda stored: stored.update({(0, None): stored[2, None]}))
+    digests = {f"sequential/run{run}": read_policies_digest(submission, run) for run in (0, 1)}
+    assert diagnostics.load(submission, HERE, digests) == {}
+    assert record(submission) == 0
+    assert len(diagnostics.load(submission, HERE, digests)) == 2
+    assert path.read_bytes() != written
+
+
+def read_policies_digest(submission: Path, run: int) -> str:
+    policies = read_run(submission / run_file(GROUP, "sequential", run, DOCUMENT)).policies
+    assert policies is not None
+    return policies.sha256
+
+
+def test_a_policy_that_does_not_fit_the_observations_loses_nothing_else(
+    submission: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = Policy(
+        action_offset=np.zeros(3), action_scale=np.ones(3), weights=(np.ones((5, 3)),), biases=(np.ones(3),)
+    )
+
+    def change(stored: dict[object, object]) -> None:
+        stored[1, None] = small
+
+    change_policies(submission, change)  # type: ignore[arg-type]
+    assert record(submission) == 0
+    shown = capsys.readouterr().out
+    assert (
+        f"mine, {GROUP}, sequential/run0: The observations have 21 values; the policy has 5 inputs." in shown
+    )
+
+
+def test_a_group_without_observations_is_refused(
+    submission: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert record(submission, "--groups", "nav-image") == 2
+    assert "No observations of nav-image are published." in capsys.readouterr().err
