@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
     add = command.add_argument
     protocols, budgets = ", ".join(PROTOCOLS), ", ".join(BUDGETS)
     groups = "comma-separated: names of groups, core (its seven groups), or TOML files of custom groups"
-    add("agent", help=f"{', '.join(algorithms.names())}, or module:factory")
+    add("agent", help=f"{', '.join(algorithms.names())}, path/to/agent.py:factory, or module:factory")
     add("--groups", required=True, help=groups)
     add("--protocol", default="sequential", help=f"comma-separated: {protocols} (default: %(default)s)")
     add("--budget", default=STANDARD_BUDGET, help=f"steps per task: {budgets} (default: %(default)s)")
@@ -45,8 +45,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help="your name, if you donate these runs to a submission of others",
     )
-    box = "run the agent in a box without network and files; it may be path/to/agent.py:factory"
-    add("--isolated", action="store_true", help=box)
+    add("--isolated", action="store_true", help="run the agent in a box without network and files")
     seeds = "a text from which the seeds of training follow, as those of runs that the project trained"
     add("--seeds", default="", metavar="TEXT", help=seeds)
     add("--quiet", action="store_true", help="do not show the progress")

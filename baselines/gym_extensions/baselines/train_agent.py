@@ -45,7 +45,8 @@ def train(
     as soon as its jobs are finished. A job that fails does not stop the others.
 
     Args:
-        agent: the name of a reference agent, ``"module:factory"``, or a factory.
+        agent: the name of a reference agent, ``"path/to/agent.py:factory"``, ``"module:factory"``, or a
+            factory.
         groups: a task group or several: names of published groups, ``"core"``, TOML files of custom
             groups, or :class:`gym_extensions.envs.TaskGroup` objects.
         protocols: ``"sequential"``, ``"single"`` or another one (docs/concepts.md), or several.
@@ -192,7 +193,10 @@ def command_of(pending: runner.PendingJob) -> str:
     options = ["--isolated"] if isinstance(agent, IsolatedAgent) else []
     if isinstance(agent, IsolatedAgent):
         agent = agent.written
-    elif not isinstance(agent, str):
+    elif isinstance(agent, str):
+        path, attribute = algorithms.place_of(agent)
+        agent = f"{path.name}:{attribute}" if path else agent
+    else:
         module, name = getattr(agent, "__module__", ""), getattr(agent, "__qualname__", "")
         if module == "__main__":  # the agent's script; a notebook has none
             module = Path(getattr(sys.modules[module], "__file__", None) or "").stem

@@ -2,6 +2,7 @@
 
 import copy
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,20 @@ def make(observation_space: Any, action_space: Any, seed: int) -> Any:
 )
 def test_an_agent_without_a_card_is_named_after_its_factory_or_module(agent: Any, name: str) -> None:
     assert algorithms.name_of(agent) == name
+
+
+def test_an_agent_may_be_named_by_its_file(tmp_path: Path) -> None:
+    for folder in ("one", "other"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "climber_file.py").write_text("def make(*spaces_and_seed):\n    return None\n")
+    agent = f"{tmp_path}/one/climber_file.py:make"
+    assert algorithms.factory(agent).__module__ == algorithms.name_of(agent) == "climber_file"
+    for path, message in (
+        ("other/climber_file.py", "Python has another module 'climber_file'"),
+        ("none.py", "There is no file"),
+    ):
+        with pytest.raises(BenchError, match=message):
+            algorithms.factory(f"{tmp_path}/{path}:make")
 
 
 @pytest.mark.parametrize("name", ["trpo", "trpo-2017", "zero"])

@@ -100,10 +100,8 @@ class TestNames:
             Path(path).write_text("raise SystemExit('the world imports no file of a stranger')")
         names = ("mine.py:make", "mine.py:Agent", "deep/other.py:make", "deep:make", "trpo")
         agents = [IsolatedAgent(name) for name in names]
-        deep = tmp_path / "deep"
-        assert [agent.path for agent in agents] == [
-            *(Path("mine.py"), Path("mine.py"), Path("deep/other.py"), deep, None)
-        ]
+        mine, deep = tmp_path / "mine.py", tmp_path / "deep"
+        assert [agent.path for agent in agents] == [mine, mine, deep / "other.py", deep, None]
         assert [agent.__name__ for agent in agents] == ["mine", "Agent", "other", "deep", "trpo"]
         monkeypatch.chdir("deep")
         assert IsolatedAgent("__init__.py:make").path == deep

@@ -50,28 +50,48 @@ def names() -> list[str]:
     return sorted({*SHARED_MODULES, *(name.replace("_", "-") for name in modules)})
 
 
+def place_of(agent: str) -> tuple[Path | None, str]:
+    """The file, or folder of a package, of an agent that is named by its path, and the part after the colon.
+
+    The path is None for the name of a reference agent and for ``module:attribute``. Raises ``BenchError`` if
+    there is no such file.
+    """
+    place, colon, attribute = agent.rpartition(":")
+    path = Path(place)
+    if not colon or not (path.suffix == ".py" or path.is_dir() or "/" in place):
+        return None, attribute
+    path = path.parent if path.name == "__init__.py" else path
+    if not (path / "__init__.py" if path.is_dir() else path).is_file():
+        hint = "Name a file and its factory, such as path/to/agent.py:make."
+        raise BenchError("unknown-agent", f"There is no file {path}.", agent, hint)
+    return path.resolve(), attribute
+
+
 def factory(agent: str | Factory) -> Factory:
-    """The factory of a reference agent's name (``"trpo"``), of ``"module:attribute"``, or a factory itself.
+    """The factory of a reference agent's name (``"trpo"``), of ``"path/to/agent.py:attribute"``, of
+    ``"module:attribute"``, or a factory itself.
 
     Raises:
-        BenchError: an unknown agent, module or attribute, a path in place of a module, or the agent needs an
-            extra that is not installed.
+        BenchError: an unknown agent, file, module or attribute, or the agent needs an extra that is not
+            installed.
     """
     if not isinstance(agent, str):
         return agent
-    module_name, colon, attribute = agent.partition(":")
-    if not colon:
+    path, attribute = place_of(agent)
+    if ":" in agent:
+        module_name = path.stem if path else agent.rpartition(":")[0]
+        if not all(part.isidentifier() for part in module_name.split(".")):
+            hint = "Name its file, such as path/to/agent.py:make."
+            raise BenchError("unknown-agent", f"{module_name!r} is not the name of a module.", agent, hint)
+        folder = str(path.parent if path else Path.cwd())
+        if folder not in sys.path:
+            sys.path.insert(0, folder)
+    else:
         if agent not in names():
-            hint = did_you_mean(agent, names()) + " Name your own agent as module:factory."
+            hint = did_you_mean(agent, names()) + " Name your own agent as path/to/agent.py:factory."
             raise BenchError("unknown-agent", f"Unknown agent {agent!r}.", hint=hint.strip())
         home = SHARED_MODULES.get(agent, f"{agent.replace('-', '_')}:make")
         module_name, _, attribute = f"{__name__}.{home}".partition(":")
-    elif not all(part.isidentifier() for part in module_name.split(".")):
-        stem = Path(module_name).stem if Path(module_name).stem.isidentifier() else "module"
-        hint = f"Name it as Python imports it, such as {stem}:{attribute}."
-        raise BenchError("unknown-agent", f"{module_name!r} is not the name of a module.", agent, hint)
-    elif str(Path.cwd()) not in sys.path:
-        sys.path.insert(0, str(Path.cwd()))
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as missing:
@@ -79,8 +99,11 @@ def factory(agent: str | Factory) -> Factory:
             raise BenchError("missing-extra", f"{agent} needs {extra[0]}.", hint=extra[1]) from missing
         if missing.name is None or not f"{module_name}.".startswith(f"{missing.name}."):
             raise
-        hint = "Run the command in the folder of the module, or install the module."
+        hint = "Run the command in the folder of the module, or name its file: path/to/agent.py:factory."
         raise BenchError("unknown-agent", f"Module {module_name!r} was not found.", hint=hint) from missing
+    if path and Path(module.__file__ or "").resolve() not in (path, path / "__init__.py"):
+        message = f"Python has another module {module_name!r}: {module.__file__}."
+        raise BenchError("unknown-agent", message, agent, "Rename the file.")
     make: Factory | None = getattr(module, attribute, None)
     if not callable(make):
         choices = [name for name, value in vars(module).items() if callable(value)]
@@ -92,7 +115,9 @@ def factory(agent: str | Factory) -> Factory:
 def name_of(agent: str | Factory) -> str:
     """The name of an agent without a card: its factory's, or its module's if the factory is ``make``."""
     if isinstance(agent, str):
-        module, _, attribute = agent.partition(":")
+        path, attribute = place_of(agent)
+        module = path.stem if path else agent.rpartition(":")[0]
+        attribute = attribute if ":" in agent else agent
     else:
         module = getattr(agent, "__module__", type(agent).__module__)
         attribute = getattr(agent, "__name__", type(agent).__name__)

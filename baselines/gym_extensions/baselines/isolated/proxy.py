@@ -44,20 +44,12 @@ class IsolatedAgent:
 
     def __init__(self, name: str, limits: Limits = DEFAULTS) -> None:
         self.limits = limits
-        self.path: Path | None = None  # of an agent of this project
-        place, colon, self.attribute = name.rpartition(":")
-        if colon:
-            file = Path(place, "__init__.py") if Path(place).is_dir() else Path(place)
-            # A package is mounted whole.
-            self.path = file.resolve().parent if file.name == "__init__.py" else file
-            if not file.is_file():
-                hint = "Name a file and its factory, such as path/to/agent.py:make."
-                raise BenchError("unknown-agent", f"There is no file {file}.", name, hint)
-        elif name not in algorithms.names():
-            algorithms.factory(name)  # says which names there are
-        module, stem = (f"{self.path.name}:", f"{self.path.stem}:") if self.path else ("", "")
-        self.written = f"{module}{self.attribute}"  # in the commands of runs
-        self.__name__ = algorithms.name_of(f"{stem}{self.attribute}")
+        self.path, self.attribute = algorithms.place_of(name)  # a package is mounted whole
+        if self.path is None and name not in algorithms.names():
+            hint = "Name a file and its factory, such as path/to/agent.py:make."
+            raise BenchError("unknown-agent", "It is no file and no agent of this project.", name, hint)
+        self.written = f"{self.path.name}:{self.attribute}" if self.path else name  # in the commands of runs
+        self.__name__ = algorithms.name_of(name)
 
     def __call__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int) -> Proxy:
         box = Box(self.__name__, self.path, self.limits)
