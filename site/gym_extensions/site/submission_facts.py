@@ -68,7 +68,7 @@ def checked(card: Scorecard) -> str:
     if episodes:
         text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
     if card.arithmetic == 1:
-        text += " in the first arithmetic, on the kind of processor that logged them"
+        text += " on the type of processor that logged them (first arithmetic)"
     if episodes > repeated:
         text += f", the other {grouped(episodes - repeated)} differ"
     again = any(found.retrained for found in passed)

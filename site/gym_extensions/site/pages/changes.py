@@ -44,15 +44,19 @@ def changes(site: Leaderboard) -> list[Change]:
             total = totals.setdefault((part.date, "verified" if part.passed else "not verified"), Counter())
             total.update(runs=part.runs, repeated=part.repeated, episodes=part.episodes)
         for key, total in totals.items():
-            repeated = f"{grouped(total['repeated'])} of {grouped(total['episodes'])} episodes repeated."
-            found[key] = [f"{count(total['runs'], 'run')}, {repeated}"]
+            text = count(total["runs"], "run")
+            if total["episodes"]:
+                text += f", {grouped(total['repeated'])} of {grouped(total['episodes'])} episodes repeated"
+            found[key] = [f"{text}."]
         for (date, kind), texts in found.items():
             rows.append(Change(date, card.name, kind, " ".join(texts), card.title))
     return sorted(rows, reverse=True)
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
-    """The page and the feed."""
-    rows = changes(site)
-    yield "changes.html", render("changes.html", "changes.html", changes=rows[:MOST], total=len(rows))
+    """The page, on which what is said of several submissions on a day is said once, and the feed."""
+    rows, merged = changes(site), dict[tuple[str, str, str], list[Change]]()
+    for row in rows[:MOST]:
+        merged.setdefault((row.date, row.kind, row.text), []).append(row)
+    yield "changes.html", render("changes.html", "changes.html", merged=merged, shown=MOST, total=len(rows))
     yield paths.FEED, render("feed.xml", paths.FEED, changes=rows[:MOST])

@@ -285,7 +285,9 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         "submissions": len(site.submissions),
         "simulator": render.simulator,
         "groups": listed,
-        "landscapes": {each.group: each.id for each in reversed(site.boards) if render.landscapes.rows(each)},
+        "landscapes": [
+            board for each in listed if (board := next(filter(render.landscapes.rows, each.boards), None))
+        ],
     }
     for page in ("index.html", "groups.html", "core.html"):
         yield page, render(page, page, **values)
