@@ -35,7 +35,7 @@ def test_submissions_are_built_into_the_folder_site_by_default(
     page = folder / "_site" / "boards" / "hopper-gravity-v0-sequential-100k.html"
     # 50 + mean(0 … 19) / 7 + run, over 100: .5136 and .5236; 12.706 · .00707 / √2 = .0635 on both sides.
     rows = page.read_text(encoding="utf-8").split("<tr")
-    assert sum("<td>0.519 ±0.064<td>" in row for row in rows) == 2  # one row per submission
+    assert sum(">0.519 ±0.064</a><td>" in row for row in rows) == 2  # one row per submission
     assert "Alpha" in page.read_text(encoding="utf-8")
     assert "Beta" in page.read_text(encoding="utf-8")
 

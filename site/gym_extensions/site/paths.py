@@ -91,6 +91,11 @@ def submission_file(name: str, file: str) -> str:
     return f"submissions/{slug(name)}/{file}"
 
 
+def number_file(name: str, *board: str) -> str:
+    """What the numbers of a submission open: on a board, by group, protocol and budget, or on the core."""
+    return submission_file(name, f"{slug('-'.join(board).lower() or 'core')}.js")
+
+
 @dataclass(frozen=True)
 class Source:
     """Where the data of a site is from. Each fact may be empty."""

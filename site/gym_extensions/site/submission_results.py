@@ -15,6 +15,7 @@ from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, Metric
 from gym_extensions.references import experts
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, Scorecard, SuiteScore, TaskChange
+from gym_extensions.site import paths
 from gym_extensions.site.text import count, digits_for, fixed, variation
 
 SEQUENTIAL = "sequential"
@@ -163,6 +164,12 @@ def separate_groups(card: Scorecard) -> tuple[str, ...]:
     """The groups whose results have a page of their own: all, if there are several."""
     groups = tuple(dict.fromkeys(result.group for result in results_of(card.groups)))
     return groups if len(groups) > 1 else ()
+
+
+def page_of(card: Scorecard, group: str) -> str:
+    """The page with the results of a submission on a group; of a suite, its own page."""
+    is_apart = group in separate_groups(card)
+    return paths.results_path(card.name, group) if is_apart else paths.submission_path(card.name)
 
 
 def origins(submission: str, result: SubmissionResult) -> tuple[experts.Origin, ...]:

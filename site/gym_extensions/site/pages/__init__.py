@@ -14,7 +14,7 @@ from gym_extensions.metrics import compute
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages import changes, compare, data, groups, overview, submissions, tasks
+from gym_extensions.site.pages import changes, compare, data, groups, numbers, overview, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION
@@ -92,6 +92,7 @@ PAGES = (
     Page("Data", "data.html", data.publish, data.publish_submission, in_footer=True),
     Page("Changes", "changes.html", changes.publish, in_footer=True),
     Page("Speed", doc=f"{DOCS}speed.html", in_footer=True),
+    Page("Numbers", publish=numbers.publish),
     Page("Search", publish=_found_and_lost),
     Page("Pictures", publish=tasks.publish_pictures),
 )

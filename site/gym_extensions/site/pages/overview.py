@@ -286,7 +286,7 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         "simulator": render.simulator,
         "groups": listed,
         "landscapes": [
-            board for each in listed if (board := next(filter(render.landscapes.rows, each.boards), None))
+            first for each in listed if (first := next(filter(render.landscapes.rows, each.boards), None))
         ],
     }
     for page in ("index.html", "groups.html", "core.html"):

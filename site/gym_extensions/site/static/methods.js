@@ -86,9 +86,21 @@
       update({ ticked: box.checked ? [...others, element.dataset.name].slice(-SIDES.length) : others });
     });
     element.cells[0].append(" ", make("label", { className: "pick" }, box));
+    // A number opens what is behind it: the first text of its cell becomes a link, as on all pages.
+    element.dataset.number = link.getAttribute("href").replace(/\.html$/, "/core.js");
+    const opener = (text, name) => {
+      const made = make("a", { className: "n", href: link.href }, text);
+      made.dataset.of = name;
+      return made;
+    };
+    for (const key of ["kept", "forgotten", "minutes", "tuning"]) {
+      const text = key === "kept" && shift ? null : cell(key).querySelector("b") || cell(key).firstChild;
+      if (text && /\d/.test(text.textContent)) text.replaceWith(opener(text.cloneNode(true), metrics[0]));
+    }
+    shown.forEach((each, place) => { if (!each.firstElementChild && each.textContent.trim() !== "\u2013") each.replaceChildren(opener(each.textContent, groups[place])); });
     const texts = shown.map(({ className, innerHTML }) => [className, innerHTML]);
     const rank = cell("rank"), kept = shift ? null : cell("kept"), first = { rank: rank.firstChild.data, html: kept?.innerHTML, kept: values.kept };
-    return { element, order, name: element.dataset.name, numbers, shown, texts, values, box, rank, kept, first };
+    return { element, order, name: element.dataset.name, numbers, shown, texts, opener, values, box, rank, kept, first };
   }
   const lists = [...table.tBodies].filter((body) => body.dataset.list).map((body) => ({
     body, key: body.dataset.list, rows: [...body.rows].filter((row) => row.dataset.name).map(rowOf), total: Number(body.dataset.rows),
@@ -168,7 +180,7 @@
     row.shown.forEach((cell, place) => {
       const value = row.numbers[metric][place], [kind, html] = row.texts[place], isOther = metric && value !== null;
       cell.className = isOther ? `cell ${value * cold > 0 ? "cold" : ""} h${Math.min(10, Math.round(10 * Math.abs(value)))}` : kind;
-      if (isOther) cell.textContent = fixed(value);
+      if (isOther) cell.replaceChildren(row.opener(fixed(value), groups[place]));
       else cell.innerHTML = html;
       cell.classList.toggle("left-out", !chosen.includes(place));
     });

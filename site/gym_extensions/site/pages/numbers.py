@@ -1,0 +1,77 @@
+"""What a number opens: its runs, interval and test, the files behind it, and the command that prints it.
+
+A script per submission and board hands it to ``static/numbers.js``, because a page in a file cannot read
+HTML. Without that script a number is a link to the results of its submission.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.ranking.boards import BoardRow, CoreBoard, CoreRow
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.core_score import core_logs
+from gym_extensions.site import board_views, paths
+from gym_extensions.site.pages import core
+from gym_extensions.site.pages.page import File, Render
+from gym_extensions.site.submission_results import SEQUENTIAL
+from gym_extensions.site.text import fixed, interval, p_value
+from gym_extensions.submissions.layout import POSES
+
+
+def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
+    """The scripts of the rows of the boards, then of those of the core."""
+    tests: dict[tuple[str, str, str], dict[str, str]] = {}  # by protocol, budget and name, then by group
+    for view in site.boards:
+        for row in view.rows:
+            path = paths.number_file(row.card.name, view.group, view.protocol, view.budget)
+            test = tested(row.submission, view.titles)
+            tests.setdefault((view.protocol, view.budget, row.card.name), {})[view.group] = test
+            metrics = {name: row.result.metric(name) for name in view.columns}
+            values = {"board": view, "row": row, "test": test, "values": metrics}
+            yield _script("numbers-board.html", path, row.card, render, **values)
+    if board := site.scored.core:
+        cards = {card.name: card for card in site.submissions}
+        for each in board.rows:
+            on_groups = tests.get((SEQUENTIAL, board.budget, each.name), {})
+            values = {"row": each, "runs": first_runs(each, cards[each.name]), "tests": on_groups}
+            values |= {"verdicts": verdicts(each, board)}
+            yield _script(
+                "numbers-core.html", paths.number_file(each.name), cards[each.name], render, **values
+            )
+
+
+def _script(template: str, path: str, card: Scorecard, render: Render, **values: object) -> File:
+    folder = render.folders.get(card.name)
+    watched = {file.stem for file in (folder / POSES).glob("*.json")} if folder else set()
+    markup = render(template, path, card=card, core=core, watched=watched, **values)
+    return path, f"openNumber({json.dumps(path)},{json.dumps(markup)});\n"
+
+
+def first_runs(row: CoreRow, card: Scorecard) -> dict[str, MetricValue]:
+    """The score on each group of the core with the runs that are compared."""
+    logs = core_logs(card)
+    return {
+        name: MetricValue(each.mean, each.low, each.high, logs[name].metrics[core.FINAL].runs[: each.runs])
+        for name, each in row.groups.items()
+    }
+
+
+def tested(row: BoardRow, titles: Mapping[str, str]) -> str:
+    """How the score of a row compares with the first of its board, or of the first with the next one."""
+    if (other := row.vs_leader or row.vs_next) is None:
+        return row.why or "The only one ranked."
+    word = "below" if row.vs_leader else "above"
+    said = f"significantly {word}" if other.separated else f"not significantly {word}"
+    ends = f" ({interval(*other.difference.ends)})" if other.difference.ends else ""
+    return f"{said} {titles[other.name]}: difference {fixed(other.difference.mean)}{ends}"
+
+
+def verdicts(row: CoreRow, board: CoreBoard) -> dict[str, list[str]]:
+    """The other ranked methods by the verdict on the core score, each with its p value."""
+    found: dict[str, list[str]] = {}
+    for other in board.rows:
+        if pair := board.pair(core.FINAL, row.name, other.name):
+            p = p_value(pair.p_value)
+            found.setdefault(pair.verdict, []).append(f"{other.title} (p {p if p[0] == '<' else f'= {p}'})")
+    return found

@@ -1,0 +1,64 @@
+"""What a number opens: interval, runs, test, command and links of a row of a board, and of the core."""
+
+import json
+import posixpath
+from typing import Any
+
+import pytest
+
+from gym_extensions.site.paths import number_file
+
+from ..browser import Reader, files
+from .test_core import GROUPS, method
+
+BOARD = number_file("agile", "hopper-gravity-v0", "sequential", "100k")
+
+
+def opened(texts: dict[str, str], path: str) -> Reader:
+    """The markup that a script hands over."""
+    call = texts[path].removeprefix("openNumber(").removesuffix(");\n")
+    file, markup = json.loads(f"[{call}]")
+    assert file == path
+    return Reader(markup)
+
+
+def names(found: Reader) -> list[str]:
+    """The rows, one of which is marked."""
+    return [each["data-number-of"] for _, each in found.elements if "data-number-of" in each]
+
+
+def test_a_number_of_a_board_opens_its_runs_its_test_and_the_command(document: dict[str, Any]) -> None:
+    found = opened(dict(files(document)), BOARD)
+    assert found.errors == []
+    assert "gym-extensions score submissions/agile --group hopper-gravity" in found.text
+    assert "hopper-gravity, Sequential, 100k (quick): 5 runs (0, 1, 2, 3, 4)" in found.text
+    rows = names(found)
+    assert rows[:3] == ["Kept", "Learned", "Forgotten"]
+    dots = [each for each, attributes in found.elements if attributes.get("class") == "run"]
+    assert len(dots) == 5 * len(rows)
+
+
+def test_a_number_of_the_core_opens_every_group_with_the_compared_runs(document: dict[str, Any]) -> None:
+    document["submissions"] = [method("keeper", 0.8, 0.98), method("loser", 0.8, 0.5)]
+    found = opened(dict(files(document)), number_file("loser"))
+    assert found.errors == []
+    assert "gym-extensions score submissions/loser --group core" in found.text
+    assert names(found) == ["Kept", *GROUPS]
+    assert "significantly below Keeper: difference" in found.text
+    assert "Significant difference over the core" in found.text
+    assert "Keeper (p " in found.text
+
+
+@pytest.mark.parametrize("page", ["groups/hopper-gravity-v0.html", "submissions/agile.html"])
+def test_links_of_what_opens_lead_to_pages_and_the_page_names_its_script(
+    document: dict[str, Any], page: str
+) -> None:
+    texts = dict(files(document))
+    assert f'data-number="{BOARD}"' in texts[page]
+    for path in (path for path in texts if texts[path].startswith("openNumber(")):
+        for tag, attributes in opened(texts, path).elements:
+            target, _, anchor = attributes.get("href", "").partition("#")
+            if tag == "a":
+                file = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
+                assert file in texts, f"{path} links to {target}"
+                assert not anchor or f'id="{anchor}"' in texts[file], f"{path} links to #{anchor}"
