@@ -25,6 +25,7 @@ from gym_extensions.curation import pull_request_rules
 from gym_extensions.documents import json_schema
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.metrics.formulas import METRICS, NEEDS
+from gym_extensions.results.frames import columns_of
 from gym_extensions.site.pages.data import DOCUMENTS
 from gym_extensions.submissions import rules
 from gym_extensions.submissions.problem import Scope
@@ -87,14 +88,6 @@ def key_rows(definition: dict[str, Any], definitions: dict[str, Any]) -> list[li
     return rows
 
 
-def column_rows(name: str) -> list[list[str]]:
-    """The rows (column, dtype, value) of the table in the docstring of a function of ``results``."""
-    docstring = (inspect.getdoc(getattr(results, name)) or "").replace("``", "`")
-    text = re.split(r"^=+(?: +=+)+$\n", docstring, flags=re.MULTILINE)[2]
-    rows = [re.split(r" {2,}", line, maxsplit=2) for line in text.splitlines()]
-    return [[column.strip("`"), *others] for column, *others in rows]
-
-
 def variation_rows() -> list[list[str]]:
     """The name in TOML files, arguments, summary and bodies of every variation."""
     rows = []
@@ -132,7 +125,8 @@ def tables() -> dict[str, str]:
         found |= {f"keys {name}": table(("key", "value"), rows) for name, rows in keys.items()}
     for name in results.__all__:
         if "  =====" in (getattr(results, name).__doc__ or ""):
-            rows = [[f"`{column}`", *others] for column, *others in column_rows(name)]
+            columns = columns_of(getattr(results, name))
+            rows = [[f"`{column}`", *others] for column, *others in columns]
             found[f"columns {name}"] = table(("column", "dtype", "value"), rows)
     return found
 

@@ -2,21 +2,28 @@
 
 import hashlib
 import json
+import math
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
 
-from gym_extensions.export import cli, hugging_face
+from gym_extensions import policies
+from gym_extensions.errors import BenchError
+from gym_extensions.export import cli, hugging_face, zoo as zoo_export
 from gym_extensions.references import experts
 from gym_extensions.results.frames import EPISODE_DTYPES
 from gym_extensions.scoring.pipeline import make_scorer
+from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.review import Decision, Review, write_review
 
 SUBMISSION = Path(__file__).resolve().parents[2] / "submissions" / "trpo"
+LAYERS = {"weights": "weight", "biases": "bias"}
 GROUP, GROUP_ID = "hopper-wall", "hopper-wall-v0"
 
 
@@ -95,3 +102,70 @@ def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     with pytest.raises(OSError, match="no space"):
         cli.main(["hugging-face", str(SUBMISSION), "--out", str(tmp_path / "out")])
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def zoo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The data set of the policies of one group."""
+    pytest.importorskip("pyarrow")
+    out = tmp_path_factory.mktemp("zoo") / "zoo"
+    stored = [str(SUBMISSION.parent / name) for name in ("packnet", "sac")]
+    assert cli.main(["zoo", *stored, "--group", "hopper-gravity", "--out", str(out)]) == 0
+    return out
+
+
+@pytest.mark.committed
+def test_the_weights_of_the_zoo_make_its_policies_again(zoo: Path) -> None:
+    frame = pd.read_parquet(zoo / "policies.parquet")
+    weights = pd.read_parquet(zoo / "weights.parquet").set_index("sha256")["values"]
+    assert set(frame["weights"]) == set(weights.index)
+    observations = np.random.default_rng(0).normal(size=(3, 11))
+    for name, stage in (("packnet", 5), ("sac", 3)):
+        (row,) = frame.query("submission == @name and stage == @stage and run == 4").to_dict("records")
+        network, vector = json.loads(row["network"]), weights[row["weights"]]
+        assert hashlib.sha256(vector.tobytes()).hexdigest() == row["weights"]
+        shapes = network.pop("shapes")
+        parts = np.split(vector, np.cumsum([math.prod(shape) for shape in shapes.values()])[:-1])
+        named = {key: part.reshape(shape) for (key, shape), part in zip(shapes.items(), parts, strict=True)}
+        layers = {each: tuple(named.pop(f"{kind}_{i}") for i in range(3)) for each, kind in LAYERS.items()}
+        fields: dict[str, Any] = network | named | layers
+        again = Policy(**fields)
+        policy = policies.load(SUBMISSION.parent / name, "hopper-gravity", run=4, stage=stage)
+        assert again.act(observations, task=2) == pytest.approx(policy.act(observations, task=2), abs=1e-6)
+
+
+@pytest.mark.committed
+def test_every_run_of_the_zoo_is_in_one_split_and_every_return_is_a_row(zoo: Path) -> None:
+    frame, returns = (pd.read_parquet(zoo / f"{name}.parquet") for name in ("policies", "returns"))
+    runs = frame.groupby(["run"])["split"].unique().map(list).to_dict()
+    assert [runs[run] for run in range(5)] == [["train"]] * 3 + [["validation"], ["test"]]
+    keys = ["submission", "run", "stage"]
+    listed = frame.set_index(keys)["returns"].map(list).to_dict()
+    assert returns.groupby(keys)["return"].apply(list).to_dict() == listed
+    assert len(returns) == 5 * len(frame)
+
+
+@pytest.mark.committed
+def test_the_zoo_has_a_card_and_croissant_with_fields_for_responsible_ai(zoo: Path) -> None:
+    metadata = json.loads((zoo / "croissant.json").read_text("utf-8"))
+    assert {"rai:dataUseCases", "rai:dataLimitations", "rai:dataBiases"} < metadata.keys()
+    card = (zoo / "README.md").read_text("utf-8")
+    for table in metadata["distribution"]:
+        frame = pd.read_parquet(zoo / table["contentUrl"])
+        (records,) = (each for each in metadata["recordSet"] if f"{each['name']}.parquet" == table["name"])
+        assert [field["name"] for field in records["field"]] == list(frame)
+        assert all(f"| `{name}` |" in card for name in frame)
+    assert metadata["rai:dataLimitations"] in card
+    mlcroissant = pytest.importorskip("mlcroissant")
+    dataset = mlcroissant.Dataset(zoo / "croissant.json")
+    assert not dataset.metadata.issues.errors | dataset.metadata.issues.warnings
+
+
+def test_without_pyarrow_the_zoo_says_what_to_install(
+    make_submission: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(BenchError, match=r"gym-extensions\[parquet\]"):
+        zoo_export.write_zoo(tmp_path, [make_submission()])
+    with pytest.raises(BenchError, match="There are no policies"):
+        zoo_export.write_zoo(tmp_path, [make_submission(name="other", policies=False)])

@@ -7,8 +7,8 @@ import pytest
 
 from gym_extensions import results
 from gym_extensions.metrics.formulas import BOARD_METRICS
+from gym_extensions.results.frames import columns_of
 from gym_extensions.scoring.output.board_frames import TEXT
-from tools.docs import column_rows
 
 
 def installed(dtype: str) -> str:
@@ -17,19 +17,17 @@ def installed(dtype: str) -> str:
 
 
 @pytest.mark.parametrize("name", ["episodes", "curves", "evaluations", "metrics"])
-def test_the_documented_columns_are_those_of_the_frame(
-    name: str, make_submission: Callable[..., Path]
-) -> None:
+def test_the_columns_of_are_those_of_the_frame(name: str, make_submission: Callable[..., Path]) -> None:
     frame = getattr(results, name)(make_submission(curves=12))
-    documented = [(column, installed(dtype)) for column, dtype, _ in column_rows(name)]
+    documented = [(column, installed(dtype)) for column, dtype, _ in columns_of(getattr(results, name))]
     assert documented == [(column, str(dtype)) for column, dtype in frame.dtypes.items()]
 
 
 @pytest.mark.parametrize("protocol", BOARD_METRICS)
-def test_the_documented_columns_of_a_board_are_repeated_per_metric(
+def test_the_columns_of_of_a_board_are_repeated_per_metric(
     protocol: str, make_submission: Callable[..., Path]
 ) -> None:
-    *first, mean, low, high = ((column, installed(dtype)) for column, dtype, _ in column_rows("board"))
+    *first, mean, low, high = ((column, installed(dtype)) for column, dtype, _ in columns_of(results.board))
     frame = results.board("hopper-gravity", make_submission(), protocol, "smoke")
     expected = [
         (column.replace("METRIC", metric.name), dtype)

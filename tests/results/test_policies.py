@@ -15,8 +15,8 @@ from scipy import stats
 
 from gym_extensions import results
 from gym_extensions.catalog.groups import group
+from gym_extensions.results.frames import columns_of
 from gym_extensions.scoring.output.board_frames import TEXT
-from tools.docs import column_rows
 
 Array = NDArray[np.float64]
 Write = Callable[..., Path]
@@ -30,7 +30,7 @@ def test_every_policy_is_a_row_with_its_returns_on_every_task(make_submission: W
     frame = results.policies(submission)
     found = [(column, str(dtype)) for column, dtype in frame.dtypes.items()]
     assert found == [
-        (column, TEXT if dtype == "str" else dtype) for column, dtype, _ in column_rows("policies")
+        (column, TEXT if dtype == "str" else dtype) for column, dtype, _ in columns_of(results.policies)
     ]
     counts = {"sequential": 12, "single": 10, "joint": 2, "cumulative": 2, "descending": 12}
     assert frame["protocol"].value_counts().to_dict() == counts

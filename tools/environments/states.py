@@ -1,7 +1,5 @@
 """Records the observations on which networks are compared (``gym_extensions.catalog.states``)."""
 
-from __future__ import annotations
-
 from contextlib import closing
 from typing import Any
 

@@ -8,6 +8,10 @@ from pathlib import Path
 
 from gym_extensions.errors import BenchError, reports_mistakes, working
 
+FORMATS = {
+    "hugging-face": "policies with model cards, and episodes as a dataset with Croissant metadata",
+    "zoo": "policies as one dataset in Parquet: returns, diagnostics and weights, with Croissant metadata",
+}
 EPILOG = "Nothing is sent anywhere: upload the folder yourself."
 
 
@@ -19,18 +23,15 @@ def parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
     )
     formats = command.add_subparsers(dest="format", required=True, metavar="FORMAT")
-    hugging_face = formats.add_parser(
-        "hugging-face",
-        help="policies with model cards, and episodes as a dataset with Croissant metadata",
-        epilog=EPILOG,
-    )
-    add = hugging_face.add_argument
-    help_ = "a submission, or a folder of submissions"
-    add("submissions", nargs="*", type=Path, metavar="SUBMISSION", help=help_)
-    help_ = "only this group; may be repeated (default: all)"
-    add("--group", action="append", default=[], metavar="NAME", help=help_)
-    add("--experts", action="store_true", help="also the experts of this version")
-    add("--out", required=True, type=Path, metavar="DIR", help="the new folder")
+    for name, text in FORMATS.items():
+        part = formats.add_parser(name, help=text, epilog=EPILOG)
+        add, help_ = part.add_argument, "a submission, or a folder of submissions"
+        add("submissions", nargs="*", type=Path, metavar="SUBMISSION", help=help_)
+        help_ = "only this group; may be repeated (default: all)"
+        add("--group", action="append", default=[], metavar="NAME", help=help_)
+        if name == "hugging-face":
+            add("--experts", action="store_true", help="also the experts of this version")
+        add("--out", required=True, type=Path, metavar="DIR", help="the new folder")
     return command
 
 
@@ -61,8 +62,12 @@ def main(argv: list[str] | None = None) -> int:
     """Runs the command and returns the exit status."""
     options = parser().parse_args(argv)
     with new_folder(options.out) as folder, working(f"exporting to {options.out}"):
-        from gym_extensions.export.hugging_face import write_repositories
+        from gym_extensions.export import hugging_face, zoo
 
-        written = write_repositories(folder, options.submissions, options.group, options.experts)
+        if options.format == "zoo":
+            written = zoo.write_zoo(folder, options.submissions, options.group)
+        else:
+            chosen = options.submissions, options.group, options.experts
+            written = hugging_face.write_repositories(folder, *chosen)
     print(f"{options.out}: {', '.join(written)}")
     return 0

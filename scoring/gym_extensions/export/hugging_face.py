@@ -5,34 +5,21 @@ Each folder below ``models`` and ``datasets`` is one repository. The dataset has
 (https://mlcommons.org/croissant).
 """
 
-import json
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from datetime import date
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
+from gym_extensions.export import datasets
 from gym_extensions.files import write_text
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.references import experts
-from gym_extensions.results.frames import EPISODE_DTYPES, episodes
+from gym_extensions.results.frames import columns_of, episodes
 from gym_extensions.scoring import pipeline, scorecard
 from gym_extensions.scoring.output.board_frames import scores
 from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, scan
-from gym_extensions.submissions.run import file_sha256
 from gym_extensions.versions import version
-
-NAME = "gym-extensions"
-LICENSE, LICENSE_URL = "mit", "https://spdx.org/licenses/MIT.html"
-TAGS = ("reinforcement-learning", "continual-learning", "gymnasium", "mujoco")
-
-
-def front_matter(values: Mapping[str, object]) -> str:
-    """The metadata at the head of a card. JSON is YAML."""
-    lines = (f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in values.items())
-    return "\n".join(["---", *lines, "---", ""])
-
 
 FILES = {
     POLICIES: "`GROUP/PROTOCOL/runN.npz` has the policies of run N after every stage as plain arrays.",
@@ -115,12 +102,11 @@ def model_card(card: scorecard.Scorecard, runs: Sequence[tuple[str, str, int]], 
         }
         for name, protocol, score in scores(card)
     ]
-    head = {
-        "license": LICENSE,
-        "library_name": NAME,
-        "tags": [*TAGS, card.manifest.protocol.algorithm],
-        "model-index": [{"name": card.name, "results": [each for each in results if each["metrics"]]}],
-    }
+    head = datasets.front_matter(
+        library_name=datasets.NAME,
+        tags=[*datasets.TAGS, card.manifest.protocol.algorithm],
+        **{"model-index": [{"name": card.name, "results": [each for each in results if each["metrics"]]}]},
+    )
     name, protocol, run = runs[0]
     task = f', task="{group(name).tasks[0].name}"' if protocol == "single" else ""
     lines = [
@@ -135,7 +121,7 @@ def model_card(card: scorecard.Scorecard, runs: Sequence[tuple[str, str, int]], 
         "floor and 1 at the reference, as means over runs.",
         LOAD.format(group=name, protocol=protocol, run=run, task=task),
     ]
-    return front_matter(head) + "\n" + "\n\n".join(lines) + "\n"
+    return head + "\n" + "\n\n".join(lines) + "\n"
 
 
 def write_experts(target: Path) -> None:
@@ -150,9 +136,9 @@ def write_experts(target: Path) -> None:
         note = card.provisional.replace("|", "/")
         returns = f"{measured.mean:.1f} ± {measured.deviation:.1f}"
         rows.append(f"| {name} | {returns} | {measured.episodes} | {note} |")
-    head = front_matter({"license": LICENSE, "library_name": NAME, "tags": list(TAGS)})
+    head = datasets.front_matter(library_name=datasets.NAME)
     text = f"""
-# Experts of gym-extensions {version(NAME)}
+# Experts of gym-extensions {version(datasets.NAME)}
 
 One deterministic policy per MuJoCo task as plain arrays, `TASK.npz`, and how it came about, `TASK.json`.
 
@@ -171,109 +157,23 @@ policy = experts.load("{experts.names()[0]}", Path("."))
 
 def write_dataset(target: Path, submissions: Sequence[Path], groups: set[str]) -> None:
     """Writes the evaluation episodes, a CSV file per submission, with a card and Croissant metadata."""
-    files: dict[str, str] = {}
-    count = 0
+    columns, count, tables = columns_of(episodes), 0, []
+    (target / "data").mkdir(parents=True)
     for path in submissions:
         frame = episodes(path)
         frame = frame[frame["group"].isin(groups)]
-        name = f"data/{path.resolve().name}.csv"
-        (target / name).parent.mkdir(parents=True, exist_ok=True)
-        frame.to_csv(target / name, index=False, lineterminator="\n")
-        files[name] = file_sha256(target / name)
+        tables.append(datasets.Table(f"data/{path.resolve().name}.csv", columns))
+        frame.to_csv(target / tables[-1].path, index=False, lineterminator="\n")
         count += len(frame)
-    metadata = croissant(files)
-    write_text(target / "croissant.json", json.dumps(metadata, indent=1, ensure_ascii=False) + "\n")
-    configs = [{"config_name": "default", "data_files": "data/*.csv"}]
-    head = {"license": LICENSE, "tags": list(TAGS), "configs": configs}
-    names = ", ".join(Path(path).stem for path in files)
-    columns = "\n".join(f"| `{name}` | {text} |" for name, text in DESCRIPTIONS.items())
+    description = "Evaluation episodes of continual-learning agents on gym-extensions."
+    datasets.write_metadata(target, "gym-extensions-episodes", description, tables)
+    head = datasets.front_matter(configs=[{"config_name": "default", "data_files": "data/*.csv"}])
+    names = ", ".join(Path(table.path).stem for table in tables)
     text = f"""
 # Evaluation episodes of gym-extensions
 
 {count:,} episodes, one per row, of {names}. `croissant.json` describes the files.
 
-| column | value |
-|---|---|
-{columns}
+{tables[0].text()}
 """
-    write_text(target / "README.md", front_matter(head) + text)
-
-
-CITATION = "@software{gym_extensions, title = {gym-extensions}, author = {{The gym-extensions authors}}}"
-DESCRIPTIONS = {
-    "submission": "name of the submission",
-    "group": "id of the group of tasks",
-    "protocol": "sequential, single, joint, cumulative, descending or balanced",
-    "run": "training seed",
-    "stage": "number of tasks trained so far",
-    "task": "id of the evaluated task",
-    "episode": "number of the episode in its run, stage and task",
-    "seed": "reset seed",
-    "length": "environment steps",
-    "return": "undiscounted sum of rewards",
-    "terminated": "whether the task ended the episode",
-    "success": "whether the episode succeeded; empty where the task defines no success",
-    "fingerprint": "fingerprint of the task",
-}
-TYPES = {"str": "Text", "boolean": "Text", "int64": "Integer", "float64": "Float", "bool": "Boolean"}
-"""Types of schema.org by dtype; booleans with empty cells (``boolean``) are texts."""
-
-TERMS = (
-    *("citeAs", "column", "equivalentProperty", "extract", "field", "fileObject", "fileProperty", "fileSet"),
-    *("format", "includes", "isLiveDataset", "jsonPath", "key", "md5", "parentField", "path", "recordSet"),
-    *("references", "regex", "repeated", "replace", "samplingRate", "separator", "source", "subField"),
-    "transform",
-)
-"""The terms of Croissant. Its validator asks for all of them in the context, used or not."""
-
-
-def croissant(files: dict[str, str]) -> dict[str, object]:
-    """The Croissant 1.0 metadata of the CSV files of episodes, given their SHA-256 by path."""
-    schema = "https://schema.org/"
-    context: dict[str, object] = {"@language": "en", "@vocab": schema, "sc": schema}
-    context |= {"cr": "http://mlcommons.org/croissant/", "dct": "http://purl.org/dc/terms/"}
-    context |= {"rai": "http://mlcommons.org/croissant/RAI/", "conformsTo": "dct:conformsTo"}
-    context |= {term: f"cr:{term}" for term in TERMS}
-    context |= {term: {"@id": f"cr:{term}", "@type": "@json"} for term in ("data", "examples")}
-    context["dataType"] = {"@id": "cr:dataType", "@type": "@vocab"}
-    return {
-        "@context": context,
-        "@type": "sc:Dataset",
-        "name": "gym-extensions-episodes",
-        "description": "Evaluation episodes of continual-learning agents on gym-extensions.",
-        "conformsTo": "http://mlcommons.org/croissant/1.0",
-        "license": LICENSE_URL,
-        "citeAs": CITATION,
-        "version": version(NAME).partition(".dev")[0],
-        "datePublished": date.today().isoformat(),
-        "distribution": [
-            {
-                "@type": "cr:FileObject",
-                "@id": path,
-                "name": path,
-                "contentUrl": path,
-                "encodingFormat": "text/csv",
-                "sha256": digest,
-            }
-            for path, digest in files.items()
-        ],
-        "recordSet": [
-            {"@type": "cr:RecordSet", "@id": record, "name": record, "field": _fields(record, path)}
-            for path in files
-            for record in [Path(path).stem]
-        ],
-    }
-
-
-def _fields(record: str, path: str) -> list[dict[str, object]]:
-    return [
-        {
-            "@type": "cr:Field",
-            "@id": f"{record}/{column}",
-            "name": column,
-            "description": DESCRIPTIONS[column],
-            "dataType": f"sc:{TYPES[dtype]}",
-            "source": {"fileObject": {"@id": path}, "extract": {"column": column}},
-        }
-        for column, dtype in EPISODE_DTYPES.items()
-    ]
+    write_text(target / "README.md", head + text)

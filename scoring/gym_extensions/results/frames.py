@@ -1,6 +1,8 @@
 """Rows of submissions as data frames: episodes, training curves and evaluations."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import inspect
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +30,14 @@ def read_groups(submissions: Paths, groups: CustomGroups) -> Iterator[tuple[Subm
         submission = scored_runs(read(folder, known))
         refuse_problems(folder, submission.problems)
         yield from ((submission, group_id, group) for group_id, group in submission.groups.items())
+
+
+def columns_of(function: Callable[..., pd.DataFrame]) -> list[tuple[str, str, str]]:
+    """Name, dtype and value of every column, from the table in the docstring of a function of results."""
+    docstring = (inspect.getdoc(function) or "").replace("``", "`")
+    text = re.split(r"^=+(?: +=+)+$\n?", docstring, flags=re.MULTILINE)[2]
+    rows = [re.split(r" {2,}", line, maxsplit=2) for line in text.splitlines()]
+    return [(column.strip("`"), dtype, value) for column, dtype, value in rows]
 
 
 KEY_DTYPES = {"submission": "str", "group": "str", "protocol": "str", "run": "int64"}

@@ -1,0 +1,129 @@
+"""The policy zoo: every stored policy with its returns, diagnostics and weights, as a data set in Parquet."""
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
+from gym_extensions.errors import BenchError
+from gym_extensions.export import datasets
+from gym_extensions.files import write_text
+from gym_extensions.results import policies
+from gym_extensions.results.frames import columns_of
+from gym_extensions.scoring.pipeline import find_submissions
+from gym_extensions.submissions.policies.files import read_policies
+from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp_arrays import Array
+
+TEXTS = Path(__file__).with_name("zoo.toml")
+KEYS = ["submission", "group", "protocol"]
+NAMES = ("activation", "output_activation", "squash", "head")
+VALUES = "values"
+"""The column of the weights."""
+Network = tuple[str, str, Array | None]
+"""Of a policy: its network as JSON, the digest of its weights, and these, (n,); empty of ONNX."""
+SPLITS = ("train", "train", "train", "validation", "test")
+"""By the number of the run modulo 5, so that equal seeds of different methods are in one split."""
+
+
+def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] = ()) -> list[str]:
+    """Writes the tables ``policies``, ``returns`` and ``weights``, a card and Croissant metadata.
+
+    All groups are exported if none is named. Returns the names of the tables' files.
+
+    Raises:
+        BenchError: pyarrow is missing, a path or group does not exist, a submission has problems, or there
+            are no policies.
+    """
+    texts, ids = tomllib.loads(TEXTS.read_text("utf-8")), [group(name).id for name in groups]
+    frame = policies(submissions)
+    frame = frame[frame["group"].isin(ids)] if groups else frame
+    if frame.empty:
+        raise BenchError("nothing-to-export", "There are no policies.", "", "Name submissions with policies.")
+    paths = {path.name: path for path in find_submissions(submissions)}
+    rows: list[Network] = []
+    for (name, id_, protocol), runs in frame.groupby(KEYS, sort=False):
+        for run, part in runs.groupby("run", sort=False):
+            found = networks(paths[str(name)], group(str(id_)), str(protocol), int(str(run)))
+            rows += found or [("", "", None)] * len(part)
+    frame = frame.assign(
+        split=[SPLITS[run % len(SPLITS)] for run in frame["run"]],
+        network=[network for network, _, _ in rows],
+        weights=[digest for _, digest, _ in rows],
+    )
+    vectors = {digest: vector for _, digest, vector in rows if digest}
+    weights = pd.DataFrame({"sha256": vectors.keys(), "values": vectors.values()})
+    columns = {"policies": [*columns_of(policies), *texts["policies"]]}
+    columns |= {name: texts[name] for name in ("returns", "weights")}
+    tables = [datasets.Table(f"{name}.parquet", each) for name, each in columns.items()]
+    for table, content in zip(tables, (frame, returns_of(frame), weights), strict=True):
+        write_parquet(folder / table.path, content, table.columns)
+    responsible = texts["responsible"]
+    datasets.write_metadata(folder, "gym-extensions-zoo", texts["description"], tables, responsible)
+    counts = {name: frame[name[:-1]].nunique() for name in ("submissions", "groups")}
+    text = [table.text() for table in tables]
+    card = texts["card"].format(policies=len(frame), columns=text, **counts, **responsible)
+    configs = [{"config_name": name, "data_files": f"{name}.parquet"} for name in columns]
+    write_text(folder / "README.md", datasets.front_matter(configs=configs) + card)
+    return [table.path for table in tables]
+
+
+def write_parquet(path: Path, frame: pd.DataFrame, columns: Sequence[datasets.Column]) -> None:
+    """Writes the columns of a frame; objects are lists of float64, or of float32 as they are in arrays.
+
+    Raises ``BenchError`` if pyarrow is missing.
+    """
+    try:
+        import pyarrow as arrow
+        from pyarrow import parquet
+    except ModuleNotFoundError as missing:
+        hint = "Install it with: pip install 'gym-extensions[parquet]'"
+        raise BenchError("missing-extra", "Parquet files need pyarrow.", hint=hint) from missing
+    kinds = {
+        "str": arrow.string(),
+        "int64": arrow.int64(),
+        "Int64": arrow.int64(),
+        "float64": arrow.float64(),
+    }
+    is_single = VALUES in frame
+    kinds["object"] = arrow.list_(arrow.float32() if is_single else arrow.float64())
+    fields = [(name, kinds[dtype]) for name, dtype, _ in columns]
+    arrays = [arrow.array(frame[name], kind, from_pandas=True) for name, kind in fields]
+    table = arrow.Table.from_arrays(arrays, schema=arrow.schema(fields))
+    # Bytes of one place together: exponents repeat, which saves a fifth.
+    split = {"use_dictionary": False, "use_byte_stream_split": [f"{VALUES}.list.element"]}
+    parquet.write_table(table, path, compression="zstd", **(split if is_single else {}))
+
+
+def networks(submission: Path, members: TaskGroup, protocol: str, run: int) -> list[Network]:
+    """The networks of the policies of a run; none if they lie elsewhere."""
+    try:
+        stored = read_policies(submission, members, protocol, run).values()
+    except BenchError:
+        return []
+    found: list[Network] = []
+    for policy in stored:
+        if not isinstance(policy, Policy):
+            found.append(("", "", None))
+            continue
+        arrays = {name: values for name, values in policy.arrays().items() if values.dtype.kind == "f"}
+        masks = {f"weight_{layer}": mask for layer, mask in enumerate(policy.masks) if mask is not None}
+        arrays |= {name: arrays[name] * mask for name, mask in masks.items()}
+        vector = np.concatenate([values.ravel() for values in arrays.values()]).astype("<f4")
+        names = {name: getattr(policy, name) for name in NAMES}
+        network = json.dumps(names | {"shapes": {name: values.shape for name, values in arrays.items()}})
+        found.append((network, hashlib.sha256(vector.tobytes()).hexdigest(), vector))
+    return found
+
+
+def returns_of(frame: pd.DataFrame) -> pd.DataFrame:
+    """A row per policy and task on which it was evaluated."""
+    tasks = {each.id: each.task_ids for each in GROUPS.values()}
+    rows = frame.rename(columns={"task": "trained", "returns": "return", "scores": "score"})
+    rows = rows.assign(task=rows["group"].map(tasks)).explode(["task", "return", "score"])
+    return rows[rows["return"].notna()]
