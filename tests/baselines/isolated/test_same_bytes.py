@@ -90,7 +90,6 @@ PAIRS = {
         "sequential,single",
     ),
     "generators": ("agents/drawing.py:Agent", "drawing:Agent", "--evaluate-every", "250"),
-    "own-policy": ("agents/acting.py:Acting", "acting:Acting"),
     "multi-head": ("multi-head", "multi-head", "--evaluate-every", "500", "--num-envs", "2"),
 }
 """Agents, what they are called in and out of the box, and options."""
@@ -103,7 +102,6 @@ def home(ordinary: Ordinary) -> Path:
     agents.mkdir()
     for folder in (agents, ordinary.home):
         (folder / "climber.py").write_text(climber(), encoding="utf-8")
-        (folder / "acting.py").write_text(climber() + ACTING, encoding="utf-8")
         (folder / "drawing.py").write_text(GLOBAL, encoding="utf-8")
     commands = []
     for name, (inside, outside, *more) in PAIRS.items():
@@ -169,6 +167,13 @@ def test_a_network_is_read_and_run_in_a_box_of_its_own(ordinary: Ordinary) -> No
     file.write_text(network.replace("import Policy", "import OnnxPolicy, Policy"), encoding="utf-8")
     found = in_and_out(ordinary, "network.py:HillClimber", "network:HillClimber")
     assert [name for name in found if name.endswith(".onnx")]
+
+
+@pytest.mark.slow
+def test_an_agent_that_acts_with_its_policy_has_the_same_bytes(ordinary: Ordinary) -> None:
+    """Numba compiles the policy in every box."""
+    (ordinary.home / "acting.py").write_text(climber() + ACTING, encoding="utf-8")
+    assert in_and_out(ordinary, "acting.py:Acting", "acting:Acting")
 
 
 @pytest.mark.slow
