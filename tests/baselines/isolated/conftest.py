@@ -55,9 +55,10 @@ class Ordinary:
 
     def __init__(self, home: Path) -> None:
         self.home, self.compiled = home, home / "numba"
+        folder_of: Callable[[str], str] = caching._CacheLocator.get_suitable_cache_subpath
         for path in (file for root in ROOTS for file in (ROOT / root).rglob("__pycache__/*.nb[ci]")):
             module = path.parents[1] / f"{path.name.partition('.')[0]}.py"
-            target = self.compiled / caching._CacheLocator.get_suitable_cache_subpath(str(module))
+            target = self.compiled / folder_of(str(module))
             target.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, target / path.name)
         for path in (home, *home.rglob("*")) if os.getuid() == 0 else ():
