@@ -6,16 +6,26 @@ from pathlib import Path
 
 import pytest
 
-NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.ipynb"))
+ROOT = Path(__file__).resolve().parents[2]
+NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
+READ_SUBMISSIONS = ("policies.ipynb",)
 QUICK = {
+    '"../submissions"': repr(str(ROOT / "submissions")),
+    "policies(submissions)": 'policies([submissions / name for name in ("packnet", "trpo", "sac")])',
     '"hopper-gravity"': '"hopper-motor-noise"',
     "baselines import train": "baselines import Parallel, train",
     "out=out": "out=out, parallel=Parallel(num_envs=5)",
 }
-"""What saves time in the tests: two tasks in place of five, and environments that are stepped together."""
+"""What saves time in the tests: two tasks, environments that are stepped together, three submissions."""
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=pytest.mark.committed if path.name in READ_SUBMISSIONS else (), id=path.name)
+        for path in NOTEBOOKS
+    ],
+)
 def test_a_notebook_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("agg")

@@ -89,6 +89,8 @@ def main() -> None:
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
     (axis,) = landscape(submissions).axes
     write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
+    policies = results.policies([submissions / name for name in names])
+    policies = policies[policies["group"].isin([group.id for group in CORE])]
     trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
     scored = {row.group.name for row in groups}
     templates = Environment(
@@ -146,6 +148,8 @@ def main() -> None:
         },
         orders=orders(metrics, results.order_effects(submissions)),
         landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
+        predictors=tables.predictors(policies),
+        networks=tables.network_changes(policies),
         missing={
             group.name: [name for name, values in finals.items() if math.isnan(values[place].mean)]
             for place, group in enumerate(CORE)

@@ -260,6 +260,52 @@ def between_and_beyond(shares: pd.DataFrame) -> list[tuple[str, str, Value, Valu
     return rows
 
 
+def predictors(policies: pd.DataFrame) -> list[tuple[str, list[Value]]]:
+    """What predicts forgetting, by submission: of KL and of distance the correlation across and within tasks.
+
+    Args:
+        policies: from ``results.policies``.
+    """
+    found = results.forgetting_predictors(policies).set_index(["submission", "predictor", "kind"])
+    places = [(predictor, kind) for predictor in ("drift", "distances") for kind in ("across", "within")]
+    return [
+        (name, [_at(found, (name, *place)) for place in places]) for name in found.index.unique("submission")
+    ]
+
+
+def network_changes(policies: pd.DataFrame) -> list[tuple[str, list[tuple[float, float, float, Value]]]]:
+    """Rank, then inactive share, of the last hidden layer by submission.
+
+    Each untrained, after the first and the last task, and the change from the first to the last.
+
+    Args:
+        policies: from ``results.policies``.
+    """
+    found = results.network_changes(policies)
+    found = found[found["measure"] != "norms"]
+    found = found[found["layer"] == found.groupby(["submission", "measure"])["layer"].transform("max")]
+    rows = found.set_index(["submission", "measure"])
+    return [
+        (
+            name,
+            [
+                (
+                    *rows.loc[(name, measure), ["untrained", "first", "last"]],
+                    _at(rows, (name, measure), "change"),
+                )
+                for measure in ("ranks", "inactive")
+            ],
+        )
+        for name in rows.index.unique("submission")
+    ]
+
+
+def _at(frame: pd.DataFrame, key: tuple[str, ...], mean: str = "mean") -> Value:
+    """The value of a row; NaN if there is none."""
+    ends = frame.loc[key, [mean, "low", "high"]] if key in frame.index else [math.nan] * 3
+    return Value(*ends)
+
+
 def open_tasks() -> dict[str, list[str]]:
     """The tasks without an expert, by name of the group."""
     references = load_references().tasks

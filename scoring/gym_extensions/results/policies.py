@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import IN_ORDER, task_order
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval
-from gym_extensions.references import load_references
+from gym_extensions.references import Reference, load_references
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, read_groups
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths
@@ -62,21 +61,24 @@ def policies(submissions: Paths = "submissions", *, groups: CustomGroups = ()) -
     The arguments and errors are those of :func:`episodes`.
     """
     rows: list[tuple[object, ...]] = []
+    references = load_references().tasks
     for submission, group_id, submitted in read_groups(submissions, groups):
         method = submission.manifest.protocol.algorithm if submission.manifest else ""
+        experts = [references.get(task) for task in submitted.group.task_ids]
         for protocol, log in submitted.logs.items():
             documents = [submitted.runs[protocol][run] for run in log.runs]
             published = [document for document in documents if document.policies]
             diagnosed = _diagnosed(submission.path, submitted.group, published)
-            returns = log.rows.groupby(["run", "stage", "position"])["return"].mean().unstack()
+            cells = log.rows.groupby(["run", "stage", "position"])["return"].mean().unstack()
+            returns = dict(zip(cells.index, cells.to_numpy(), strict=True))
             for document, (diagnoses, why) in zip(published, diagnosed, strict=True):
                 keys = submission.name, method, group_id, protocol, document.run
                 for stage, at, diagnosis in zip(*_stages(document, submitted.group), diagnoses, strict=True):
-                    (means,) = returns.loc[[(document.run, stage)]].to_numpy()
+                    means = returns[document.run, stage]
                     if protocol == "single":  # a policy is evaluated on its own task
                         means = np.where(np.arange(len(means)) == at, means, np.nan)
                     task = "" if at is None else submitted.group.task_ids[at]
-                    scores = _scores(submitted.group, means)
+                    scores = tuple(map(_score, experts, means))
                     rows.append((*keys, stage, task, tuple(means), scores, *astuple(diagnosis), why))
     return typed(rows, POLICY_DTYPES)
 
@@ -91,10 +93,8 @@ def _stages(document: RunDocument, group: TaskGroup) -> tuple[list[int], list[in
     return numbers, last[document.protocol]
 
 
-def _scores(group: TaskGroup, returns: NDArray[np.float64]) -> tuple[float, ...]:
-    known = [load_references().tasks.get(task) for task in group.task_ids]
-    pairs = zip(known, returns.tolist(), strict=True)
-    return tuple(each.normalize(mean) if each and not each.open else math.nan for each, mean in pairs)
+def _score(reference: Reference | None, mean: float) -> float:
+    return math.nan if reference is None or reference.open else reference.normalize(mean)
 
 
 def _diagnosed(
