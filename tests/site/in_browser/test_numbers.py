@@ -17,7 +17,7 @@ Visit = Callable[[str], "Page"]
 NUMBERS = {
     "overview": "tr[data-name=keeps] td.cell a.n",
     "board": "#row-agile a.n",
-    "group": "tr[data-submission=agile] a.n:visible",
+    "group": "tr[data-submission=keeps] a.n",
     "submission": "tr[data-number] a.n",
 }
 
@@ -50,4 +50,4 @@ def test_a_number_without_a_script_of_its_own_is_a_link(visit: Visit) -> None:
         "() => document.querySelectorAll('[data-number]').forEach((row) => { row.dataset.number = 'x.js'; })"
     )
     page.locator(NUMBERS["group"]).first.click()
-    page.wait_for_url("**/submissions/agile.html#hopper-gravity-v0-sequential")
+    page.wait_for_url("**/submissions/keeps/hopper-gravity-v0.html#hopper-gravity-v0-sequential")
