@@ -42,7 +42,7 @@ WORLD = """async ([name, options]) => {
   const task = index.tasks[name], body = index.bodies[task.body];
   const world = new World(mujoco, body, await (await fetch(body.model)).text());
   world.change({ gravity: task.gravity, limbs: task.limbs, wall: options.wall ?? null });
-  const [expert] = readPolicies(await (await fetch(task.expert)).arrayBuffer());
+  const [expert] = await readPolicies(await (await fetch(task.expert)).arrayBuffer());
   %s
 }"""
 FOLLOW = """
@@ -61,7 +61,7 @@ EPISODES = """
   });"""
 ACT = """async ([bytes, observations, task]) => {
   const { readPolicies } = await import(new URL("static/play/policy.js", location.href));
-  const [policy] = readPolicies(new Uint8Array(bytes).buffer);
+  const [policy] = await readPolicies(new Uint8Array(bytes).buffer);
   return observations.map((observation) => [...policy.act(observation, task)]);
 }"""
 
@@ -155,7 +155,10 @@ def test_actions_have_the_bits_of_python(loaded: Page, name: str) -> None:
     policy, observations = policies()[name], seen(30)
     for index in (0, 1, 4):
         expected = policy.act(observations, task=index).tolist()
-        assert loaded.evaluate(ACT, [list(policy_file([policy])), observations.tolist(), index]) == expected
+        assert (
+            loaded.evaluate(ACT, [list(policy_file(policy.arrays())), observations.tolist(), index])
+            == expected
+        )
 
 
 @pytest.fixture
@@ -172,7 +175,23 @@ def caption(panel: Page, side: int) -> str:
     return panel.locator(".sides figcaption").nth(side).inner_text()
 
 
+def walk(panel: Page) -> None:
+    """The expert takes the place of the made policies, which fall at once."""
+    panel.locator(".policy").first.select_option("/expert")
+    panel.wait_for_function("() => location.hash.includes('submission=%2Fexpert')")
+
+
 def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
+    policies = panel.locator("select.policy")
+    assert [policies.nth(side).locator("option:checked").inner_text() for side in (0, 1)] == [
+        "Agile",
+        "Agile",
+    ]
+    values = "(menus) => menus.map((menu) => menu.value)"
+    assert panel.locator(".stage-of").evaluate_all(values) == ["2", "5"], (
+        "right after learning, and at the end"
+    )
+    walk(panel)
     panel.wait_for_function(
         "() => /step \\d\\d/.test(document.querySelector('.sides figcaption').textContent)"
     )
@@ -180,11 +199,6 @@ def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
     assert status.inner_text().startswith("This is HopperGravityThreeQuarters.")
     assert float(status.get_attribute("data-ratio") or 0) > 1
     assert "× as fast as real time" in status.inner_text()
-    policies = panel.locator("select.policy")
-    assert [policies.nth(side).locator("option:checked").inner_text() for side in (0, 1)] == [
-        "Expert of the task",
-        "Agile",
-    ]
     assert all(caption(panel, side).startswith("Return ") for side in (0, 1))
     assert panel.lines == []  # type: ignore[attr-defined]
 
@@ -212,7 +226,7 @@ def test_the_keyboard_pauses_pushes_and_changes_the_world(panel: Page) -> None:
     assert panel.lines == []  # type: ignore[attr-defined]
 
 
-def test_a_link_chooses_a_run_and_other_choices_are_shown_after_their_last_stage(
+def test_a_link_chooses_a_run_and_other_choices_are_right_after_learning_and_at_the_end(
     page: Page, http_address: str
 ) -> None:
     index = page.request.get(f"{http_address}play/index.json").json()
@@ -226,8 +240,8 @@ def test_a_link_chooses_a_run_and_other_choices_are_shown_after_their_last_stage
     assert page.locator(".run-of").evaluate_all(values) == ["1", "1"]
     assert page.locator(".stage-of").evaluate_all(values) == ["2", "5"]
     page.locator("#play-group").select_option("hopper-body-v0")
-    page.wait_for_function("() => document.querySelector('.stage-of').value === '5'")
-    for policy, stage in (("/expert", "0"), ("agile", "5")):
+    page.wait_for_function("() => document.querySelector('.stage-of').value === '1'")
+    for policy, stage in (("/expert", "0"), ("agile", "1")):
         page.locator(".policy").first.select_option(policy)
         page.wait_for_function(f"() => document.querySelector('.stage-of').value === '{stage}'")
 
@@ -245,6 +259,7 @@ def test_the_mouse_pulls_a_body(panel: Page) -> None:
 
 
 def test_a_wall_that_is_ticked_stands_in_front_of_the_body_and_stays(panel: Page) -> None:
+    walk(panel)
     panel.wait_for_function(
         "() => parseFloat(document.querySelector('.sides figcaption').textContent.split(', ')[2]) > 1"
     )
@@ -254,6 +269,40 @@ def test_a_wall_that_is_ticked_stands_in_front_of_the_body_and_stays(panel: Page
     assert body + 0.5 < ahead
     panel.locator("#play-again").click()
     assert panel.evaluate("() => Number(document.getElementById('play-wall').value)") == ahead
+
+
+def test_the_address_follows_every_control_and_brings_it_back(panel: Page) -> None:
+    panel.locator("#play-gravity").press("ArrowLeft")
+    panel.locator("#play-factor").press("ArrowRight")
+    panel.locator("#play-has-wall").check()
+    panel.locator("#play-speed").select_option("2")
+    panel.locator(".stage-of").first.select_option("3")
+    panel.locator(".policy").nth(1).select_option("/expert")
+    panel.wait_for_function("() => location.hash.includes('submission2=%2Fexpert&stage2=0')")
+    address, controls = panel.url, "#play-panel select, #play-panel input"
+    assert "stage=3" in address
+    state = "(each) => each.map((e) => [e.id, e.type === 'checkbox' ? e.checked : e.value])"
+    chosen = panel.locator(controls).evaluate_all(state)
+    panel.reload()
+    panel.locator("#play-load").press("Enter")
+    panel.wait_for_function("() => Number(document.querySelector('#play-status').dataset.ratio) > 0")
+    assert panel.locator(controls).evaluate_all(state) == chosen
+    assert panel.url == address
+
+
+def test_finished_episodes_are_counted_and_policies_can_be_taken(panel: Page) -> None:
+    panel.locator("#play-speed").select_option("4")
+    panel.wait_for_function(
+        "() => /Fell in \\d of \\d finished/.test(document.querySelector('figcaption').textContent)"
+    )
+    panel.get_by_text("Download").first.click()
+    with panel.expect_download() as download:
+        panel.get_by_role("link", name="The policies of this run").first.click()
+    assert download.value.suggested_filename.endswith("-run0.npz")
+    line = panel.locator(".download code").first.inner_text()
+    assert (
+        line == 'policies.load("submissions/agile", "hopper-gravity", run=0, stage=2).to_onnx("policy.onnx")'
+    )
 
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
@@ -319,8 +368,8 @@ def test_a_simulator_that_is_not_the_built_one_is_not_run(
 
 
 def test_policies_of_an_unknown_format_are_named(page: Page, http_address: str) -> None:
-    content = policy_file([hopper_policy(0)]).replace(b'"format":1', b'"format":2')
-    page.route("**/agile/*.bin", lambda route: route.fulfill(body=content))
+    content = policy_file(hopper_policy(0).arrays() | {"format": np.array(2)})
+    page.route("**/agile/*.npz", lambda route: route.fulfill(body=content))
     page.goto(f"{http_address}play.html")
     page.locator("#play-load").click()
     page.wait_for_function(

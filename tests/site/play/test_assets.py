@@ -5,7 +5,6 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from gym_extensions.site.pages.page import Render
 from gym_extensions.site.play import assets
 from gym_extensions.site.play.mujoco_wasm import Simulator
 from gym_extensions.submissions.layout import run_file
-from gym_extensions.submissions.policies.files import write_policies
+from gym_extensions.submissions.policies.files import npz_arrays, write_policies
 from gym_extensions.submissions.policies.mlp import Policy
 
 from ..browser import typed
@@ -55,17 +54,6 @@ def write_runs(folder: Path) -> Path:
     return folder
 
 
-def read(content: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray[Any, Any]]]:
-    """The header and the arrays of the first policy of a file."""
-    size = int.from_bytes(content[:4], "little")
-    header = json.loads(content[4 : 4 + size])
-    arrays = {
-        name: np.frombuffer(content, f"<{kind}", int(np.prod(shape)), 4 + size + offset).reshape(shape)
-        for name, (kind, shape, offset) in header["policies"][0]["arrays"].items()
-    }
-    return header, arrays
-
-
 @pytest.fixture
 def built(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, bytes | str]]:
     """The files of Play for a site in which two submissions trained on hopper-gravity, with one expert."""
@@ -94,17 +82,15 @@ def built(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, bytes | st
     return build
 
 
-def test_a_policy_file_has_every_array_that_the_policy_uses() -> None:
+def test_a_policy_file_has_every_array_as_the_script_reads_it() -> None:
     policy = hopper_policy(0)
-    header, arrays = read(assets.policy_file([policy, hopper_policy(1)]))
-    assert (header["format"], len(header["policies"])) == (1, 2)
-    assert header["policies"][0]["activation"] == "tanh"
-    assert {name: arrays[name].dtype for name in ("weight_0", "observation_mean")} == {
-        "weight_0": np.dtype("<f4"),
-        "observation_mean": np.dtype("<f8"),
+    swapped = {
+        name: np.asarray(each, each.dtype.newbyteorder(">"), order="F")
+        for name, each in policy.arrays().items()
     }
-    for name, values in arrays.items():
-        np.testing.assert_array_equal(values, policy.arrays()[name])
+    found = npz_arrays(assets.policy_file(swapped))
+    assert Policy.from_arrays(found).flat_weights().tolist() == policy.flat_weights().tolist()
+    assert all(each.dtype.byteorder in "=|<" and each.flags.c_contiguous for each in found.values())
 
 
 def test_play_offers_bodies_whose_rules_the_script_has() -> None:
@@ -136,7 +122,7 @@ def test_the_index_says_how_the_world_of_a_task_differs(built: Callable[..., dic
     assert (wall["gravity"], wall["limbs"], wall["wall"]) == (1.0, {}, True)
     assert (foot["limbs"], foot["wall"]) == ({"Foot": 1.25}, False)
     assert tasks["HopperWithSensor"]["wall"] is False
-    assert (tasks["Hopper"]["expert"], tasks["HopperWall"].get("expert")) == ("play/experts/hopper.bin", None)
+    assert (tasks["Hopper"]["expert"], tasks["HopperWall"].get("expert")) == ("play/experts/hopper.npz", None)
     assert tasks["HopperGravityHalf"]["gravity"] == 0.5
 
 
@@ -144,13 +130,13 @@ def test_every_submission_is_offered_with_its_first_run_before_another_run_is(
     built: Callable[..., dict[str, bytes | str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folders = {name: write_runs(tmp_path / name) for name in ("better", "worse")}
-    sizes = [len(content) for path, content in built(folders).items() if path.endswith(".bin")]
+    sizes = [len(content) for path, content in built(folders).items() if path.endswith(".npz")]
     monkeypatch.setattr(assets, "MAX_BYTES", sum(sizes) - 1)
     files = built(folders)
     [hopper] = [row for row in json.loads(files["play/index.json"])["groups"] if row["id"] == GROUP]
     assert hopper["tasks"] == [each.name for each in group("hopper-gravity").tasks]
     runs = {
-        name: [run for run, _ in submission["runs"]] for name, submission in hopper["submissions"].items()
+        name: [run for run, *_ in submission["runs"]] for name, submission in hopper["submissions"].items()
     }
     assert runs == {"better": [0, 1], "worse": [0]}
     assert "not offered here" not in str(files["play.html"])

@@ -21,25 +21,24 @@ from gym_extensions.catalog import bodies, variations
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
-from gym_extensions.references import experts
+from gym_extensions.references import experts, load_references
+from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.paths import slug
 from gym_extensions.site.play.mujoco_wasm import Simulator, license_of
 from gym_extensions.site.submission_results import SEQUENTIAL
-from gym_extensions.submissions.policies.files import has_policies, read_policies
+from gym_extensions.submissions.policies.files import has_policies, npz_bytes, read_policies, run_arrays
 from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp_arrays import Arrays
 
 MODELS = "play/models/"
 FORMAT = 1
-"""Of the index and of policy files."""
+"""Of the index."""
 MAX_BYTES, MAX_FILE_BYTES = 40_000_000, 1_000_000
 """Bytes of all policies that a site publishes for Play, and of those of one run."""
 NAMES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid", "HumanoidStandup", "HumanoidStandupAndRun")
 PLAYED = tuple(bodies.BODIES[name] for name in NAMES)
 """Bodies whose rules the script ``static/play/rules.js`` has."""
-TYPES = {"float32": "f4", "float64": "f8", "bool": "u1"}
-UNUSED = ("log_sigma", "log_sigma_weight", "log_sigma_clip")
-"""Arrays that a deterministic policy does not use."""
 NO_POLICIES = "No policies are published"
 NOT_ARRAYS = "The policies are not plain arrays, which the script needs"
 TOO_LARGE = f"The policies take more than {MAX_FILE_BYTES // 10**6} MB"
@@ -89,8 +88,8 @@ def assets(
     room = MAX_BYTES
     for name in experts.names():
         if name in tasks:
-            path = f"play/experts/{slug(name.lower())}.bin"
-            files[path] = policy_file([experts.load(name)])
+            path = f"play/experts/{slug(name.lower())}.npz"
+            files[path] = policy_file(experts.load(name).arrays())
             tasks[name] |= {"expert": path, "provisional": bool(experts.card(name).provisional)}
             room -= len(files[path])
     groups: dict[str, dict[str, Any]] = {
@@ -109,11 +108,12 @@ def assets(
         if why:
             whys.setdefault((board.group, name), (row.card.title, why))
             continue
-        path = f"play/{slug(name)}/{slug(board.group)}-run{row.result.runs[nth]}.bin"
+        path = f"play/{slug(name)}/{slug(board.group)}-run{row.result.runs[nth]}.npz"
         files[path] = content
         room -= len(content)
         submission = submissions.setdefault(name, {"title": row.card.title, "runs": []})
-        submission["runs"].append((row.result.runs[nth], path))
+        logged = [[round(cell, 1) for cell in stage] for stage in row.result.stage_matrices[nth]]
+        submission["runs"].append((row.result.runs[nth], path, logged))
     absent: dict[str, list[tuple[str, str]]] = {}
     for (group_id, name), (title, why) in whys.items():
         if name not in groups[group_id]["submissions"]:
@@ -125,6 +125,7 @@ def assets(
         "bodies": {body.name: _body(body) for body in PLAYED},
         "tasks": tasks,
         "groups": list(groups.values()),
+        "reference": REFERENCE,
         "core": [submission.name for submission in core.rows if submission.ranked] if core else [],
     }
     files["play/index.json"] = json.dumps(index, ensure_ascii=False, separators=(",", ":")).encode()
@@ -156,43 +157,16 @@ def _run_file(row: Row, group_id: str, nth: int, folders: Mapping[str, Path]) ->
         policies = read_policies(folder, group, SEQUENTIAL, run)
     except BenchError:
         return b"", NOT_ARRAYS
-    stages = (policies[key] for key in sorted(policies))
-    arrays = [policy for policy in stages if isinstance(policy, Policy)]
-    if len(arrays) < len(policies):
+    if not all(isinstance(policy, Policy) for policy in policies.values()):
         return b"", NOT_ARRAYS
-    content = policy_file(arrays)
+    content = policy_file(run_arrays(policies))
     return (content, "") if len(content) <= MAX_FILE_BYTES else (b"", TOO_LARGE)
 
 
-def policy_file(policies: Sequence[Policy]) -> bytes:
-    """Policies in one file, as static/play/policy.js reads it.
-
-    A little-endian uint32 has the length of the header, JSON padded with spaces, then the arrays follow. The
-    header names the type (f4, f8 or u1), the shape and the offset of each, in bytes behind the header.
-    Arrays begin at multiples of 8 bytes, counted from the start of the file.
-    """
-    data = bytearray()
-    rows = []
-    for policy in policies:
-        facts: dict[str, object] = {
-            "head": policy.head,
-            "activation": policy.activation,
-            "output_activation": policy.output_activation,
-            "squash": policy.squash,
-            "observation_dtype": policy.observation_dtype,
-            "observation_clip": policy.observation_clip,
-        }
-        arrays: dict[str, tuple[str, tuple[int, ...], int]] = {}
-        for name, values in policy.arrays().items():
-            if name in facts or (policy.head == "deterministic" and name in UNUSED) or name == "format":
-                continue
-            arrays[name] = (TYPES[values.dtype.name], values.shape, len(data))
-            little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
-            data += little.tobytes() + bytes(-little.nbytes % 8)
-        rows.append(facts | {"arrays": arrays})
-    header = json.dumps({"format": FORMAT, "policies": rows}, separators=(",", ":")).encode()
-    header += b" " * (-(len(header) + 4) % 8)
-    return len(header).to_bytes(4, "little") + header + bytes(data)
+def policy_file(arrays: Arrays) -> bytes:
+    """An .npz file that ``static/play/policy.js`` can read: little-endian arrays in the order of C."""
+    plain = {name: np.asarray(each, each.dtype.newbyteorder("<"), order="C") for name, each in arrays.items()}
+    return npz_bytes(plain)
 
 
 def _models() -> dict[str, bytes]:
@@ -232,8 +206,10 @@ def _body(body: bodies.Body) -> dict[str, object]:
 
 
 def _task(task: Task) -> dict[str, Any]:
-    """The world of a task: factors of gravity and parts, and whether a wall is in the way."""
+    """The world of a task: factors of gravity and parts, and whether a wall stands there; its floor and 1."""
     facts: dict[str, Any] = {"body": task.base, "gravity": 1.0, "limbs": {}, "wall": False}
+    if known := load_references().tasks.get(task.id):
+        facts |= {"floor": known.floor.mean, "one": known.expert.mean if known.expert else None}
     for played in (each.played or {} for each in task.variations):
         facts |= played | {"limbs": facts["limbs"] | played.get("limbs", {})}
     return facts

@@ -32,7 +32,8 @@
       const { startPanel } = await import(new URL("play/panel.js", base));
       const site = new URL("..", base), mujoco = await loadMujoco(index.mujoco, site);
       await startPanel(mujoco, index, site);
-      button.hidden = document.querySelector("main .lede").hidden = true; // the bodies take its place
+      button.hidden = true;
+      document.documentElement.classList.add("playing"); // the bodies take the place of the introduction
       document.getElementById("play-run").focus({ preventScroll: true });
     } catch {
       document.getElementById("play-panel").hidden = true;

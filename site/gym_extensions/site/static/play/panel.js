@@ -5,23 +5,25 @@ import { World } from "./world.js";
 import { camera, drawSpace } from "./space.js";
 
 const PUSH = 0.15, PUSH_REACH = 1, LONGEST_FRAME = 0.1, MOST_WORK = 40;
-const EXPERT = "/expert"; // no name of a submission has a slash
+const EXPERT = "/expert", NOBODY = "/none"; // no name of a submission has a slash
 const BOX = [-1.7, -0.2, 1.9, 2], NEAR = 0.4, PAUSE = 1.5;
 const by = (id) => document.getElementById(`play-${id}`);
 const fill = (select, rows) => select.replaceChildren(...rows.map(([value, text]) => new Option(text, value)));
+const numbered = (text, other) => (text && Number.isFinite(Number(text)) ? Number(text) : other);
 const normal = () => Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
 
 // One of the two figures: menus, a canvas, a policy, and its own world.
 class Side {
-  constructor(figure, panel) {
-    this.panel = panel;
+  constructor(figure, panel, at) {
+    Object.assign(this, { panel, at, past: [] }); // returns of its episodes, and whether they ended with a fall
     this.canvas = figure.querySelector("canvas");
     this.caption = figure.querySelector("figcaption");
     this.menu = figure.querySelector(".policy");
     this.stages = figure.querySelector(".stage-of");
     this.runs = figure.querySelector(".run-of");
+    this.take = figure.querySelector(".download");
     this.menu.addEventListener("change", () => this.choose().then(() => panel.restart()));
-    this.runs.addEventListener("change", () => this.load().then(() => panel.restart()));
+    this.runs.addEventListener("change", () => this.load(this.stages.value).then(() => panel.restart()));
     this.stages.addEventListener("change", () => panel.restart());
     this.canvas.addEventListener("pointerdown", (event) => this.grasp(event));
     // A finger scrolls the page, unless it is on a body.
@@ -30,17 +32,15 @@ class Side {
     for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => this.release());
   }
 
-  // The policies that fit the task: its expert, and the submissions of the group. Keeps the choice where it can;
-  // of another group, the last stage is shown. `wanted` has the name of a submission, a run and a stage, or nothing.
-  offer(task, group, isSecond, wanted) {
+  // The policies that fit the task: the submissions of the group, and its expert. Keeps the choice where it can.
+  // `wanted` has the name of a submission, a run and a stage, or nothing.
+  offer(task, group, wanted) {
     const rows = group.submissions.map(({ name, title }) => [name, title]);
-    if (task.expert) rows.unshift([EXPERT, task.provisional ? "Expert (provisional)" : "Expert of the task"]);
-    if (isSecond || !rows.length) rows.push(["", isSecond ? "no second body" : "none is published"]);
-    const chosen = wanted.submission || (this.menu.options.length ? this.menu.value : null);
+    if (task.expert) rows.push([EXPERT, task.provisional ? "Expert (provisional)" : "Expert of the task"]);
+    if (this.at || !rows.length) rows.push(["", this.at ? "no second body" : "none is published"]);
+    const chosen = [wanted.submission, this.task && this.menu.value, this.panel.index.reference, rows[0][0]];
     fill(this.menu, rows);
-    const [first] = rows[isSecond && rows.length > 1 ? 1 : 0];
-    this.menu.value = rows.some(([value]) => value === chosen) ? chosen : first;
-    if (this.group !== group) this.stages.disabled = true;
+    this.menu.value = chosen.find((name) => rows.some(([value]) => value === name)); // the first that there is
     Object.assign(this, { task, group });
     return this.choose(wanted.run, wanted.stage);
   }
@@ -54,27 +54,34 @@ class Side {
     return this.load(stage);
   }
 
-  // The file of the chosen policies, below the root of the site; empty without any.
-  get file() {
-    if (this.menu.value === EXPERT) return this.task.expert;
+  // The chosen run: its number, the file of its policies below the root of the site, and its logged mean returns by stage
+  // and task. The mean return of the expert is what 1 is.
+  get chosen() {
+    if (this.menu.value === EXPERT) return ["", this.task.expert, [this.group.tasks.map(() => this.task.one)]];
     const submission = this.group.submissions.find(({ name }) => name === this.menu.value);
-    return submission ? submission.runs.find(([number]) => String(number) === this.runs.value)[1] : "";
+    return submission?.runs.find(([number]) => String(number) === this.runs.value) || ["", "", []];
+  }
+
+  // The logged mean return of the policy on the task.
+  get logged() {
+    return this.chosen[2][this.stages.value]?.[this.panel.place];
   }
 
   get title() {
     return this.menu.selectedOptions[0]?.text + (this.runs.value && `, run ${this.runs.value}`);
   }
 
-  async load(stage = this.stages.disabled ? "" : this.stages.value) {
-    const { file, title } = this;
+  // Without a stage, the first side is right after the training on the task, and the second one at the end.
+  async load(stage) {
+    const { chosen: [, file], title } = this;
     this.policies = null;
     this.problem = "";
     if (file) {
       try {
         const reply = await fetch(new URL(file, this.panel.site));
         if (!reply.ok) throw new Error("The policies could not be loaded.");
-        const policies = readPolicies(await reply.arrayBuffer());
-        if (file !== this.file) return;
+        const policies = await readPolicies(await reply.arrayBuffer());
+        if (file !== this.chosen[1]) return;
         this.policies = policies;
       } catch (error) {
         this.problem = `${title}: ${error.message}`;
@@ -83,7 +90,18 @@ class Side {
     const names = (this.policies || []).map((_, i) => [i, i ? `${i}: after ${this.group.tasks[i - 1]}` : "0: before training"]);
     fill(this.stages, names.length > 1 ? names : [[0, names.length ? "trained" : "–"]]);
     this.stages.disabled = names.length < 2;
-    this.stages.value = names.some(([i]) => String(i) === stage) ? stage : Math.max(names.length - 1, 0);
+    const last = Math.max(names.length - 1, 0), own = this.at ? last : Math.min(this.panel.place + 1, last);
+    this.stages.value = names.some(([i]) => String(i) === stage) ? stage : own;
+  }
+
+  // The file of the policies, and the line of Python that makes an ONNX network of the one that runs.
+  offerFile() {
+    const { chosen: [run, file], panel, stages, menu } = this, name = panel.group.id.replace(/-v0$/, "");
+    const source = menu.value === EXPERT ? `experts.load("${by("task").value}")`
+      : `policies.load("submissions/${menu.value}", "${name}", run=${run}, stage=${stages.value})`;
+    const [link, code] = this.take.querySelectorAll("a, code");
+    link.href = new URL(file, panel.site);
+    code.textContent = `${source}.to_onnx("policy.onnx"${this.policy.knowsTask ? `, task=${panel.place}` : ""})`;
   }
 
   get policy() {
@@ -106,11 +124,13 @@ class Side {
     this.owed = 0;
     this.top = BOX[3];
     this.world.reset(start);
-    this.canvas.hidden = !this.policy;
+    this.canvas.hidden = this.take.hidden = !this.policy;
+    if (this.policy) this.offerFile();
   }
 
   step(task) {
     this.world.step(this.policy.act(this.world.observe(this.policy.inputs), task, normal));
+    if (this.world.ended && !this.panel.touched) this.past.push([this.world.total, this.world.fell]);
     if (this.released && this.world.data.time > this.released) {
       this.released = 0;
       this.world.grasp(null);
@@ -131,10 +151,45 @@ class Side {
     }
     const shapes = world.shapes(), seconds = world.steps * world.dt, { qpos } = world.data;
     if (world.body.is_planar) this.drawPlane(shapes, qpos);
-    else drawSpace(figure.view(this.canvas, BOX, 0), shapes, [qpos[0], qpos[1]]);
+    else drawSpace(this.view = figure.view(this.canvas, BOX, 0), shapes, [qpos[0], qpos[1]]);
+    this.drawReturns();
     const waits = this.panel.sides.some((side) => side.running) ? " “Start again” restarts both." : "";
     const end = !world.ended ? "" : `${world.fell ? " It fell." : " End of the episode."}${waits}`;
-    caption.textContent = `Return ${world.total.toFixed(1)}, step ${world.steps} (${seconds.toFixed(1)} s), ${qpos[0].toFixed(1)} m.${end}`;
+    const falls = this.past.filter(([, fell]) => fell).length;
+    const before = this.past.length ? ` Fell in ${falls} of ${this.past.length} finished.` : "";
+    caption.textContent = `Return ${world.total.toFixed(1)}, step ${world.steps} (${seconds.toFixed(1)} s), ${qpos[0].toFixed(1)} m.${end}${before}`;
+  }
+
+  // The return on a scale with floor, expert and what was logged for this policy; a dot per finished episode, hollow after a fall.
+  drawReturns() {
+    const { world, task, past, view: { pen, colour, width }, logged, panel } = this, y = 34, far = width - 16;
+    const marks = [["floor", task.floor, y - 12], ["expert", task.one, y - 12]];
+    if (panel.isTask && this.menu.value !== EXPERT) marks.push(["logged mean", logged, y + 22]);
+    const known = marks.filter(([, value]) => Number.isFinite(value));
+    const values = [world.total, ...known.map(([, value]) => value), ...past.map(([value]) => value)];
+    const low = Math.min(...values), reach = Math.max(...values) - low || 1, X = (value) => 16 + (far - 16) * (value - low) / reach;
+    const line = (x1, y1, x2, y2) => {
+      pen.beginPath();
+      pen.moveTo(x1, y1);
+      pen.lineTo(x2, y2);
+      pen.stroke();
+    };
+    pen.lineWidth = 1;
+    pen.strokeStyle = pen.fillStyle = colour("--soft");
+    line(16, y, far, y);
+    for (const [name, value, at] of known) {
+      const text = `${name} ${value.toFixed(0)}`, half = pen.measureText(text).width / 2;
+      line(X(value), y - 7, X(value), y + 7);
+      pen.fillText(text, Math.min(Math.max(X(value) - half, 0), width - 2 * half), at);
+    }
+    pen.strokeStyle = pen.fillStyle = colour("--accent");
+    for (const [value, fell] of past) {
+      pen.beginPath();
+      pen.arc(X(value), y, 3.5, 0, 7);
+      pen[fell ? "stroke" : "fill"]();
+    }
+    pen.lineWidth = 3;
+    line(X(world.total), y - 9, X(world.total), y + 9);
   }
 
   drawPlane(shapes, qpos) {
@@ -197,7 +252,7 @@ class Side {
 class Panel {
   constructor(mujoco, index, site) {
     Object.assign(this, { mujoco, index, site, models: {}, running: true, touched: false, work: [0, 0] });
-    this.sides = [...document.querySelectorAll(".sides figure")].map((figure) => new Side(figure, this));
+    this.sides = [...document.querySelectorAll(".sides figure")].map((figure, at) => new Side(figure, this, at));
     // The methods of the core come first, as on its board.
     const place = ({ name }) => index.core.indexOf(name) + 1 || index.core.length + 1;
     for (const group of index.groups) {
@@ -214,6 +269,11 @@ class Panel {
 
   get task() {
     return this.index.tasks[by("task").value];
+  }
+
+  // The position of the task in its group.
+  get place() {
+    return this.group.tasks.indexOf(by("task").value);
   }
 
   get settings() {
@@ -235,28 +295,60 @@ class Panel {
     by("again").addEventListener("click", () => this.restart());
     by("back").addEventListener("click", () => this.push(-1));
     by("forward").addEventListener("click", () => this.push(1));
+    by("panel").addEventListener("change", () => this.write());
     by("panel").hidden = false;
     await this.visit();
     addEventListener("hashchange", () => { if (location.hash.startsWith("#?")) this.visit(); });
     figure.clock((elapsed) => this.frame(Math.min(elapsed, LONGEST_FRAME)))(true);
   }
 
+  // The task of a body of a plane whose logged return falls most under the reference agent, as a share of its scale.
+  get forgotten() {
+    const rows = this.index.groups.flatMap(({ id, tasks, submissions }) => tasks.map((task, at) => {
+      const [, , logged] = submissions.find(({ name }) => name === this.index.reference)?.runs[0] || [];
+      const { floor, one, body } = this.index.tasks[task], isShown = logged && one && this.index.bodies[body].is_planar;
+      return { group: id, task, lost: isShown ? (logged[at + 1][at] - logged.at(-1)[at]) / (one - floor) : 0 };
+    }));
+    return rows.reduce((most, each) => (each.lost > most.lost ? each : most));
+  }
+
   // Chooses what the address names, and says what is not here.
   async visit() {
-    const wanted = Object.fromEntries(new URLSearchParams(location.hash.slice(2))), groups = this.index.groups;
+    const named = Object.fromEntries(new URLSearchParams(location.hash.slice(2))), groups = this.index.groups;
+    const wanted = named.group || named.task ? named : { ...this.forgotten, ...named };
     const group = groups.find(({ id }) => id === wanted.group) || groups.find(({ tasks }) => tasks.includes(wanted.task)) || groups[0];
     by("group").value = group.id;
     await this.chooseGroup(wanted);
     const known = { group: groups.map(({ id }) => id), task: groups.flatMap(({ tasks }) => tasks) };
     const [lost] = Object.keys(known).filter((name) => wanted[name] && !known[name].includes(wanted[name]));
     if (lost) this.missing = `This page has no ${lost} ${wanted[lost]}; shown is another. `;
-    const runs = group.submissions.find(({ name }) => name === wanted.submission)?.runs || [];
-    if (wanted.submission && !runs.some(([number]) => !wanted.run || String(number) === wanted.run)) {
-      this.missing = `This site does not offer ${wanted.run ? `run ${wanted.run} of ` : ""}${wanted.submission} here. `;
+    for (const at of ["", "2"]) {
+      const [chosen, run] = [wanted[`submission${at}`], wanted[`run${at}`]];
+      const runs = group.submissions.find(({ name }) => name === chosen)?.runs || [];
+      if (chosen && ![EXPERT, NOBODY].includes(chosen) && !runs.some(([number]) => !run || String(number) === run)) {
+        this.missing = `This site does not offer ${run ? `run ${run} of ` : ""}${chosen} here. `;
+      }
     }
   }
 
-  // `wanted` is what a link to this page asks for: a task; a submission and its run, after a stage and at the end.
+  // Puts every choice into the address, as far as it differs from what the task says.
+  write() {
+    const { task, settings } = this, [[part] = []] = Object.entries(settings.limbs);
+    const given = new URLSearchParams({ group: by("group").value, task: by("task").value });
+    const put = (name, value) => { if (value !== "" && value !== false) given.set(name, value); };
+    this.sides.forEach(({ menu, runs, stages }, at) => {
+      [["submission", menu], ["run", runs], ["stage", stages]].forEach(([name, select]) => put(name + (at ? "2" : ""), select.value || (select === menu && NOBODY)));
+    });
+    put("gravity", settings.gravity !== task.gravity && settings.gravity);
+    put("part", JSON.stringify(settings.limbs) !== JSON.stringify(task.limbs) && (part || by("part").value));
+    put("factor", given.has("part") && by("factor").value);
+    put("wall", settings.wall === null ? task.wall && "none" : !this.wallIsDrawn && settings.wall);
+    put("speed", by("speed").value !== "1" && by("speed").value);
+    history.replaceState(null, "", `#?${given}`);
+  }
+
+  // `wanted` is what the address asks for: a task; a submission, its run and stage, and the same of the second body, without
+  // which it is the same run at the end; what of the world differs from the task.
   chooseGroup(wanted = {}) {
     fill(by("task"), this.group.tasks.map((name) => [name, name]));
     if (this.group.tasks.includes(wanted.task)) by("task").value = wanted.task;
@@ -267,12 +359,14 @@ class Panel {
     this.missing = "";
     const task = this.task, body = this.index.bodies[task.body], [[part, factor] = [Object.keys(body.parts)[0], 1]] = Object.entries(task.limbs);
     fill(by("part"), Object.keys(body.parts).map((name) => [name, name]));
-    by("part").value = part;
-    by("factor").value = factor;
-    by("gravity").value = task.gravity;
-    by("has-wall").checked = task.wall;
-    this.wallIsDrawn = true;
-    by("wall").max = 10;
+    by("part").value = wanted.part in body.parts ? wanted.part : part;
+    by("factor").value = numbered(wanted.factor, factor);
+    by("gravity").value = numbered(wanted.gravity, task.gravity);
+    by("has-wall").checked = wanted.wall ? wanted.wall !== "none" : task.wall;
+    this.wallIsDrawn = !numbered(wanted.wall, 0);
+    by("wall").max = Math.max(10, Math.ceil(numbered(wanted.wall, 0)));
+    by("wall").value = numbered(wanted.wall, by("wall").value);
+    if (wanted.speed) by("speed").value = [...by("speed").options].some(({ value }) => value === wanted.speed) ? wanted.speed : "1";
     this.work = [0, 0];
     this.ready = false; // policies and bodies of two tasks do not fit each other
     try {
@@ -283,7 +377,9 @@ class Panel {
       by("status").textContent = `${task.body} could not be loaded. Choose a task to try again.`;
       return;
     }
-    await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i, i && wanted.submission ? { ...wanted, stage: "" } : wanted)));
+    const other = wanted.submission2 === NOBODY ? "" : wanted.submission2 ?? wanted.submission;
+    const second = { submission: other, run: wanted.run2 ?? wanted.run, stage: wanted.stage2 };
+    await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i ? second : wanted)));
     if (task !== this.task) return;
     for (const side of this.sides) side.place(this.mujoco, body, this.models[body.name], this.settings);
     this.ready = true;
@@ -292,7 +388,13 @@ class Panel {
 
   change() {
     if (!this.ready) return;
-    for (const side of this.sides) side.world.change(this.settings);
+    const world = JSON.stringify([by("task").value, { ...this.settings, wall: this.wallIsDrawn || this.settings.wall }]);
+    for (const side of this.sides) {
+      side.world.change(this.settings);
+      if (side.policy !== side.before || world !== this.world) side.past = []; // episodes of another policy or world
+      side.before = side.policy;
+    }
+    this.world = world;
     this.describe();
   }
 
@@ -326,6 +428,7 @@ class Panel {
     for (const side of this.sides) side.reset(start);
     this.touched = false;
     this.over = 0;
+    this.write();
     this.show();
   }
 

@@ -1,5 +1,5 @@
 // A published policy, with the bits of gym_extensions.submissions.policies.arithmetic (docs/rollout-log.md#arithmetic).
-// The file has a header of JSON and its arrays.
+// Its file is the .npz file of a run (docs/policies.md).
 const TERMS = [1], POWERS = Array.from({ length: 121 }, (_, at) => 2 ** (at - 60));
 for (let n = 1; n <= 13; n++) TERMS.push(TERMS[n - 1] * n);
 
@@ -21,24 +21,48 @@ const FUNCTIONS = {
   linear: (x) => x, tanh, relu: (x) => (x < 0 ? 0 : x), leaky_relu: (x) => (x < 0 ? 0.01 * x : x),
   elu: (x) => (x < 0 ? exp(x) - 1 : x), silu: (x) => x * (0.5 * tanh(0.5 * x) + 0.5),
 };
-const TYPES = { f4: Float32Array, f8: Float64Array, u1: Uint8Array };
+const TYPES = { "<f4": Float32Array, "<f8": Float64Array, "|u1": Uint8Array, "|b1": Uint8Array, "<i8": BigInt64Array };
+const NAMES = ["activation", "output_activation", "squash", "head", "observation_dtype"];
 const FORMAT = 1;
+const latin = (bytes) => String.fromCharCode(...bytes);
+
+// An array of numpy, {shape, values}.
+function readArray(buffer) {
+  const size = new DataView(buffer).getUint16(8, true), head = latin(new Uint8Array(buffer, 10, size));
+  const [, type] = head.match(/'descr': '([^']*)'/), [, shape] = head.match(/'shape': \(([^)]*)\)/);
+  return { shape: shape.split(",").filter((n) => n.trim()).map(Number), values: new TYPES[type](buffer, 10 + size) };
+}
+
+// The arrays of an .npz file by name: a ZIP archive without a comment, whose directory is at its end.
+async function readArrays(buffer) {
+  const view = new DataView(buffer), short = (at) => view.getUint16(at, true), long = (at) => view.getUint32(at, true);
+  const arrays = {}, end = buffer.byteLength - 22;
+  for (let at = long(end + 16), left = short(end + 10); left; left--) {
+    const name = latin(new Uint8Array(buffer, at + 46, short(at + 28))).replace(".npy", ""), start = long(at + 42);
+    const packed = new Blob([new Uint8Array(buffer, start + 30 + short(start + 26) + short(start + 28), long(at + 20))]).stream();
+    const unpacked = short(at + 10) ? packed.pipeThrough(new DecompressionStream("deflate-raw")) : packed;
+    arrays[name] = readArray(await new Response(unpacked).arrayBuffer());
+    at += 46 + short(at + 28) + short(at + 30) + short(at + 32);
+  }
+  return arrays;
+}
 
 // The policies of a file, one per stage. Throws an Error with a sentence for the reader.
-export function readPolicies(buffer) {
-  const size = new DataView(buffer).getUint32(0, true);
-  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
-  if (header.format !== FORMAT) throw new Error(`These policies have format ${header.format}, which this page cannot evaluate.`);
-  return header.policies.map((facts) => {
+export async function readPolicies(buffer) {
+  const stages = {};
+  for (const [path, array] of Object.entries(await readArrays(buffer))) {
+    const [name, stage = ""] = path.split("/").reverse();
+    (stages[stage] ||= {})[name] = array;
+  }
+  const order = (a, b) => a.localeCompare(b, "en", { numeric: true });
+  return Object.keys(stages).sort(order).map((stage) => {
+    const arrays = stages[stage], format = Number(arrays.format.values[0]);
+    if (format !== FORMAT) throw new Error(`These policies have format ${format}, which this page cannot evaluate.`);
+    const facts = Object.fromEntries(NAMES.map((name) => [name, latin(arrays[name].values)]));
     for (const name of [facts.activation, facts.output_activation, facts.squash]) {
       if (!FUNCTIONS[name]) throw new Error(`These policies use ${name}, which this page cannot evaluate.`);
     }
-    const arrays = {};
-    for (const [name, [type, shape, at]] of Object.entries(facts.arrays)) {
-      const count = shape.reduce((product, n) => product * n, 1);
-      arrays[name] = { shape, values: new TYPES[type](buffer, 4 + size + at, count) };
-    }
-    return new Policy(facts, arrays);
+    return new Policy({ ...facts, observation_clip: arrays.observation_clip?.values[0] }, arrays);
   });
 }
 
@@ -48,6 +72,7 @@ export class Policy {
     this.arrays = arrays;
     this.layers = Object.keys(arrays).filter((name) => name.startsWith("weight_")).length;
     this.inputs = this.layers ? arrays.weight_0.shape.at(-2) : null;
+    this.knowsTask = Object.keys(arrays).some((name) => /^(weight|mask)_/.test(name) && arrays[name].shape.length > 2);
   }
 
   // The row of a task: of the leading axis, where an array has it.
