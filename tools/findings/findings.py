@@ -100,7 +100,7 @@ def main() -> None:
     templates.globals.update(
         fmt=partial(fixed, digits=2), rank=rank, Value=tables.Value, percent=tables.percent
     )
-    templates.globals.update(pair_of=partial(tables.against, pairs, FINAL))
+    templates.globals.update(pair_of=partial(tables.against, pairs, FINAL), sides=tables.sides)
     text = templates.get_template("page.md.jinja").render(
         budget=STANDARD_BUDGET,
         fine_tuning=FINE_TUNING,

@@ -267,16 +267,33 @@ def predictors(policies: pd.DataFrame) -> list[tuple[str, list[Value]]]:
         policies: from ``results.policies``.
     """
     found = results.forgetting_predictors(policies).set_index(["submission", "predictor", "kind"])
+    values = {
+        key: Value(*row) for key, row in zip(found.index, found[list(Value._fields)].to_numpy(), strict=True)
+    }
     places = [(predictor, kind) for predictor in ("drift", "distances") for kind in ("across", "within")]
+    none = Value(*[math.nan] * 3)
     return [
-        (name, [_at(found, (name, *place)) for place in places]) for name in found.index.unique("submission")
+        (name, [values.get((name, *place), none) for place in places])
+        for name in found.index.unique("submission")
     ]
 
 
-def network_changes(policies: pd.DataFrame) -> list[tuple[str, list[tuple[float, float, float, Value]]]]:
-    """Rank, then inactive share, of the last hidden layer by submission.
+class Change(NamedTuple):
+    """The change of a number from the first task to the last one, and its means at the stages."""
 
-    Each untrained, after the first and the last task, and the change from the first to the last.
+    mean: float
+    low: float
+    high: float
+    untrained: float
+    first: float
+    last: float
+
+    def __str__(self) -> str:
+        return str(Value(*self[:3]))
+
+
+def network_changes(policies: pd.DataFrame) -> list[tuple[str, list[Change]]]:
+    """Rank, then inactive share, of the last hidden layer by submission.
 
     Args:
         policies: from ``results.policies``.
@@ -284,26 +301,18 @@ def network_changes(policies: pd.DataFrame) -> list[tuple[str, list[tuple[float,
     found = results.network_changes(policies)
     found = found[found["measure"] != "norms"]
     found = found[found["layer"] == found.groupby(["submission", "measure"])["layer"].transform("max")]
-    rows = found.set_index(["submission", "measure"])
-    return [
-        (
-            name,
-            [
-                (
-                    *rows.loc[(name, measure), ["untrained", "first", "last"]],
-                    _at(rows, (name, measure), "change"),
-                )
-                for measure in ("ranks", "inactive")
-            ],
-        )
-        for name in rows.index.unique("submission")
-    ]
+    numbers = found[["change", "low", "high", "untrained", "first", "last"]].itertuples(index=False)
+    changes: dict[str, list[Change]] = {}
+    for name, each in zip(found["submission"], numbers, strict=True):
+        changes.setdefault(name, []).append(Change(*each))
+    return list(changes.items())
 
 
-def _at(frame: pd.DataFrame, key: tuple[str, ...], mean: str = "mean") -> Value:
-    """The value of a row; NaN if there is none."""
-    ends = frame.loc[key, [mean, "low", "high"]] if key in frame.index else [math.nan] * 3
-    return Value(*ends)
+def sides(rows: Sequence[tuple[str, Sequence[Value | Change]]], column: int) -> str:
+    """The names whose interval in a column lies above 0, and below."""
+    above = [f"`{name}`" for name, values in rows if values[column].low > 0]
+    below = [f"`{name}`" for name, values in rows if values[column].high < 0]
+    return f"above 0 for {', '.join(above) or 'none'}, below 0 for {', '.join(below) or 'none'}"
 
 
 def open_tasks() -> dict[str, list[str]]:

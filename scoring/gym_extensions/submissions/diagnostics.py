@@ -7,17 +7,21 @@ submission's folder. Loads no simulator.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import fmean
 from typing import Annotated, Literal
 
 from gym_extensions.catalog import states
-from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.documents import JsonDocument, about
 from gym_extensions.files import write_text
-from gym_extensions.submissions.layout import DIAGNOSTICS
+from gym_extensions.metrics.statistics import interval
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.submissions.layout import DIAGNOSTICS, DOCUMENT
 from gym_extensions.submissions.policies.diagnostics import Diagnosis
-from gym_extensions.submissions.run import RunDocument
+from gym_extensions.submissions.run import RunDocument, read_run
 
 COMMAND = "gym-extensions maintain diagnostics"
+MEASURES = ("ranks", "inactive")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,3 +70,41 @@ def load(submission: Path, group: TaskGroup, digests: Mapping[str, str]) -> dict
     if found is None or found.states != states.VERSION:
         return {}
     return {name: run for name, run in found.runs.items() if digests.get(name) == run.policies}
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A number of the last hidden layer, as means over runs: untrained, after the first and the last task.
+
+    ``change`` is last − first.
+    """
+
+    untrained: float
+    first: float
+    last: float
+    change: MetricValue
+
+
+def changes(submission: Path) -> dict[str, dict[str, Change]]:
+    """By group id, how ``ranks`` and ``inactive`` change in the sequential runs of a submission.
+
+    Groups without diagnostics of the present policies are left out. Raises ``BenchError`` if a file cannot be
+    read.
+    """
+    found: dict[str, dict[str, Change]] = {}
+    for group in GROUPS.values():
+        if not path_of(submission, group).exists():
+            continue
+        paths = (submission / group.name / "sequential").glob(f"run*{DOCUMENT}")
+        documents = [read_run(path) for path in sorted(paths)]
+        digests = {run_name(each): each.policies.sha256 for each in documents if each.policies}
+        runs = [run.diagnoses for run in load(submission, group, digests).values()]
+        for measure in MEASURES:
+            layers = [[getattr(each, measure) for each in diagnoses] for diagnoses in runs]
+            if runs and all(each for stages in layers for each in stages):
+                rows = [[each[-1] for each in stages] for stages in layers]
+                untrained, first, last = (fmean(row[at] for row in rows) for at in (0, 1, -1))
+                values = [row[-1] - row[1] for row in rows]
+                change = MetricValue.of(interval(values), values)
+                found.setdefault(group.id, {})[measure] = Change(untrained, first, last, change)
+    return found

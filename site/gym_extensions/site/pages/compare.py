@@ -17,7 +17,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """Two menus of submissions and what separates them; without script, links to the boards."""
     boards = [board for board in site.boards if board.leader and len(board.rows) > 1]
     yield "compare.html", render("compare.html", "compare.html", boards=boards[:MOST_BOARDS])
-    yield paths.COMPARED, index(site)
+    yield paths.COMPARED, index(site, render)
     for merged in contests(site.boards):
         yield paths.board_data(merged[0].id, "pairs.js"), differences(merged, site.submissions)
 
@@ -31,8 +31,8 @@ def contests(boards: Sequence[board_views.BoardView]) -> list[list[board_views.B
     return list(found.values())
 
 
-def index(site: board_views.Leaderboard) -> str:
-    """The script with the submissions, the groups that they have in common, and the pairs of the core."""
+def index(site: board_views.Leaderboard, render: Render) -> str:
+    """The script with the submissions, their groups in common, the pairs of the core, and their networks."""
     merged = [
         {
             "group": text.group_name(board.group),
@@ -61,7 +61,17 @@ def index(site: board_views.Leaderboard) -> str:
         for name in titles
         if (why := whys.get(name, f"No sequential runs of {STANDARD_BUDGET} steps per task."))
     }
-    document = {"titles": titles, "boards": merged, "core": pairs, "unranked": unranked}
+    networks = {
+        name: {
+            text.group_name(group): [
+                [round(each.first, 2), round(each.last, 2)] for each in measures.values()
+            ]
+            for group, measures in groups.items()
+        }
+        for name, groups in render.networks.items()
+        if name in titles
+    }
+    document = {"titles": titles, "boards": merged, "core": pairs, "unranked": unranked, "networks": networks}
     return f"compareIndex({json.dumps(document, separators=(',', ':'))});\n"
 
 

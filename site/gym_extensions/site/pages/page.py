@@ -19,10 +19,12 @@ from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import landscapes, line_charts, strips, task_pictures
 from gym_extensions.site.pages.landscapes import TITLES, Landscapes
 from gym_extensions.site.play import assets, mujoco_wasm, stroboscopes
+from gym_extensions.submissions import diagnostics
 from gym_extensions.submissions.review import REPORTED
 
 TASK_LIST = "tasks.html"
 """The page that lists all tasks."""
+NETWORK_TITLES = {"ranks": "Rank", "inactive": "Inactive"}
 DOCS = "docs/"
 """The folder of the documentation: in the site, built by mkdocs, and in the repository."""
 
@@ -64,6 +66,7 @@ def environment() -> Environment:
         results=submission_results,
         landscape_charts=landscapes,
         landscape_titles=TITLES,
+        network_titles=NETWORK_TITLES,
         line_charts=line_charts,
         strips=strips,
         task_pictures=task_pictures,
@@ -96,6 +99,11 @@ class Render:
     def landscapes(self) -> Landscapes:
         """The landscapes of all submissions whose folders are known."""
         return Landscapes(self.folders)
+
+    @cached_property
+    def networks(self) -> dict[str, dict[str, dict[str, diagnostics.Change]]]:
+        """What training did to the networks of submissions whose folders are known, by name and group id."""
+        return {name: diagnostics.changes(folder) for name, folder in self.folders.items()}
 
     def __call__(self, template: str, path: str, **values: object) -> str:
         """The text of the page at ``path``."""

@@ -23,7 +23,12 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     folder = render.folders.get(submission.name)
     panels = watches(submission, load_submission(folder) if folder else {})
     landscapes = render.landscapes.views(submission)
-    shown = {"submission": submission, "watches": panels, "landscapes": landscapes}
+    networks = {
+        group: each
+        for group, each in render.networks.get(submission.name, {}).items()
+        if group in submission.groups
+    }
+    shown = {"submission": submission, "watches": panels, "landscapes": landscapes, "networks": networks}
     values = shown | {"core": core, "bibtex": bibtex, "commands": commands}
     yield path, render("submission.html", path, **values)
     for group in separate_groups(submission):

@@ -111,6 +111,24 @@ function table(boards, first, second) {
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 
+/* Rank and inactive share of the networks on the groups that at least two of the submissions have, after the first and the last task. */
+function networks(names) {
+  const known = names.filter((name) => Object.hasOwn(index.networks, name));
+  const groups = [...new Set(known.flatMap((name) => Object.keys(index.networks[name])))]
+    .filter((group) => known.filter((name) => index.networks[name][group]).length > 1);
+  if (!groups.length) return [];
+  const cell = (name, found) => {
+    const td = make("td", { className: "num" }, found ? found.map(([first, last]) => `${fixed(first)} \u2192 ${fixed(last)}`).join("; ") : "\u2013");
+    td.dataset.label = title(name);
+    return td;
+  };
+  const rows = groups.map((group) => make("tr", {}, make("th", { scope: "row" }, group), ...known.map((name) => cell(name, index.networks[name][group]))));
+  const heads = ["Group", ...known.map(title)].map((name, i) => make("th", { className: i ? "num" : "", scope: "col" }, name));
+  return [make("table", { className: "submissions narrow" },
+    make("caption", {}, link("Networks", "metrics.html#networks"), ": rank; inactive share of the last hidden layer, after the first \u2192 after the last task"),
+    make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows))];
+}
+
 let unknown = []; // names in the address that are no submission here
 let render; // shows the submissions that were chosen last, also when a script of differences comes late
 
@@ -127,7 +145,7 @@ function show(first, others) {
       place.prepend(make("p", { className: "note" }, `This site compares no submission ${unknown.map((name) => `“${name}”`).join(" or ")}; shown are others. `,
         link("All submissions", "submissions.html")));
     }
-    region.replaceChildren(...others.flatMap((other, i) => (shared[i].length ? [table(shared[i], first, other)] : [])));
+    region.replaceChildren(...others.flatMap((other, i) => (shared[i].length ? [table(shared[i], first, other)] : [])), ...networks([first, ...others]));
   };
   for (const board of shared.flat()) {
     if (loaded[board.id] !== undefined) continue;
