@@ -98,6 +98,15 @@ def test_the_core_score_is_printed_with_its_interval(capsys: pytest.CaptureFixtu
     assert re.search(r"Final performance +0\.500  0\.400 to 0\.600", shown)
 
 
+def test_code_without_runs_waits_for_the_merge(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "agent").mkdir()
+    (tmp_path / "agent/agent.py").write_text("make = None\n", encoding="utf-8")
+    manifest = f'{MANIFEST}\n[agent]\nentry = "agent.py:make"\n'
+    (tmp_path / "submission.toml").write_text(manifest, encoding="utf-8")
+    assert cli.main([str(tmp_path)]) == 0
+    assert "the project trains its code after the merge" in capsys.readouterr().out
+
+
 def test_the_review_is_told(make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
     folder = make_submission(verified=True, protocols=("joint",))
     review = read_review(folder)

@@ -22,6 +22,9 @@ from gym_extensions.submissions.run import Memory, RunDocument
 if TYPE_CHECKING:
     from gym_extensions.references import Reference
 
+NO_RUNS = "It has no runs: the project trains its code after the merge (docs/submit.md)."
+"""Of a submission that is code alone."""
+
 
 @dataclass(frozen=True, slots=True)
 class ManifestSummary:

@@ -1,7 +1,7 @@
 """Facts of a submission in words: its level, how it was verified, and what its manifest states."""
 
 from gym_extensions.scoring.ranking.boards import is_verified
-from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.scorecard import NO_RUNS, Scorecard
 from gym_extensions.site.text import count, grouped
 from gym_extensions.submissions.review import CLAIMED, REPORTED, TRAINED_HERE, VERIFIED
 
@@ -57,7 +57,8 @@ def checked(card: Scorecard) -> str:
     """How a submission was verified, in a sentence or two; what its level means if it was not."""
     if card.level == CLAIMED:
         reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
-        return f"Claimed: the files keep to every rule. {next(filter(None, reasons), 'Not verified yet.')}"
+        why = next(filter(None, reasons), "Not verified yet." if card.groups else NO_RUNS)
+        return f"Claimed: the files keep to every rule. {why}"
     if not is_verified(card.level) or card.level == TRAINED_HERE:
         return LEVELS[card.level] if card.level else ""
     passed = [found for found in card.verifications if found.passed and found.current]

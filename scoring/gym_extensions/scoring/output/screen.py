@@ -89,6 +89,8 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
     reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
     if why := next(filter(None, reasons), ""):
         out.print(f"  claimed: {why}")
+    if not (card.groups or card.trained or card.problems):
+        out.print(f"  {scorecard.NO_RUNS}")
     if card.core and not (chosen and card.core.missing):
         _core(out, card.core)
     hint = ""
