@@ -1,23 +1,19 @@
 """The pages of groups and suites with their tasks and boards, and the table of all rows of every board."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.scoring.scorecard import PaperRow, Scorecard
 from gym_extensions.site import board_views, paths
 from gym_extensions.site.charts.task_pictures import group_picture
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.pages.tasks import measured
 from gym_extensions.site.submission_results import SEQUENTIAL
-from gym_extensions.submissions.review import REPORTED
 
 SHOWN_ROWS = 20
 """Rows of a board on the page of its group, with drawings; the board's own table has all."""
-FIRST_SUBMISSIONS = 2
-"""How many of the best submissions are compared with the paper's numbers."""
 
 
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
@@ -34,14 +30,6 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
 
 
 @dataclass(frozen=True)
-class PaperTable:
-    """The four columns of the paper for some submissions, per task."""
-
-    submissions: tuple[tuple[str, str], ...]  # name and title of each, the publication first
-    rows: tuple[tuple[str, tuple[PaperRow | None, ...]], ...]  # per task id; None where a submission lacks it
-
-
-@dataclass(frozen=True)
 class Group:
     """A group or suite."""
 
@@ -50,7 +38,6 @@ class Group:
     members: tuple[str, ...]  # the group ids of a suite; empty for a group
     # By protocol, most submissions first, task-conditioned ones after the others.
     boards: tuple[board_views.BoardView, ...]
-    paper: PaperTable | None  # the paper's columns; None without a publication
 
     @property
     def picture(self) -> str:
@@ -85,26 +72,6 @@ def groups(site: board_views.Leaderboard) -> tuple[Group, ...]:
     for name in (*ids, *SUITES):
         boards = by_group.get(name, [])
         tasks = published.get(name) or next((board.results[0].tasks for board in boards), ())
-        paper = _paper(name, tasks, boards, site.submissions)
         boards.sort(key=lambda b: (PROTOCOLS.index(b.protocol), b.task_conditioned, -len(b.rows)))
-        found.append(Group(name, tasks, SUITES.get(name, ()), tuple(boards), paper))
+        found.append(Group(name, tasks, SUITES.get(name, ()), tuple(boards)))
     return tuple(found)
-
-
-def _paper(
-    name: str, tasks: Sequence[str], boards: Sequence[board_views.BoardView], submissions: Sequence[Scorecard]
-) -> PaperTable | None:
-    """Publications of the group, and the best submissions of its first board of sequential training."""
-    reported = [
-        submission
-        for submission in submissions
-        if submission.level == REPORTED and SEQUENTIAL in submission.groups.get(name, {})
-    ]
-    if not reported:
-        return None
-    sequential = next((board for board in boards if board.protocol == SEQUENTIAL), None)
-    best = [row.card for row in sequential.rows[:FIRST_SUBMISSIONS]] if sequential else []
-    cards = [*reported, *(card for card in best if card not in reported)]
-    tables = [{row.task: row for row in card.groups[name][SEQUENTIAL].paper_table} for card in cards]
-    rows = tuple((task, tuple(table.get(task) for table in tables)) for task in tasks)
-    return PaperTable(tuple((card.name, card.title) for card in cards), rows)

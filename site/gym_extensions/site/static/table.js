@@ -1,4 +1,4 @@
-/* Sorts, searches, filters and exports the table of a board. Without it, the page is complete as it is.
+/* Sorts, searches and filters the table of a board. Without it, the page is complete as it is.
    The state is in the fragment of the address, as #?q=trpo&sort=forgetting, so that it works from a file, too. */
 "use strict";
 
@@ -11,9 +11,8 @@ const byText = new Intl.Collator("en").compare;
 
 const plain = (text) => text.replace(/[\s\u202f]+/g, " ").trim();
 const parsed = (text) => {
-  const numbers = text.replace(/\u202f/g, "").replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/g) || [];
-  const last = text.includes("\u2013") && numbers.length > 1 ? Number(numbers[1]) : null; // of a rank interval
-  return { v: numbers.length ? Number(numbers[0]) : null, h: text.includes("\u00b1") ? Number(numbers[1]) : null, last };
+  const [found] = text.replace(/\u202f/g, "").replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/) || [];
+  return { v: found === undefined ? null : Number(found) };
 };
 
 /* Rows of the table as values. */
@@ -78,38 +77,6 @@ function shownRows(rows, state, columns) {
   return kept.sort((a, b) => compare(a, b) || a.order - b.order);
 }
 
-/* What is shown, as CSV and JSON. */
-
-function shownData(rows, columns) {
-  return rows.map((row) => {
-    const data = { submission: row.name, title: row.title };
-    for (const column of columns) {
-      if (column.key === "submission") continue;
-      const value = row.values[column.key];
-      if (column.key === "rank") {
-        Object.assign(data, { rank_first: value.v, rank_last: value.last ?? value.v });
-        continue;
-      }
-      data[column.key] = column.number ? value.v : value.text;
-      if (column.number && value.h !== null) {
-        data[`${column.key}_low`] = Number((value.v - value.h).toFixed(4));
-        data[`${column.key}_high`] = Number((value.v + value.h).toFixed(4));
-      }
-    }
-    return data;
-  });
-}
-
-function csvText(data) {
-  const names = [...new Set(data.flatMap(Object.keys))];
-  const quoted = (value) => {
-    let text = value === null || value === undefined ? "" : String(value);
-    if (typeof value === "string" && /^[=+\-@\t\r]/.test(text)) text = `'${text}`;
-    return /[",\n\r]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
-  };
-  return [names.join(","), ...data.map((row) => names.map((name) => quoted(row[name])).join(","))].join("\n") + "\n";
-}
-
 /* The page. */
 
 const make = (tag, properties = {}, ...children) => {
@@ -143,8 +110,6 @@ function start(table) {
   status.setAttribute("role", "status");
   const compare = make("button", { type: "button", textContent: "Compare two ticked" });
   const reset = make("button", { type: "button", textContent: "Reset" });
-  const downloads = ["csv", "json"].map((kind) =>
-    make("button", { type: "button", textContent: kind.toUpperCase(), onclick: () => download(kind) }));
   const boxes = optional.map((column) => {
     const box = make("input", { type: "checkbox" });
     box.onchange = () => {
@@ -157,8 +122,7 @@ function start(table) {
     ...optional.map((column, at) => make("label", {}, boxes[at], ` ${column.title}`)));
   const more = make("button", { type: "button", className: "more", onclick: () => { state.all = true; update(); } });
   const tools = make("div", { className: "tools" }, labelled("Search", search), labelled("Runs", runs),
-    ...Object.entries(selects).map(([key, select]) => labelled(FILTERS[key], select)), chooser, compare,
-    make("span", {}, "These rows as ", downloads[0], " ", downloads[1]), reset);
+    ...Object.entries(selects).map(([key, select]) => labelled(FILTERS[key], select)), chooser, compare, reset);
   const anchor = table.closest(".scroll") || table;
   anchor.before(tools, status);
   anchor.after(more);
@@ -240,17 +204,8 @@ function start(table) {
     compare.disabled = state.ticked.length !== 2;
   }
 
-  function download(kind) {
-    const data = shownData(shown, columns.filter((column) => !state.hide.includes(column.key)));
-    const text = kind === "csv" ? csvText(data) : `${JSON.stringify(data, null, 1)}\n`;
-    const address = URL.createObjectURL(new Blob([text], { type: kind === "csv" ? "text/csv" : "application/json" }));
-    const link = make("a", { href: address, download: `${table.dataset.table}.${kind}` });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(address), 1000);
-  }
-
   apply();
 }
 
 if (typeof document !== "undefined") for (const table of document.querySelectorAll("table[data-table]")) start(table);
-if (typeof module !== "undefined") module.exports = { parsed, readState, writeState, csvText };
+if (typeof module !== "undefined") module.exports = { parsed, readState, writeState };

@@ -42,12 +42,12 @@
     picture.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(text)}`;
   }
 
-  // Every row that is not hidden. A drawing in a cell is its label, and controls are left out.
+  // Every row that is shown. A drawing in a cell is its label, and controls are left out.
   function csv(table) {
     const words = (node) => (node.nodeType === 3 ? node.data : node.nodeName === "svg" ? node.getAttribute("aria-label") ?? ""
       : /^(INPUT|SELECT)$/.test(node.nodeName) || node.className === "sort" || node.className === "tip" ? "" : [...node.childNodes].map(words).join(node.querySelector("wbr") ? "" : " "));
-    const cells = (row) => [...row.cells].flatMap((cell) => {
-      const value = words(cell).replace(/\s+/g, " ").trim();
+    const cells = (row) => [...row.cells].filter((cell) => !cell.hidden).flatMap((cell) => {
+      const value = words(cell).replace(/\s+/g, " ").trim().replace(/^(?=[=+@-])/, "'"); // no formula of a spreadsheet
       return [/[",]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value, ...Array(cell.colSpan - 1).fill("")];
     });
     return [...table.rows].filter((row) => !row.hidden).map((row) => `${cells(row).join(",")}\r\n`).join("");
@@ -72,7 +72,7 @@
       PNG: () => png(svg, name),
     });
   });
-  document.querySelectorAll("main table:not([data-table])").forEach((table, i) => { // the others have tools of their own
+  document.querySelectorAll("main table").forEach((table, i) => {
     const name = `${here}-table-${i + 1}`;
     offer(table.closest(".scroll") ?? table, name, { CSV: () => save(`${name}.csv`, new Blob(["\ufeff", csv(table)], { type: "text/csv" })) });
   });
