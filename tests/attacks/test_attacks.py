@@ -64,7 +64,7 @@ class Attack:
     forge: Forge
     stop: str
     head: str = "deterministic"
-    runs: int = 3
+    runs: int = 2
     reviewed: bool = False
 
 
