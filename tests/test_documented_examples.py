@@ -123,11 +123,7 @@ def test_the_documented_way_to_a_policy_leads_to_an_action(
     folder = make_submission(name="submissions/trpo", runs=(0,))
     monkeypatch.chdir(folder.parents[1])
     names: dict[str, object] = {}
-    exec(
-        code.replace("act(observation)", "act(observation, np.random.default_rng(0))"),
-        {"np": np},
-        names,
-    )
+    exec(code.replace("act(observation)", "act(observation, np.random.default_rng(0))"), {"np": np}, names)
     assert getattr(names["action"], "shape", None) == (3,)
 
 

@@ -16,10 +16,7 @@ from gym_extensions.submissions.reader import read
 ROOT = Path(__file__).resolve().parents[1]
 PUBLIC = {
     "gym_extensions.envs": " ".join(
-        [
-            *variations.__all__,
-            "Task TaskGroup TaskId VectorTaskId customize group load_group make make_vec",
-        ]
+        [*variations.__all__, "Task TaskGroup TaskId VectorTaskId customize group load_group make make_vec"]
     ),
     "gym_extensions.baselines": """
         Agent BatchTrained Card Context Factory JobFailed JobFinished Monitor Observes OnnxPolicy

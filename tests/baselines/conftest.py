@@ -17,8 +17,7 @@ from gym_extensions.envs import MovingGoal, TaskGroup, customize
 SHORT_GROUP = "pusher"
 """A published group of two tasks with episodes of 100 steps."""
 QUICK_GROUP = TaskGroup(
-    "quick-pusher",
-    (customize("Pusher", max_steps=10), customize("Pusher", [MovingGoal()], max_steps=10)),
+    "quick-pusher", (customize("Pusher", max_steps=10), customize("Pusher", [MovingGoal()], max_steps=10))
 )
 """The same with episodes of 10 steps, for tests that need no published group."""
 QUICK_TOML = """

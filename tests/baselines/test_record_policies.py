@@ -205,10 +205,7 @@ def test_a_run_of_which_some_stages_have_a_policy_is_not_written_and_nothing_is_
 
 
 BAD_POLICIES: dict[str, tuple[Any, str, str]] = {
-    "wrong actions": (
-        lambda observations: np.zeros((len(observations), 2)),
-        *("bad-actions", "(20, 2)"),
-    ),
+    "wrong actions": (lambda observations: np.zeros((len(observations), 2)), *("bad-actions", "(20, 2)")),
     "wrong observations": (lambda observations: observations @ np.zeros((11, 7)), "bad-policy", "(20, 23)"),
     "not a policy": ("policy.pt", "bad-policy", "str"),
 }

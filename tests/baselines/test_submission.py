@@ -119,11 +119,7 @@ def test_a_new_manifest_passes_the_rules_and_reads_back_as_it_is() -> None:
     tables = manifest_tables(settings(observes=Observes(task_in_training=True), num_envs=4))
     assert not list(findings(tables))
     assert tables["hyperparameters"] == {"step": 0.1, "widths": [4, 4], "num_envs": 4}
-    assert tables["observes"] == {
-        "task_in_training": True,
-        "task_in_evaluation": False,
-        "boundaries": False,
-    }
+    assert tables["observes"] == {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
 
 
 @pytest.mark.parametrize(

@@ -41,10 +41,7 @@ def test_a_toml_file_gives_the_group_that_the_same_python_objects_give(tmp_path:
 def test_a_custom_group_has_an_id_and_is_not_published(tmp_path: Path) -> None:
     light = load_group(write(tmp_path, LIGHT))
     assert (light.id, light.published) == ("hopper-light-v0", False)
-    assert light.task_ids == (
-        "gym_extensions/Hopper-v0",
-        "gym_extensions/Hopper.Gravity-0.3.steps-500-v0",
-    )
+    assert light.task_ids == ("gym_extensions/Hopper-v0", "gym_extensions/Hopper.Gravity-0.3.steps-500-v0")
     assert group("hopper-gravity").published
     assert load_group(write(tmp_path, f"version = 2\n{LIGHT}")).id == "hopper-light-v2"
 
@@ -105,8 +102,7 @@ def test_any_id_of_gymnasium_is_a_task(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("task", "fact"),
-    [("Pendulun-v1", "'Pendulun-v1'"), ("no_such_module:Own-v0", "'no_such_module'")],
+    ("task", "fact"), [("Pendulun-v1", "'Pendulun-v1'"), ("no_such_module:Own-v0", "'no_such_module'")]
 )
 def test_an_id_that_gymnasium_does_not_know_is_an_error(tmp_path: Path, task: str, fact: str) -> None:
     file = tmp_path / "own.toml"

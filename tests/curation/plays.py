@@ -76,9 +76,7 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         lambda project: index(project, ("100644", (project / OLD / "sequential/run0.csv").read_text(), LOG)),
     ),
     "a title that looks like another one": file(
-        "same-title",
-        f"{NEW}/submission.toml",
-        BOARD_MANIFEST.replace("A submission", "SUBMISSIОN 0LD"),
+        "same-title", f"{NEW}/submission.toml", BOARD_MANIFEST.replace("A submission", "SUBMISSIОN 0LD")
     ),
     "two names that differ in case": file("case-collision", LOG.replace("run0", "Run0"), where=LOG),
     "a large file": file("too-large", f"{NEW}/README.md", "x" * 65537),

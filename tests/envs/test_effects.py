@@ -197,10 +197,7 @@ def test_a_moving_goal_is_reflected_at_its_box(
 
 @pytest.mark.parametrize(
     ("name", "low", "high"),
-    [
-        ("PusherTrackingGoal", (0.35, -0.25), (0.75, -0.05)),
-        ("StrikerTrackingGoal", (0.15, 0.1), (0.7, 1.0)),
-    ],
+    [("PusherTrackingGoal", (0.35, -0.25), (0.75, -0.05)), ("StrikerTrackingGoal", (0.15, 0.1), (0.7, 1.0))],
 )
 def test_a_tracking_goal_moves_at_its_velocity_within_its_box(
     name: str, low: tuple[float, float], high: tuple[float, float]

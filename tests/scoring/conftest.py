@@ -21,9 +21,7 @@ def cards() -> dict[object, Scorecard]:
 
 @pytest.fixture
 def enter(
-    make_submission: Callable[..., Path],
-    references: References,
-    cards: dict[object, Scorecard],
+    make_submission: Callable[..., Path], references: References, cards: dict[object, Scorecard]
 ) -> Enter:
     def make(
         name: str,

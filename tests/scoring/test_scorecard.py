@@ -328,10 +328,7 @@ def test_a_scorecard_has_what_the_review_says(make_submission: Write, references
     ],
 )
 def test_the_last_decision_holds(
-    make_submission: Write,
-    references: References,
-    actions: tuple[Action, ...],
-    state: tuple[str, bool, int],
+    make_submission: Write, references: References, actions: tuple[Action, ...], state: tuple[str, bool, int]
 ) -> None:
     folder = make_submission(protocols=("joint",))
     decisions = [

@@ -55,11 +55,7 @@ def sequential(group_name: str, matrices: list[list[list[float]]], budget: str =
         "first_step": lambda j: j,
     }
     table: list[Document] = [
-        {
-            "task": task,
-            **{name: spread(stage, j) for name, stage in columns.items()},
-            "single_env": None,
-        }
+        {"task": task, **{name: spread(stage, j) for name, stage in columns.items()}, "single_env": None}
         for j, task in enumerate(tasks)
     ]
     total = {

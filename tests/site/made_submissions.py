@@ -13,9 +13,7 @@ from ..conftest import MANIFEST, write_submission
 
 HOPPER = "hopper-gravity"
 REFERENCES = References(
-    "made-up",
-    {task: Reference(Floor(0.0), Expert(100.0)) for task in group(HOPPER).task_ids},
-    "0f" * 32,
+    "made-up", {task: Reference(Floor(0.0), Expert(100.0)) for task in group(HOPPER).task_ids}, "0f" * 32
 )
 """Floor 0 and expert 100 on every task of the group."""
 

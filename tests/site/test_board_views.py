@@ -11,11 +11,7 @@ from .made_boards import around, only
 
 
 def test_ranks_are_intervals_and_a_single_submission_has_none(make_card: Make) -> None:
-    tied = only(
-        make_card("a", around(0.9)),
-        make_card("b", around(0.899)),
-        make_card("c", around(0.1)),
-    )
+    tied = only(make_card("a", around(0.9)), make_card("b", around(0.899)), make_card("c", around(0.1)))
     ranks = [rank(row.rank("final_performance")) for row in tied.rows]
     assert ranks == ["1–2", "1–2", "3"]
     assert [row.rank("final_performance") for row in only(make_card("a", around(0.9))).rows] == [None]

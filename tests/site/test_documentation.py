@@ -56,9 +56,7 @@ def test_without_the_documentation_files_are_named_and_nothing_links_to_them(
             assert "submit" in page.ids
 
 
-def test_the_search_field_of_every_page_opens_the_search(
-    document: dict[str, Any],
-) -> None:
+def test_the_search_field_of_every_page_opens_the_search(document: dict[str, Any]) -> None:
     for path, page in pages(document, docs=True).items():
         (form,) = [attributes for tag, attributes in page.elements if tag == "form"]
         root = "../" if "/" in path else ""

@@ -8,18 +8,7 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import VERIFIED, level
 from gym_extensions.submissions.rules import RULES
 
-from .examples import (
-    DOCUMENT,
-    GROUP,
-    LOG,
-    TOML,
-    CopySubmission,
-    cell,
-    edit,
-    put,
-    remove,
-    rules,
-)
+from .examples import DOCUMENT, GROUP, LOG, TOML, CopySubmission, cell, edit, put, remove, rules
 from .rules import test_agent, test_folder, test_log, test_manifest, test_policies, test_run_document
 
 TABLES = (test_agent, test_folder, test_manifest, test_run_document, test_log, test_policies)

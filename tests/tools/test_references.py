@@ -71,10 +71,7 @@ def test_a_task_is_open_without_an_expert_or_with_one_that_is_not_clear(tmp_path
 
 @pytest.mark.parametrize(
     ("change", "code"),
-    [
-        ({"fingerprint": "0" * 16}, "foreign-fingerprint"),
-        ({"policy": "0" * 64}, "other-policy"),
-    ],
+    [({"fingerprint": "0" * 16}, "foreign-fingerprint"), ({"policy": "0" * 64}, "other-policy")],
 )
 def test_an_expert_of_another_task_is_refused_and_nothing_is_written(
     change: dict[str, str], code: str, tmp_path: Path

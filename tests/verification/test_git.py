@@ -31,10 +31,7 @@ def test_files_of_a_commit_are_read_with_their_modes_and_sizes(tmp_path: Path) -
     assert [
         (submission.mode, submission.size, submission.path)
         for submission in repository.tree(head, sizes=True)
-    ] == [
-        ("100644", 2, "a/b.csv"),
-        ("100644", 4, "c"),
-    ]
+    ] == [("100644", 2, "a/b.csv"), ("100644", 4, "c")]
     assert (repository.file(head, "c"), repository.file(head, "a")) == (b"\0\xff\n\n", None)
 
 

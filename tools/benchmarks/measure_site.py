@@ -27,12 +27,7 @@ from gym_extensions.scoring.submission.normalization import GroupReturns
 from gym_extensions.scoring.submission.scorer import score_group
 from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.site.build import build_site
-from gym_extensions.submissions.manifest import (
-    Code,
-    Observes,
-    Protocol,
-    Tuning,
-)
+from gym_extensions.submissions.manifest import Code, Observes, Protocol, Tuning
 from gym_extensions.submissions.review import CLAIMED, VERIFIED
 from gym_extensions.submissions.run import Memory
 

@@ -34,14 +34,7 @@ from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LO
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
 IMAGES = ROOT / "docs" / "images"
-NOT_COMPARED = {
-    "random",
-    "zero",
-    *IN_OTHER_WAYS,
-    "trpo-2017",
-    "trpo-2017-paper",
-    "trpo-2017-paper-hopper",
-}
+NOT_COMPARED = {"random", "zero", *IN_OTHER_WAYS, "trpo-2017", "trpo-2017-paper", "trpo-2017-paper-hopper"}
 
 
 def of_runs(folder: Path, metric: str = LOST) -> dict[str, Sequence[float]]:

@@ -163,11 +163,7 @@ def page(groups: Sequence[Group], further: Sequence[Statement]) -> str:
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
     )
     templates.filters.update(
-        deviation=deviation,
-        change=gap_in_words,
-        gap=gap,
-        whole=partial(fixed, digits=0),
-        task_name=task_name,
+        deviation=deviation, change=gap_in_words, gap=gap, whole=partial(fixed, digits=0), task_name=task_name
     )
     template = templates.get_template("reproduction.md.jinja")
     return (

@@ -11,12 +11,7 @@ from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.cli import parse_runs
 from gym_extensions.baselines.generators import training_seed
-from gym_extensions.baselines.training.jobs import (
-    Settings,
-    jobs_of,
-    parse_request,
-    require_fit,
-)
+from gym_extensions.baselines.training.jobs import Settings, jobs_of, parse_request, require_fit
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.protocol import budget
@@ -96,12 +91,7 @@ def test_the_seed_of_a_run_and_purpose_is_fixed() -> None:
     assert training_seed(1000, "reference", "gym_extensions/HopperGravityHalf-v0", "random") == 3190986840
 
 
-GOOD: dict[str, Any] = {
-    "groups": "hopper-gravity",
-    "protocols": "single",
-    "budget": "smoke",
-    "runs": 0,
-}
+GOOD: dict[str, Any] = {"groups": "hopper-gravity", "protocols": "single", "budget": "smoke", "runs": 0}
 BAD: list[tuple[dict[str, Any], str]] = [
     *(({"runs": value}, "bad-runs") for value in ("0-4", 1.5, [0, "1"], None, [])),
     *(({"runs": value}, "bad-run") for value in (-1, 100)),

@@ -19,12 +19,7 @@ from gym_extensions.baselines import (
     TaskEvaluated,
     train,
 )
-from gym_extensions.baselines.training.progress import (
-    Bars,
-    Event,
-    TrainingStarted,
-    printer,
-)
+from gym_extensions.baselines.training.progress import Bars, Event, TrainingStarted, printer
 from gym_extensions.errors import BenchError
 
 from ..conftest import QUICK_GROUP, SHORT_GROUP, Watched

@@ -14,10 +14,7 @@ from gym_extensions.baselines.trust_region.policy import (
 )
 
 SIZES = (3, 6, 5, 2)
-ARCHITECTURES = (
-    Architecture(SIZES, "tanh", tanh_mean=False),
-    Architecture(SIZES, "relu", tanh_mean=True),
-)
+ARCHITECTURES = (Architecture(SIZES, "tanh", tanh_mean=False), Architecture(SIZES, "relu", tanh_mean=True))
 """The architectures of ``trpo`` and ``trpo-2017``, with small layers."""
 
 

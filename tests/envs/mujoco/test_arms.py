@@ -47,8 +47,7 @@ def test_the_object_is_drawn_uniformly_where_the_goal_leaves_room() -> None:
 
 def test_striker_starts_with_a_fixed_ball_and_a_drawn_goal() -> None:
     rows = states_after_reset(
-        "Striker",
-        lambda env: np.concatenate([env.data.qpos, env.data.qvel, env.data.mocap_pos[0]]),
+        "Striker", lambda env: np.concatenate([env.data.qpos, env.data.qvel, env.data.mocap_pos[0]])
     )
     assert (rows[:, 7] == -0.175).all()
     assert (rows[:, 8] == 0.5).all()

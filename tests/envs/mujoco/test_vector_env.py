@@ -104,7 +104,7 @@ CUSTOM: dict[str, list[Task]] = {
             "HopperBusy",
             "Hopper",
             (Gravity(0.7), LimbScale("Foot", 1.2), RangeSensor(), Wall(), SensorNoise(), MotorNoise()),
-        ),
+        )
     ],
     "a sensor, and no wall to see": [
         Task("WalkerLooking", "Walker2d", (RangeSensor(),)),

@@ -27,18 +27,11 @@ def run(root: Path) -> list[str]:
         "sys.modules['gym_extensions.envs'] = package = types.ModuleType('gym_extensions.envs')\n"
         f"package.__path__ = [{str(root)!r}]\n"
     ) + CODE
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     return done.stdout.split()
 
 
-def test_cached_code_is_reused_until_a_constant_in_another_file_changes(
-    tmp_path: Path,
-) -> None:
+def test_cached_code_is_reused_until_a_constant_in_another_file_changes(tmp_path: Path) -> None:
     copy = shutil.copytree(HERE, tmp_path / "navigation", ignore=shutil.ignore_patterns("__pycache__"))
     assert run(tmp_path) == ["4.0", "0", "1"]
     assert run(tmp_path) == ["4.0", "1", "0"]

@@ -4,11 +4,7 @@ from dataclasses import replace
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.scoring.ranking.boards import (
-    BoardKey,
-    board_keys,
-    lookup,
-)
+from gym_extensions.scoring.ranking.boards import BoardKey, board_keys, lookup
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 
 METRICS = {"final_performance": MetricValue(mean=0.5, runs=(0.5,))}

@@ -47,9 +47,7 @@ def test_a_published_table_shows_what_it_has(document: dict[str, Any]) -> None:
     assert "boards/hopper-gravity-v0-sequential-paper.html" not in pages
 
 
-def test_a_suite_has_a_page_a_board_and_a_row_on_the_page_of_the_submission(
-    document: dict[str, Any],
-) -> None:
+def test_a_suite_has_a_page_a_board_and_a_row_on_the_page_of_the_submission(document: dict[str, Any]) -> None:
     card = document["submissions"][0]
     scores = card["groups"]["hopper-gravity-v0"]["sequential"]
     bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")

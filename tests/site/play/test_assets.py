@@ -151,10 +151,7 @@ def test_every_submission_is_offered_with_its_first_run_before_another_run_is(
     ids=["none", "another format"],
 )
 def test_a_submission_that_cannot_be_played_is_named_with_the_reason(
-    built: Callable[..., dict[str, bytes | str]],
-    tmp_path: Path,
-    damage: Callable[[Path], object],
-    why: str,
+    built: Callable[..., dict[str, bytes | str]], tmp_path: Path, damage: Callable[[Path], object], why: str
 ) -> None:
     folder = write_runs(tmp_path / "better")
     for path in list(folder.rglob("*.npz")):

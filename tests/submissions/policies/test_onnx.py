@@ -176,7 +176,7 @@ def test_a_reduction_over_the_batch_is_refused_and_others_are_not(as_input: bool
 
 def test_a_network_whose_rows_see_each_other_in_another_way_is_refused() -> None:
     nodes = [
-        onnx.helper.make_node("CumSum", ["observation", "axis"], ["action"]),  # row by row
+        onnx.helper.make_node("CumSum", ["observation", "axis"], ["action"])  # row by row
     ]
     constants = [onnx.numpy_helper.from_array(np.array(0), "axis")]
     shape = [value("observation", FLOAT, [BATCH, 3])], [value("action", FLOAT, [BATCH, 3])]

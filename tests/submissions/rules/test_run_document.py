@@ -2,19 +2,7 @@
 
 from typing import Any
 
-from ..examples import (
-    DOCUMENT,
-    HALF,
-    LOG,
-    POLICIES,
-    Check,
-    Example,
-    document,
-    edit,
-    parametrize,
-    put,
-    remove,
-)
+from ..examples import DOCUMENT, HALF, LOG, POLICIES, Check, Example, document, edit, parametrize, put, remove
 
 CURVE = {"stage": 1, "task": HALF, "steps": [100, 200], "returns": [1.0, 2.0]}
 EVALUATION = CURVE | {"episodes": 3}
