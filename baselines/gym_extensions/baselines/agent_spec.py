@@ -22,8 +22,7 @@ from gym_extensions.baselines import agent as agents, algorithms, generators
 from gym_extensions.baselines.agent import Agent, Array, Card, Context, Factory, TaskLabel, VectorEnv
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import IN_ORDER, STANDARD_BUDGET, evaluation_seed
-from gym_extensions.envs import make_vec
-from gym_extensions.envs.rollout import clip_actions
+from gym_extensions.envs import make_vec, rollout
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, manifest, rules, run
 from gym_extensions.submissions.policies import mlp, onnx
@@ -228,7 +227,7 @@ def first_actions(agent: Agent, env: VectorEnv, seeds: Sequence[int], label: Tas
     """The actions (num_envs, …) of an agent after a reset, clipped to the action space."""
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     context = Context(np.ones(len(seeds), np.bool_), label)
-    return clip_actions(agents.action_function(agent)(observations, context), env, "act()")
+    return rollout.clip_actions(agents.action_function(agent)(observations, context), env, "act()")
 
 
 def require_agreement(

@@ -24,8 +24,7 @@ from gym_extensions.baselines.training.jobs import Settings, TrainingJob, parse_
 from gym_extensions.catalog import protocol
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task, whole_number
-from gym_extensions.envs import make_vec
-from gym_extensions.envs.fingerprinting import fingerprint_of, require_published_engine
+from gym_extensions.envs import fingerprinting, make_vec
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.references.experts import EPISODES, floor_margin
 from gym_extensions.submissions.layout import PROGRESS
@@ -135,7 +134,7 @@ def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> references.Floor
     }
     name, better = max(agents.items(), key=lambda item: item[1].mean)
     first = next(iter(returns))
-    fingerprint = fingerprint_of(first.task)
+    fingerprint = fingerprinting.fingerprint_of(first.task)
     return references.Floor(better.mean, name, first.episodes, better.standard_error, agents, fingerprint)
 
 
@@ -175,7 +174,7 @@ def read_file(path: Path, tasks: Iterable[Task]) -> dict[str, references.Referen
         return {}
     found = dict(references.read_references(path).tasks)
     for task in tasks:
-        if task.id in found and found[task.id].floor.fingerprint != fingerprint_of(task):
+        if task.id in found and found[task.id].floor.fingerprint != fingerprinting.fingerprint_of(task):
             message = f"The floor of {task.id} was measured with another definition of the task."
             raise BenchError("foreign-fingerprint", message, str(path), "Start a new version with --out.")
     return found
@@ -269,7 +268,7 @@ def main(argv: list[str] | None = None) -> int:
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", hint)
     whole_number("jobs", options.jobs, "bad-jobs", "--jobs")
     groups = parse_groups(cli.parse_names(options.groups))
-    require_published_engine()
+    fingerprinting.require_published_engine()
     if out.is_dir():
         raise BenchError("bad-out", "It is a folder.", str(out), "Name a file, such as references.json.")
     if out.resolve().parent == references.path_of().parent:

@@ -12,18 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
-from gym_extensions.envs import fingerprinting
-from gym_extensions.envs.rollout import Outcome
+from gym_extensions.envs import fingerprinting, rollout
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import fetch, layout, problem
+from gym_extensions.submissions import fetch, layout, problem, review
 from gym_extensions.submissions.log import Log
-from gym_extensions.submissions.policies import files
-from gym_extensions.submissions.policies.onnx import RUNTIME
-from gym_extensions.submissions.review import Verification
+from gym_extensions.submissions.policies import files, onnx
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission, is_trainable
-from gym_extensions.verification import episodes as episodess, new_seeds
-from gym_extensions.verification.limits import TOO_SLOW
+from gym_extensions.verification import episodes as episodess, limits, new_seeds
 from gym_extensions.versions import blas_kernels, version, version_or_none
 
 SAMPLED = "sampled"
@@ -34,14 +30,14 @@ TOLERANCE = 1e-3
 """Relative difference of returns up to which an episode of an ONNX network counts as repeated."""
 
 
-def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[Outcome]]:
+def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[rollout.Outcome]]:
     """The logged outcomes of a run by stage and index of the task, sorted as in the log."""
-    cells = defaultdict[tuple[int, int], list[Outcome]](list)
+    cells = defaultdict[tuple[int, int], list[rollout.Outcome]](list)
     rows = log.rows[log.rows["run"] == run]
     names = ("stage", "position", "length", "return", "terminated", "success")
     columns = (rows[name].tolist() for name in names)
     for stage, position, length, return_, terminated, success in zip(*columns, strict=True):
-        cells[stage, position].append(Outcome(length, return_, terminated, SUCCESSES[success]))
+        cells[stage, position].append(rollout.Outcome(length, return_, terminated, SUCCESSES[success]))
     return dict(cells)
 
 
@@ -58,7 +54,7 @@ class LoggedRun:
         return layout.run_key(self.log.group.name, self.log.protocol, self.document.run)
 
     @cached_property
-    def logged(self) -> dict[tuple[int, int], list[Outcome]]:
+    def logged(self) -> dict[tuple[int, int], list[rollout.Outcome]]:
         """The logged outcomes by stage and index of the task."""
         return logged_cells(self.log, self.document.run)
 
@@ -110,12 +106,12 @@ class LoggedRun:
         other last bits with another runtime or processor, of which the kernels of the BLAS tell.
         """
         made, packages = self.document.versions, self.document.packages
-        if RUNTIME not in packages:
+        if onnx.RUNTIME not in packages:
             return fingerprinting.other_platform()
         name = f"{platform.system()}-{platform.machine()}"
         here = {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
         pairs = {name: (getattr(made, name), value) for name, value in here.items()}
-        pairs[RUNTIME] = (packages[RUNTIME], version_or_none(RUNTIME) or "")
+        pairs[onnx.RUNTIME] = (packages[onnx.RUNTIME], version_or_none(onnx.RUNTIME) or "")
         text = differing(pairs)
         return text and f"Made elsewhere (run / here): {text}."
 
@@ -158,7 +154,7 @@ def repetition(run: LoggedRun, cells: Sequence[episodess.Cell], result: episodes
     return Repetition(repeated, total, difference)
 
 
-def _described(outcome: Outcome) -> str:
+def _described(outcome: rollout.Outcome) -> str:
     success = "" if outcome.success is None else f", success {str(outcome.success).lower()}"
     end = "terminated" if outcome.terminated else "truncated"
     return f"return {outcome.return_!r}, {end} after {outcome.length} steps{success}"
@@ -181,7 +177,7 @@ class Report:
 
     name: str
     problems: tuple[problem.Problem, ...] = ()
-    verification: Verification | None = None
+    verification: review.Verification | None = None
     runs: Mapping[str, Repetition] = field(default_factory=dict)
     machines: Mapping[str, str] = field(default_factory=dict)
     means: Mapping[str, str] = field(default_factory=dict)
@@ -281,10 +277,10 @@ def verify(
     try:
         first = play({name: (*prescribed[name], *run.tested(draw)) for name, run in runs.items()})
     except BenchError as error:
-        if error.code != TOO_SLOW:
+        if error.code != limits.TOO_SLOW:
             raise
         why = UNDECIDED.format(hours, episodess.SECONDS_PER_CELL)
-        found = Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
+        found = review.Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
         return replace(report, verification=found)
     repetitions, fresh = {}, {}
     for name, each in first.items():
@@ -315,7 +311,7 @@ def verify(
         difference += f" [{machines[first_other]}]"
     return replace(
         report,
-        verification=Verification(
+        verification=review.Verification(
             **facts,
             episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
             repeated=sum(each.repeated for each in repetitions.values()),
@@ -346,7 +342,7 @@ def _twins(
     return ""
 
 
-Fresh = Mapping[str, Sequence[Sequence[Outcome]]]
+Fresh = Mapping[str, Sequence[Sequence[rollout.Outcome]]]
 """The outcomes of the tested cells on new seeds by the name of the run."""
 
 

@@ -10,7 +10,6 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.metrics import formulas, values
 from gym_extensions.references import load_references
 from gym_extensions.scoring.ranking import boards as model, group_board
-from gym_extensions.scoring.ranking.boards import BoardRow, BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site.submission_results import SubmissionResult, group_order
 from gym_extensions.submissions.review import REPORTED
@@ -37,7 +36,7 @@ class Row:
 
     card: Scorecard  # shortened
     result: SubmissionResult  # its scores on this board
-    submission: BoardRow  # what the scorer's board says of it
+    submission: model.BoardRow  # what the scorer's board says of it
     ranked_on: Mapping[str, int]  # the number of ranked submissions per metric
 
     @property
@@ -153,7 +152,7 @@ class Leaderboard:
         return board_views(self.scored.boards, self.submissions)
 
     @cached_property
-    def scored(self) -> BoardsDocument:
+    def scored(self) -> model.BoardsDocument:
         """The scorer's boards of all submissions without problems; computed rows only of known references."""
         document = group_board.boards([card for card in self.submissions if not card.problems])
         if load_references().digest == self.references.sha256:

@@ -9,7 +9,6 @@ import numpy as np
 from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
 from gym_extensions.baselines.algorithms.trpo import Trpo
 from gym_extensions.baselines.trust_region import policy as policies
-from gym_extensions.baselines.trust_region.policy import Moments
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.mlp import Policy
@@ -20,7 +19,7 @@ class Head:
     """A task's own part of the policy."""
 
     parameters: Array  # of the output layer, then log σ (k,)
-    moments: Moments  # of the observations, at the end of the task
+    moments: policies.Moments  # of the observations, at the end of the task
     number: int  # 1 for the task that was learned first, 2 for the second, and so on
 
 
@@ -147,7 +146,7 @@ class MultiHead(Trpo):
         for task in (int(name[4:-7]) for name in arrays if name.startswith("head") and "/number" in name):
             names = ("parameters", "number", "count", "mean", "squares")
             parameters, number, count, mean, squares = (arrays[f"head{task}/{name}"] for name in names)
-            self._heads[task] = Head(parameters, Moments(float(count), mean, squares), int(number))
+            self._heads[task] = Head(parameters, policies.Moments(float(count), mean, squares), int(number))
 
 
 class Snapshots(MultiHead):

@@ -23,8 +23,7 @@ from typing import Any
 import msgspec
 
 from gym_extensions.baselines import generators
-from gym_extensions.baselines.isolated import contents, frames
-from gym_extensions.baselines.isolated.confine import Limits
+from gym_extensions.baselines.isolated import confine, contents, frames
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.problem import cut, escape
 
@@ -69,7 +68,7 @@ def require_possible() -> None:
         raise BenchError("no-box", "Bubblewrap, which makes the box, is not installed.", OPTION, hint)
 
 
-def command(agent: Path | None, limits: Limits, pipes: tuple[int, int]) -> list[str]:
+def command(agent: Path | None, limits: confine.Limits, pipes: tuple[int, int]) -> list[str]:
     """The command line that starts a guest which reads from and writes to these pipes."""
     variables = {name: os.environ.get(name, "1") for name in THREADS} | OWN_VARIABLES
     if kernels := os.environ.get("OPENBLAS_CORETYPE"):
@@ -96,7 +95,7 @@ class Box:
     allows, with the place and what the agent printed last; the class does if no box can be started.
     """
 
-    def __init__(self, name: str, agent: Path | None, limits: Limits) -> None:
+    def __init__(self, name: str, agent: Path | None, limits: confine.Limits) -> None:
         require_possible()
         import fcntl  # Windows has none
 

@@ -23,9 +23,8 @@ import msgspec
 import numpy as np
 
 from gym_extensions import baselines
-from gym_extensions.baselines import agent as agents, algorithms
+from gym_extensions.baselines import agent as agents, algorithms, generators
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.generators import preserved_global_generators
 from gym_extensions.baselines.isolated import frames
 from gym_extensions.errors import BenchError
 from gym_extensions.files import remove
@@ -72,7 +71,7 @@ class Guest:
             self._scopes.pop().close()
         for seed in opened:
             self._scopes.append(ExitStack())
-            self._scopes[-1].enter_context(preserved_global_generators(seed))
+            self._scopes[-1].enter_context(generators.preserved_global_generators(seed))
         return (None,)
 
     def load_agent(self, file: str, attribute: str) -> Reply:

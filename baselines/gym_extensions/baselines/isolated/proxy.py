@@ -12,22 +12,17 @@ import numpy as np
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
-from gym_extensions.baselines.isolated import frames
+from gym_extensions.baselines.isolated import confine, frames
 from gym_extensions.baselines.isolated.box import Box
-from gym_extensions.baselines.isolated.confine import Limits
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.submissions.manifest import Observes
-from gym_extensions.submissions.policies.files import AnyPolicy
-from gym_extensions.submissions.policies.mlp import HINT, Policy
-from gym_extensions.submissions.policies.mlp_arrays import array_errors
-from gym_extensions.submissions.policies.onnx import ONNX, Network, OnnxPolicy, Tensor
-from gym_extensions.submissions.problem import cut
+from gym_extensions.submissions import manifest, problem
+from gym_extensions.submissions.policies import files, mlp, mlp_arrays, onnx
 
 ATTRIBUTES = ("batch_steps", "budget_steps", "num_envs", *frames.NEEDS)
 """Attributes of the environment that the guest is told, as far as the agent asked for them."""
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
-DEFAULTS = Limits()
+DEFAULTS = confine.Limits()
 Tensors = dict[str, tuple[frames.ArrayType, frames.Shape]]
 
 
@@ -42,7 +37,7 @@ class IsolatedAgent:
     Raises ``BenchError`` if there is no such file or agent.
     """
 
-    def __init__(self, name: str, limits: Limits = DEFAULTS) -> None:
+    def __init__(self, name: str, limits: confine.Limits = DEFAULTS) -> None:
         self.limits = limits
         self.path, self.attribute = algorithms.place_of(name)  # a package is mounted whole
         if self.path is None and name not in algorithms.names():
@@ -57,14 +52,14 @@ class IsolatedAgent:
         spaces, blob = _described({"observations": observation_space, "actions": action_space})
         reply, _ = box.ask("make()", "create", box.name, spaces, seed, blob=blob)
         with box.at(lambda: "make()"):
-            observes, saves = msgspec.convert(reply, tuple[Observes, bool])
+            observes, saves = msgspec.convert(reply, tuple[manifest.Observes, bool])
         return (ResumableProxy if saves else Proxy)(box, observes, action_space.shape or ())
 
 
 class Proxy:
     """An agent in a box: what the training loop asks of it is done by the guest."""
 
-    def __init__(self, box: Box, observes: Observes, action_shape: tuple[int, ...]) -> None:
+    def __init__(self, box: Box, observes: manifest.Observes, action_shape: tuple[int, ...]) -> None:
         self.box, self.observes, self._action_shape = box, observes, action_shape
 
     @property
@@ -81,18 +76,18 @@ class Proxy:
             hint = "See gym_extensions.baselines.Card."
             raise BenchError("bad-card", f"The card cannot be read: {error}.", "card()", hint) from error
 
-    def policy(self) -> AnyPolicy | None:
+    def policy(self) -> files.AnyPolicy | None:
         """The agent's policy: plain arrays, which need no parser, or a network in a box of its own."""
         shapes, blob = self.box.ask("policy()", "policy", limit=self.box.limits.policy)
         if shapes is None:
             return None
         with self.box.at(lambda: "policy()"):
             arrays = frames.unpacked(shapes, blob)
-        if list(arrays) == [ONNX]:
-            return BoxedNetwork(arrays[ONNX].tobytes(), self.box.limits)
-        if error := next(array_errors(arrays), None):
-            raise BenchError("bad-policy", cut(error), "policy()", HINT)
-        return Policy.from_arrays(arrays)
+        if list(arrays) == [onnx.ONNX]:
+            return BoxedNetwork(arrays[onnx.ONNX].tobytes(), self.box.limits)
+        if error := next(mlp_arrays.array_errors(arrays), None):
+            raise BenchError("bad-policy", problem.cut(error), "policy()", mlp.HINT)
+        return mlp.Policy.from_arrays(arrays)
 
     def act(self, observations: Array, context: Context) -> Array:
         """The agent's actions, of any values."""
@@ -150,10 +145,10 @@ class ResumableProxy(Proxy):
         self.box.ask("load()", "load", blob=path.read_bytes())
 
 
-class BoxedNetwork(OnnxPolicy):
+class BoxedNetwork(onnx.OnnxPolicy):
     """A network that is read and run in a box of its own, because its reader is code that files can break."""
 
-    def __init__(self, data: bytes, limits: Limits) -> None:
+    def __init__(self, data: bytes, limits: confine.Limits) -> None:
         self._data, self._states, self._limit = data, {}, limits.policy
         self._box = Box("the policy", None, limits)
         parts, _ = self._box.ask("policy()", "network", blob=data)
@@ -162,9 +157,9 @@ class BoxedNetwork(OnnxPolicy):
         except ValueError as error:
             message = "The network has inputs or outputs that are not allowed."
             raise BenchError("bad-policy", message, "policy()", "See docs/policies.md.") from error
-        self.network = Network(
+        self.network = onnx.Network(
             *(
-                {name: Tensor(np.dtype(kind).type, shape) for name, (kind, shape) in part.items()}
+                {name: onnx.Tensor(np.dtype(kind).type, shape) for name, (kind, shape) in part.items()}
                 for part in tables
             )
         )

@@ -14,7 +14,6 @@ from typing import Any
 import msgspec
 
 from gym_extensions.baselines import agent as agents
-from gym_extensions.baselines.agent import Agent, Array, Resumable
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
@@ -132,20 +131,20 @@ class JobFolder:
     def finished(self) -> list[FinishedStage]:
         return [msgspec.json.decode(path.read_bytes(), type=FinishedStage) for path in self._records()]
 
-    def resume(self, agent: Agent, done: list[FinishedStage]) -> Agent | None:
+    def resume(self, agent: agents.Agent, done: list[FinishedStage]) -> agents.Agent | None:
         """The agent after the last finished stage; None if it cannot be saved: the job starts again.
 
         Raises ``BenchError`` if the checkpoint is missing, or the agent cannot load it. Nothing is deleted.
         """
-        if isinstance(agent, Resumable):
+        if isinstance(agent, agents.Resumable):
             return agents.load(agent, self._checkpoint(done[-1].stage))
         self.forget()
         return None
 
-    def finish(self, record: FinishedStage, agent: Agent, last: bool) -> None:
+    def finish(self, record: FinishedStage, agent: agents.Agent, last: bool) -> None:
         """Saves the agent, writes the record, then deletes the agent of the stage before."""
         checkpoint = self._checkpoint(record.stage)
-        if isinstance(agent, Resumable) and not last:
+        if isinstance(agent, agents.Resumable) and not last:
             partial = checkpoint.with_name(f".{checkpoint.stem}.partial.npz")
             agents.save(agent, partial)
             remove(checkpoint)  # of an attempt that ended before its record
@@ -163,7 +162,7 @@ class JobFolder:
         else:
             write_bytes(path, npz_bytes(run_arrays({(stage, self.job.task_name): policy})))
 
-    def policies(self) -> tuple[dict[str, Array], list[Path]]:
+    def policies(self) -> tuple[dict[str, agents.Array], list[Path]]:
         """The arrays of the policies of finished stages by full name, and the files that are missing."""
         paths = [self.path / f"policy{_number(record)}.npz" for record in self._records()]
         found = [path for path in paths if path.exists()]

@@ -8,8 +8,7 @@ import pandas as pd
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.formulas import BOARD_METRICS, CORE_METRICS, FINAL, FORGETTING, METRICS
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.scoring.ranking.boards import Board, CoreBoard
-from gym_extensions.scoring.ranking.core_board import REFERENCE
+from gym_extensions.scoring.ranking import boards, core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
 
 ENDS = ("", "_low", "_high")
@@ -85,7 +84,7 @@ def _ends(metrics: Iterable[Estimate]) -> list[float | None]:
     return [end for value in metrics for end in (value.mean, value.low, value.high)]
 
 
-def board_frame(board: Board) -> pd.DataFrame:
+def board_frame(board: boards.Board) -> pd.DataFrame:
     """One row per submission in the order of the board, then computed ones.
 
     The columns are those of ``SUBMISSION_DTYPES``, and three per metric. The computed rows (``alone``,
@@ -105,7 +104,7 @@ def board_frame(board: Board) -> pd.DataFrame:
     return typed(rows, SUBMISSION_DTYPES | {f"{name}{end}": "float64" for name in names for end in ENDS})
 
 
-def core_frame(board: CoreBoard | None) -> pd.DataFrame:
+def core_frame(board: boards.CoreBoard | None) -> pd.DataFrame:
     """One row per method in the order of the two lists, then the reference agent trained in other ways.
 
     The columns are those of ``CORE_DTYPES``.
@@ -114,7 +113,7 @@ def core_frame(board: CoreBoard | None) -> pd.DataFrame:
         return typed((), CORE_DTYPES)
     rows: list[Row] = []
     for first, row in ((each.rows[0].name, row) for each in board.lists for row in each.rows):
-        against = (board.pair(FINAL.name, row.name, other) for other in (first, REFERENCE))
+        against = (board.pair(FINAL.name, row.name, other) for other in (first, core_board.REFERENCE))
         cost = row.cost
         rows.append(
             (
@@ -139,7 +138,7 @@ def core_frame(board: CoreBoard | None) -> pd.DataFrame:
     return typed(rows, CORE_DTYPES)
 
 
-def core_pairs_frame(board: CoreBoard | None) -> pd.DataFrame:
+def core_pairs_frame(board: boards.CoreBoard | None) -> pd.DataFrame:
     """One row per metric and pair of ranked methods, with the columns of ``PAIR_DTYPES``."""
     _, *columns = PAIR_DTYPES
     families = board.pairs.items() if board else ()
@@ -149,7 +148,7 @@ def core_pairs_frame(board: CoreBoard | None) -> pd.DataFrame:
     return typed(rows, PAIR_DTYPES)
 
 
-def core_variants_frame(board: CoreBoard | None) -> pd.DataFrame:
+def core_variants_frame(board: boards.CoreBoard | None) -> pd.DataFrame:
     """One row per variant of the core and ranked method, with the columns of ``VARIANT_DTYPES``."""
     rows = (
         (

@@ -19,11 +19,9 @@ from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, FORGET
 from gym_extensions.metrics.statistics import ALPHA, Summary, summary
 from gym_extensions.references import ALONE
 from gym_extensions.scoring.ranking import boards
-from gym_extensions.scoring.ranking.boards import BoardMetric, CorePair, CoreRow
 from gym_extensions.scoring.ranking.copies import COPY, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
 from gym_extensions.scoring.submission import core_score
-from gym_extensions.scoring.submission.core_score import LOOK_LEVELS
 from gym_extensions.submissions.review import TRAINED_HERE, VERIFIED
 
 EXPLORATORY = 20
@@ -80,7 +78,7 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
     return statistics.mean_of_groups(groups)
 
 
-def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> list[CorePair]:
+def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> list[boards.CorePair]:
     """All pairs of methods on one metric, in the order of ``itertools.combinations``.
 
     Each pair is compared at the last look that both have, and run by run if both declare the same parent and
@@ -99,10 +97,10 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
         same = all(len(first) >= look and first[:look] == second[:look] for first, second in starts)
         paired = a.parent == b.parent and bool(a.starts) and same
         difference = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
-        quantile = statistics.critical_value(LOOK_LEVELS[look] / len(pairs), difference.df)
+        quantile = statistics.critical_value(core_score.LOOK_LEVELS[look] / len(pairs), difference.df)
         half_width = quantile * math.sqrt(difference.squared_error)
         compared.append(
-            CorePair(
+            boards.CorePair(
                 first=a.name,
                 second=b.name,
                 look=look,
@@ -110,7 +108,7 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
                 mean=difference.mean,
                 low=difference.mean - half_width,
                 high=difference.mean + half_width,
-                p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / LOOK_LEVELS[look]),
+                p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / core_score.LOOK_LEVELS[look]),
                 verdict="open",
                 exploratory=edition == 1 and look <= EXPLORATORY,
                 next_look=core_score.next_look(look),
@@ -120,7 +118,7 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
     return [decided(replace(pair, p_value=each)) for pair, each in zip(compared, adjusted, strict=True)]
 
 
-def decided(pair: CorePair) -> CorePair:
+def decided(pair: boards.CorePair) -> boards.CorePair:
     """The pair with its verdict.
 
     It is separated by Holm's procedure, else equivalent if the interval lies inside of ± ``MARGIN``.
@@ -132,7 +130,7 @@ def decided(pair: CorePair) -> CorePair:
     return pair
 
 
-def ranks(names: Sequence[str], pairs: Sequence[CorePair], better: str) -> dict[str, tuple[int, int]]:
+def ranks(names: Sequence[str], pairs: Sequence[boards.CorePair], better: str) -> dict[str, tuple[int, int]]:
     """The first and last possible rank of each method: 1 + (better ones), M − (worse ones), as separated.
 
     Pairs with another method do not count.
@@ -165,17 +163,17 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
         has_values = all(log.metrics[metric_name].runs for log in logs.values())
         if runs and has_values and len(logs) == len(CORES[CORE]):
             groups = {group: core_score.on_group(log, runs, metric) for group, log in logs.items()}
-            value = BoardMetric.of(core_score.over_groups(logs.values(), metric, runs))
+            value = boards.BoardMetric.of(core_score.over_groups(logs.values(), metric, runs))
             yield boards.CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
-def _row(card: Scorecard, core: CoreScore, original: str | None, edition: int) -> CoreRow:
+def _row(card: Scorecard, core: CoreScore, original: str | None, edition: int) -> boards.CoreRow:
     """The row of a submission, which may be a copy of another, without its ranks."""
     why = core.why if original is None else COPY.format(original)
     why = why or (NOT_TRAINED if edition > 1 and not core.trained_here else "")
     level = TRAINED_HERE if core.trained_here else boards.board_level(card, KEY)
     return filled(
-        CoreRow,
+        boards.CoreRow,
         core,
         name=card.name,
         title=card.title,
@@ -184,7 +182,7 @@ def _row(card: Scorecard, core: CoreScore, original: str | None, edition: int) -
         why=why,
         observes=card.manifest.observes if card.manifest else None,
         metrics={
-            name: BoardMetric.of(value if core.look else replace(value, why=why))
+            name: boards.BoardMetric.of(value if core.look else replace(value, why=why))
             for name, value in core.metrics.items()
         },
     )
@@ -227,7 +225,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         groups=CORES[CORE],
         budget=STANDARD_BUDGET,
         looks=core_score.LOOKS,
-        levels=tuple(LOOK_LEVELS.values()),
+        levels=tuple(core_score.LOOK_LEVELS.values()),
         margin=MARGIN,
         lists=tuple(lists),
         references=references,
@@ -237,7 +235,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
 
 
 def _ranked_list(
-    rows: Sequence[CoreRow], pairs: Mapping[str, Sequence[CorePair]], notes: Mapping[str, str]
+    rows: Sequence[boards.CoreRow], pairs: Mapping[str, Sequence[boards.CorePair]], notes: Mapping[str, str]
 ) -> boards.CoreList:
     """A list with its ranks, and why little forgetting is no rank, from the notes of ranked submissions."""
     ranked = [row.name for row in rows if row.ranked]
