@@ -13,9 +13,9 @@ from gym_extensions.curation import gate, pull_request_rules
 from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.scoring.cli import print_text
-from gym_extensions.scoring.output.screen import count
 from gym_extensions.submissions import fetch, manifest, reader, review
 from gym_extensions.submissions.layout import MANIFEST, submission_folders
+from gym_extensions.submissions.problem import count
 from gym_extensions.verification import (
     cli as verification,
     diagnostics_recorder,

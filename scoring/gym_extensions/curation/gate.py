@@ -18,10 +18,9 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.references import load_references
-from gym_extensions.scoring.output.screen import count
 from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions import layout, manifest, reader, review
-from gym_extensions.submissions.problem import Problem, cut, escape, problems as problems_of
+from gym_extensions.submissions.problem import Problem, count, cut, escape, problems as problems_of
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import git, new_seeds, train_here, verify

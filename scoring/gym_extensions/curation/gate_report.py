@@ -10,7 +10,7 @@ from msgspec import Meta
 from gym_extensions.catalog.protocol import BUDGETS, FULL_SUBMISSION_RUNS
 from gym_extensions.documents import JsonDocument
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.output.screen import count, number
+from gym_extensions.scoring.output.screen import number
 from gym_extensions.submissions import layout, problem
 from gym_extensions.submissions.review import CLAIMED, REPORTED
 
@@ -149,7 +149,7 @@ def comment(report: GateReport) -> str:
         parts.append(f"Level: **{report.level}**{f': {counts}' if report.episodes else ''}.")
     if report.scores:
         rows = [
-            f"{each.group}  {each.protocol}  {each.budget}  {count(each.runs, 'run')}  "
+            f"{each.group}  {each.protocol}  {each.budget}  {problem.count(each.runs, 'run')}  "
             f"{each.metric} {number(each.mean, 2)} [{number(each.low, 2)}, {number(each.high, 2)}]"
             for each in report.scores
         ]
@@ -173,7 +173,7 @@ def _what_follows(report: GateReport) -> list[str]:
         elif all(score.runs < FULL_SUBMISSION_RUNS for score in report.scores):
             limits = [f"A rank needs {FULL_SUBMISSION_RUNS} runs."]
     if report.without_policies:
-        runs = count(report.without_policies, "run")
+        runs = problem.count(report.without_policies, "run")
         return [
             f"The submission cannot be verified and gets no rank, because {runs} published no policies.",
             *limits,

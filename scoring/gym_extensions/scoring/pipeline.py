@@ -15,7 +15,7 @@ from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, Scorecar
 from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions import reader, submission
 from gym_extensions.submissions.layout import MANIFEST, NAME, submission_folders
-from gym_extensions.submissions.problem import Problem, escape
+from gym_extensions.submissions.problem import Problem, count, escape
 
 Paths = str | Path | Iterable[str | Path]
 """A submission, a folder of submissions, or several of these."""
@@ -101,8 +101,8 @@ def find_submissions(paths: Paths) -> list[Path]:
 def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
     """Raises BenchError if a submission has problems."""
     if problems:
-        count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
-        message = f"The submission has {count}. First: {problems[0].where}: {problems[0].message}"
+        size = count(len(problems), "problem")
+        message = f"The submission has {size}. First: {problems[0].where}: {problems[0].message}"
         raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")
 
 

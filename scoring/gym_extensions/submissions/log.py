@@ -16,6 +16,7 @@ from gym_extensions.catalog.protocol import Budget
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import CLONE, LOG, max_bytes, read_regular
+from gym_extensions.submissions.problem import count
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -170,7 +171,7 @@ def _row_error(row: bytes) -> str:
         return f"The row contains the character {character!r}."
     cells = row.decode("ascii").split(",")
     if len(cells) != len(LOG_COLUMNS):
-        return f"The row has {len(cells)} cell{'s' if len(cells) > 1 else ''}; expected {len(LOG_COLUMNS)}."
+        return f"The row has {count(len(cells), 'cell')}; expected {len(LOG_COLUMNS)}."
     for name, cell in zip(LOG_COLUMNS, cells, strict=True):
         expression, kind = CELLS[name]
         if not re.fullmatch(expression, cell):

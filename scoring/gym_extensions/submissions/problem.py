@@ -34,6 +34,11 @@ def quote(value: object) -> str:
     return text if len(text) <= MAX_QUOTE else f"{text[:MAX_QUOTE]}…"
 
 
+def count(number: int, word: str) -> str:
+    """``1 run``, ``2 runs``."""
+    return f"{number} {word}{'' if number == 1 else 's'}"
+
+
 class Finding(NamedTuple):
     """A finding of a rule, with a path inside the submission (and line or key), what is wrong, what to do."""
 
@@ -103,6 +108,5 @@ def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
         listed += [problem] if len(found) <= PROBLEMS_LISTED else []
     for rule, found in by_rule.items():
         if (more := len(found) - PROBLEMS_LISTED) > 0:
-            message = f"{more} more problem{'s' if more > 1 else ''} of this rule."
-            listed.append(Problem(rule, name, message, found[0].hint))
+            listed.append(Problem(rule, name, f"{count(more, 'more problem')} of this rule.", found[0].hint))
     return tuple(listed)

@@ -14,9 +14,9 @@ from rich.progress import Progress
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_text
-from gym_extensions.scoring.output.screen import count
 from gym_extensions.submissions import layout, poses, reader
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
+from gym_extensions.submissions.problem import count
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, Review, add_to_review, review_text
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, episodes, git, pose_recorder

@@ -73,10 +73,11 @@ def main(argv: list[str] | None = None) -> int:
     """Builds the site. Prints the problems of refused submissions and the path of the index."""
     options = parser().parse_args(argv)
     # They load pandas and scipy, for which --help and mistakes do not wait.
-    from gym_extensions.scoring.output.screen import console, count, show_line
+    from gym_extensions.scoring.output.screen import console, show_line
     from gym_extensions.scoring.pipeline import find_submissions, make_scorer, scorecards
     from gym_extensions.scoring.scorecard import ReferencesInfo
     from gym_extensions.site.build import build_site
+    from gym_extensions.submissions.problem import count
 
     empty = [folder for folder in options.submissions if is_empty(folder)]
     folders = find_submissions([folder for folder in options.submissions if folder not in empty])

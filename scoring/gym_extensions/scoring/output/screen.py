@@ -18,6 +18,7 @@ from gym_extensions.metrics.formulas import BY_NAME, METRICS
 from gym_extensions.metrics.values import Estimate
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.submission.stages import task_name
+from gym_extensions.submissions.problem import count
 
 if TYPE_CHECKING:
     from gym_extensions.scoring.ranking.boards import Comparison
@@ -53,11 +54,6 @@ def number(value: float | None, digits: int = 3) -> str:
 def span(value: Estimate) -> str:
     """An interval, or a dash."""
     return "–" if value.low is None else f"{number(value.low)} to {number(value.high)}"
-
-
-def count(number: int, word: str) -> str:
-    """``1 run``, ``2 runs``."""
-    return f"{number} {word}{'' if number == 1 else 's'}"
 
 
 def plain_table(*columns: str) -> Table:

@@ -22,6 +22,7 @@ from gym_extensions.scoring.ranking.copies import COPY, duplicates, related_subm
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.submission.suites import estimate
+from gym_extensions.submissions.problem import count
 from gym_extensions.submissions.review import REPORTED, Level
 
 MAX_PAIRED = 60
@@ -154,8 +155,7 @@ def _lead(rows: Sequence[BoardRow], metric: Metric) -> documents.Lead | None:
     value = first.metrics[metric.name]
     if ranked:
         best, worst = (value.rank if others else None) or (1, 1)
-        rivals = f"{worst - best} other ranked submission{'s' if worst - best > 1 else ''}"
-        text = f"No significant difference from {rivals}."
+        text = f"No significant difference from {count(worst - best, 'other ranked submission')}."
         if best == worst:
             text = "It is significantly better than every other ranked submission (95\u202f% confidence)."
         if not others:

@@ -16,7 +16,7 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, evalu
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions import layout
 from gym_extensions.submissions.log import FLAGS, Log
-from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, rule
+from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, count, rule
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -211,13 +211,12 @@ def missing_cell(rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
             for stage in all_stages
             for position, name in enumerate(names)
         }
-        incomplete = [cell for cell, count in counted.items() if count < EVALUATION_EPISODES]
+        incomplete = [cell for cell, episodes in counted.items() if episodes < EVALUATION_EPISODES]
         for cell in incomplete[:CELLS_LISTED]:
             message = f"Stage {cell[0]}, {cell[1]} has {counted[cell]} of {EVALUATION_EPISODES} episodes."
             yield Finding(where, message, hint)
         if more := len(incomplete[CELLS_LISTED:]):
-            message = f"{more} more cell{'s' if more > 1 else ''} of the run lack episodes."
-            yield Finding(where, message, hint)
+            yield Finding(where, f"{count(more, 'more cell')} of the run lack episodes.", hint)
 
 
 TOLERANCE = 1e-5

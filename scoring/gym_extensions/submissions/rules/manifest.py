@@ -12,7 +12,7 @@ from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions.layout import MANIFEST, README, WRITTEN, Folder
 from gym_extensions.submissions.manifest import HYPERPARAMETERS, LONG, SECTIONS, SHORT, Manifest, Observes
-from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, quote, rule
+from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, count, quote, rule
 
 INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
@@ -276,4 +276,4 @@ def readme_character(data: bytes) -> Iterator[Finding]:
     for at, message in wrong[:LINES_LISTED]:
         yield Finding(f"{README}, line {at}", message, "Remove it.")
     if more := len(wrong[LINES_LISTED:]):
-        yield Finding(README, f"The same is true of {more} more line{'s' if more > 1 else ''}.", "Remove it.")
+        yield Finding(README, f"The same is true of {count(more, 'more line')}.", "Remove it.")
