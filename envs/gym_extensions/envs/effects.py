@@ -3,8 +3,9 @@
 Environments call the effects of their variations at the moments that :class:`Effect` names.
 """
 
+import functools
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -14,6 +15,7 @@ from gym_extensions.catalog import bodies, tasks, variations
 from gym_extensions.envs import range_beams
 from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
 from gym_extensions.errors import BenchError
+from gym_extensions.files import compiled
 
 NOISE_SEEDS = 2**32
 """Seeds of the noise of an episode are below this."""
@@ -97,6 +99,12 @@ class WallEffect(Effect):
         starts["mocap_pos"] = centers
 
 
+@functools.cache
+def compiled_readings() -> Callable[..., Array]:
+    """The readings of the range sensor, compiled: this loads a compiler, which other tasks do not need."""
+    return compiled(range_beams.readings)
+
+
 class RangeSensorEffect(Effect):
     """Appends the 10 beams, in [0, 1]. Their walls have one size."""
 
@@ -116,7 +124,7 @@ class RangeSensorEffect(Effect):
         if self._center is None:
             return np.zeros((self._num_envs, range_beams.BEAMS))
         origins, directions = self._fan(self._qpos, self._lift)
-        return range_beams.readings(origins, directions, self._center, self._half_sizes)
+        return compiled_readings()(origins, directions, self._center, self._half_sizes)
 
 
 class SensorNoiseEffect(SeededNoise, RangeSensorEffect):

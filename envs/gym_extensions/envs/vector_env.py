@@ -76,6 +76,9 @@ def combine(parts: Iterable[Part], num_envs: int) -> dict[str, Any]:
     infos: dict[str, Any] = {}
     for members, values in parts:
         for key, rows in values.items():
+            if len(members) == num_envs:
+                infos[key], infos[f"_{key}"] = rows.copy(), np.ones(num_envs, np.bool_)
+                continue
             if key not in infos:
                 infos[key] = np.zeros((num_envs, *rows.shape[1:]), rows.dtype)
                 infos[f"_{key}"] = np.zeros(num_envs, np.bool_)

@@ -18,27 +18,26 @@ from .policies import ARCHITECTURES, SIZES, numeric_gradient, random_batch, rand
 )
 def test_a_network_of_one_hidden_unit_by_hand(activation: str, expected: list[float]) -> None:
     # Weights 2 and −3, biases 1 and .5, inputs 1 and −1.
-    views = policy.layers((1, 1, 1), np.array([2.0, 1.0, -3.0, 0.5]))
-    output = policy.forward(views, np.array([[1.0], [-1.0]]), policy.ACTIVATIONS[activation])[-1]
+    architecture, theta = policy.Architecture((1, 1, 1), activation), np.array([2.0, 1.0, -3.0, 0.5])
+    output = policy.forward(architecture, theta, np.array([[1.0], [-1.0]]))[-1]
     np.testing.assert_allclose(output.ravel(), expected)
 
 
 @pytest.mark.parametrize("name", policy.ACTIVATIONS)
-def test_the_derivatives_agree_with_finite_differences(name: str) -> None:
-    rng, activation = np.random.default_rng(3), policy.ACTIVATIONS[name]
+@pytest.mark.parametrize("rows", [7, policy.BLOCK + 7])
+def test_the_derivatives_agree_with_finite_differences(name: str, rows: int) -> None:
+    rng, architecture = np.random.default_rng(3), policy.Architecture(SIZES, name)
     theta = rng.standard_normal(policy.parameter_count(SIZES))
-    inputs, upstream = rng.standard_normal((7, 3)), rng.standard_normal((7, 2))
+    inputs, upstream = rng.standard_normal((rows, 3)), rng.standard_normal((rows, 2))
 
     def value(at: Array) -> float:
-        return float(np.sum(upstream * policy.forward(policy.layers(SIZES, at), inputs, activation)[-1]))
+        return float(np.sum(upstream * policy.outputs(architecture, at, inputs)))
 
-    views = policy.layers(SIZES, theta)
-    values = policy.forward(views, inputs, activation)
-    hidden_slopes = [activation.slope(hidden) for hidden in values[1:-1]]
-    backward = policy.gradient(views, values, hidden_slopes, upstream)
-    np.testing.assert_allclose(backward, numeric_gradient(value, theta), atol=1e-6)
+    values = policy.forward(architecture, theta, inputs)
+    backward = policy.gradient(architecture, theta, values, upstream)
+    np.testing.assert_allclose(backward, numeric_gradient(value, theta), atol=1e-5)
     direction = rng.standard_normal(theta.shape)
-    change = policy.tangent(views, values, hidden_slopes, policy.layers(SIZES, direction))
+    change = policy.tangent(SIZES, theta, policy.ACTIVATIONS[name], values, direction)
     assert np.sum(change * upstream) == pytest.approx(backward @ direction)
 
 
@@ -98,20 +97,10 @@ def test_the_surrogates_gradient_agrees_with_finite_differences(architecture: po
         *policy.mean_and_log_sigma(architecture, theta, batch.observations), batch.actions
     )
     expected = numeric_gradient(lambda at: surrogate(architecture, at, batch, old), theta)
-    np.testing.assert_allclose(policy.surrogate_gradient(architecture, theta, batch), expected, atol=1e-7)
-
-
-@each_architecture
-def test_the_gradient_of_a_batch_of_several_blocks_is_the_mean_of_its_parts(
-    architecture: policy.Architecture,
-) -> None:
-    theta, batch = random_policy(architecture), random_batch(2 * policy.BLOCK)
-    halves = [
-        policy.Batch(batch.observations[rows], batch.actions[rows], batch.advantages[rows])
-        for rows in (slice(None, policy.BLOCK), slice(policy.BLOCK, None))
-    ]
-    expected = np.mean([policy.surrogate_gradient(architecture, theta, half) for half in halves], axis=0)
-    np.testing.assert_allclose(policy.surrogate_gradient(architecture, theta, batch), expected, atol=1e-12)
+    values = policy.forward(architecture, theta, batch.observations)
+    np.testing.assert_allclose(
+        policy.surrogate_gradient(architecture, theta, batch, values), expected, atol=1e-7
+    )
 
 
 def test_the_divergence_of_two_gaussians_by_hand() -> None:
@@ -137,7 +126,8 @@ def test_the_fisher_product_is_the_divergences_second_derivative(architecture: p
             for row in unit[rows]
         ]
     )
-    product = policy.fisher_product(architecture, theta, observations, damping=0.0)
+    values = policy.forward(architecture, theta, observations)
+    product = policy.fisher_product(architecture, theta, values, damping=0.0)
     fisher = np.array([product(row) for row in unit])
     np.testing.assert_allclose(fisher[rows], dense, atol=3e-4)
     np.testing.assert_allclose(fisher, fisher.T, atol=1e-12)
@@ -147,7 +137,8 @@ def test_the_fisher_product_is_the_divergences_second_derivative(architecture: p
 def test_damping_adds_to_the_diagonal(architecture: policy.Architecture) -> None:
     theta, observations = random_policy(architecture), random_batch().observations
     vector = np.random.default_rng(5).standard_normal(theta.shape)
+    values = policy.forward(architecture, theta, observations)
     plain, damped = (
-        policy.fisher_product(architecture, theta, observations, damping)(vector) for damping in (0.0, 0.5)
+        policy.fisher_product(architecture, theta, values, damping)(vector) for damping in (0.0, 0.5)
     )
     np.testing.assert_allclose(damped - plain, 0.5 * vector)

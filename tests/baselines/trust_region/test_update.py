@@ -83,16 +83,19 @@ def test_conjugate_gradient_solves_a_positive_definite_system(size: int) -> None
     root = rng.standard_normal((size, size))
     matrix = root @ root.T + np.eye(size)
     target = rng.standard_normal(size)
-    solution = conjugate_gradient(
+    solution, image = conjugate_gradient(
         lambda vector: matrix @ vector, target, iterations=3 * size, tolerance=1e-24
     )
+    np.testing.assert_allclose(image, matrix @ solution, atol=1e-9)
     np.testing.assert_allclose(solution, np.linalg.solve(matrix, target), rtol=1e-7, atol=1e-9)
 
 
 def test_one_iteration_of_conjugate_gradient_is_the_steepest_descent_step_by_hand() -> None:
     # A = diag(1, 3), b = (1, 1): bᵀb / bᵀAb = 2 / 4.
-    solution = conjugate_gradient(lambda vector: np.array([1.0, 3.0]) * vector, np.ones(2), iterations=1)
-    np.testing.assert_allclose(solution, [0.5, 0.5])
+    solution, image = conjugate_gradient(
+        lambda vector: np.array([1.0, 3.0]) * vector, np.ones(2), iterations=1
+    )
+    np.testing.assert_allclose((solution, image), ([0.5, 0.5], [0.5, 1.5]))
 
 
 class Pull:

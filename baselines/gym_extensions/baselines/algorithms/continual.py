@@ -188,8 +188,8 @@ def diagonal_fisher(architecture: policies.Architecture, theta: Array, inputs: A
     The expectation over actions is exact, as in Wolczyk et al. 2021, appendix. ``inputs`` (n, o) are those of
     the network, n > 0.
     """
-    outputs = architecture.sizes[-1]
-    views, values, hidden_slopes = policies.passed(architecture, theta, inputs)
+    outputs, activation = architecture.sizes[-1], policies.ACTIVATIONS[architecture.activation]
+    values, views = policies.forward(architecture, theta, inputs), policies.layers(architecture.sizes, theta)
     total = np.zeros(len(theta))
     for output in range(outputs):
         upstream = np.zeros_like(values[-1])
@@ -201,7 +201,8 @@ def diagonal_fisher(architecture: policies.Architecture, theta: Array, inputs: A
             squares = upstream.astype(np.float64) ** 2
             parts += [squares.sum(axis=0), (np.square(values[layer], dtype=np.float64).T @ squares).ravel()]
             if layer:
-                upstream = (upstream @ views[layer][0].T) * hidden_slopes[layer - 1]
+                upstream = upstream @ views[layer][0].T
+                policies.bend(upstream, values[layer], activation)
         total += np.concatenate(parts[::-1])
     total /= len(inputs)
     total[-outputs:] = 2.0
@@ -252,21 +253,17 @@ class Divergence:
 
     def gradient(self, theta: Array) -> Array:
         """Its gradient (p,): (μ − μ_old) / σ² over the means, 1 − (σ_old² + (μ − μ_old)²) / σ² over log σ."""
-        views, values, hidden_slopes = policies.passed(self.architecture, theta, self.inputs)
-        tanh_mean = self.architecture.tanh_mean
-        mean = np.tanh(values[-1]) if tanh_mean else values[-1]
-        precision = np.exp(-2 * theta[-self.architecture.sizes[-1] :])
-        gap = mean - self.means
-        upstream = gap * precision / len(gap)
-        if tanh_mean:
-            upstream = upstream * (1 - mean * mean)
-        sigma_part = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
-        whole = np.concatenate([policies.gradient(views, values, hidden_slopes, upstream), sigma_part])
+        values, outputs = policies.forward(self.architecture, theta, self.inputs), self.architecture.sizes[-1]
+        precision = np.exp(-2 * theta[-outputs:])
+        gap = policies.means(self.architecture, values) - self.means
+        whole = policies.gradient(self.architecture, theta, values, gap * precision / len(gap))
+        whole[-outputs:] = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
         return theta.dtype.type(self.coefficient) * whole
 
     def curvature(self, theta: Array) -> update.Curvature:
         """c times the Fisher matrix over the stored states, the second derivative where new = old."""
-        product = policies.fisher_product(self.architecture, theta, self.inputs, damping=0.0)
+        values = policies.forward(self.architecture, theta, self.inputs)
+        product = policies.fisher_product(self.architecture, theta, values, damping=0.0)
         coefficient = theta.dtype.type(self.coefficient)
         return update.Curvature(lambda vector: coefficient * product(vector))
 

@@ -32,8 +32,8 @@ def dot(left: Array, right: Array) -> float:
 
 def conjugate_gradient(
     product: Callable[[Array], Array], target: Array, iterations: int = 10, tolerance: float = 1e-10
-) -> Array:
-    """Solves A x ≈ target from x = 0, for a positive-definite A that is passed as a product v → A v."""
+) -> tuple[Array, Array]:
+    """Solves A x ≈ target from x = 0, for a positive-definite A that is a product v → A v: x and A x."""
     solution = np.zeros_like(target)
     residual, direction = target.copy(), target.copy()
     squared = dot(residual, residual)
@@ -46,7 +46,7 @@ def conjugate_gradient(
         residual -= step * image
         before, squared = squared, dot(residual, residual)
         direction = residual + target.dtype.type(squared / before) * direction
-    return solution
+    return solution, target - residual
 
 
 Product = Callable[[Array], Array]
@@ -97,8 +97,8 @@ def step_within(
     Without a penalty it is √(2δ / gᵀF⁻¹g) F⁻¹g (Schulman et al. 2015). ``product`` is the map
     v → (F + damping · I) v, ``slope`` (p,) the gradient of surrogate − penalty.
     """
-    direction = conjugate_gradient(product, slope, region.iterations)
-    length = dot(direction, product(direction))
+    direction, image = conjugate_gradient(product, slope, region.iterations)
+    length = dot(direction, image)
     if not (np.isfinite(length) and length > 0):
         return None
     size = np.sqrt(2 * region.max_kl / length)
@@ -112,7 +112,7 @@ def step_within(
             scaled = scale * vector
             return scale * (product(scaled) + inverse * bent(scaled))
 
-        direction = scale * conjugate_gradient(combined, scale * slope, region.iterations)
+        direction = scale * conjugate_gradient(combined, scale * slope, region.iterations)[0]
         uphill, bend = dot(slope, direction), dot(direction, bent(direction))
         length = dot(direction, product(direction))
         if not (np.isfinite(length) and length > 0 and uphill > 0):
@@ -137,10 +137,11 @@ def updated(
     The penalty is subtracted from the surrogate. ``trainable`` (p,) is 1 for parameters that may change, 0
     for others; by default all may change.
     """
-    slope = policies.surrogate_gradient(architecture, theta, batch)
+    values = policies.forward(architecture, theta, batch.observations)
+    slope = policies.surrogate_gradient(architecture, theta, batch, values)
     stride = max(1, len(batch.observations) // region.curvature_states)
-    states = np.ascontiguousarray(batch.observations[::stride])
-    product = policies.fisher_product(architecture, theta, states, region.damping)
+    part = tuple(np.ascontiguousarray(each[::stride]) for each in values)
+    product = policies.fisher_product(architecture, theta, part, region.damping)
     if penalty:
         slope = slope - penalty.gradient(theta)
     if trainable is not None:
@@ -154,7 +155,7 @@ def updated(
     if full_step is None:
         return theta
 
-    old_mean, old_log_sigma = policies.mean_and_log_sigma(architecture, theta, batch.observations)
+    old_mean, old_log_sigma = policies.means(architecture, values), theta[sigmas]
     old = policies.log_density(old_mean, old_log_sigma, batch.actions)
     before = policies.gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from gym_extensions.baselines.agent import Array, VectorEnv
 from gym_extensions.baselines.trust_region import policy, policy as policies
+from gym_extensions.files import compiled
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,44 @@ FIRST_DECAY, SECOND_DECAY, EPSILON = 0.9, 0.999, 1e-8
 """Adam's constants (Kingma and Ba 2015)."""
 
 
+@compiled
+def descend(  # noqa: PLR0917
+    sizes: policy.Sizes,
+    theta: Array,
+    first: Array,
+    second: Array,
+    inputs: Array,
+    targets: Array,
+    size: int,
+    rates: Array,
+) -> None:
+    """Steps of Adam, one per rate, on the squared error of a network with ReLUs on minibatches of a size.
+
+    ``theta`` (p,) and the moments of its gradient, ``first`` and ``second`` (p,), change in place. ``inputs``
+    are (n, o), ``targets`` (n, 1); all are float32.
+    """
+    first_share, second_share = np.float32(1 - FIRST_DECAY), np.float32(1 - SECOND_DECAY)
+    last, slope = len(sizes) - 2, np.zeros_like(theta)
+    for step in range(len(rates)):
+        rows = slice(step * size, (step + 1) * size)
+        values = [inputs[rows]]
+        for number in range(last + 1):
+            weights, bias = policies.layer(sizes, theta, number)
+            outputs = np.dot(values[number], weights)
+            for row in range(len(outputs)):
+                for unit in range(bias.size):
+                    output = outputs[row, unit] + bias[unit]
+                    outputs[row, unit] = output if output > 0 or number == last else np.float32(0)
+            values.append(outputs)
+        upstream = (values[-1] - targets[rows]) * np.float32(2 / len(values[0]))
+        slope[:] = 0
+        policies.add_gradient(sizes, theta, policies.RELU, values, upstream, slope)
+        for j in range(theta.size):
+            first[j] += first_share * (slope[j] - first[j])
+            second[j] += second_share * (slope[j] * slope[j] - second[j])
+            theta[j] -= rates[step] * first[j] / (np.sqrt(second[j]) + np.float32(EPSILON))
+
+
 @dataclass(frozen=True)
 class ValueFit:
     """The value network and its regression on discounted returns."""
@@ -119,9 +158,8 @@ class ValueFunction:
         """
         inputs = policies.standardize(self._moments(), observations, least=0.0)
         mean, deviation = self.state["level"]
-        views = policies.layers(self._architecture.sizes, self.state["theta"])
-        output = policies.forward(views, inputs, policy.ACTIVATIONS[self._fit.activation])[-1][:, 0]
-        return output.astype(np.float64) * deviation + mean
+        outputs = policies.outputs(self._architecture, self.state["theta"], inputs)[:, 0]
+        return outputs.astype(np.float64) * deviation + mean
 
     def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
         """Moves the predictions towards the targets (n,) by a few epochs of Adam on the squared error."""
@@ -132,24 +170,13 @@ class ValueFunction:
         scaled = ((targets - mean) / deviation).astype(np.float32)
         fit, count = self._fit, len(inputs)
         size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
+        network = self._architecture.sizes, *(self.state[name] for name in ("theta", "first", "second"))
         for _ in range(max(2, min(fit.epochs, fit.samples // count))):
             order = rng.permutation(count)
-            shuffled, goals = inputs[order], scaled[order, None]
-            for start in range(0, count, size):
-                self._descend(shuffled[start : start + size], goals[start : start + size])
-
-    def _descend(self, inputs: Array, targets: Array) -> None:
-        """One step of Adam on the parameters; all arrays are changed in place."""
-        state = self.state
-        views, values, slopes = policies.passed(self._architecture, state["theta"], inputs)
-        upstream = (values[-1] - targets) * np.float32(2 / len(inputs))
-        slope = policies.gradient(views, values, slopes, upstream)
-        state["updates"] += 1
-        count = float(state["updates"][0])
-        state["first"] += np.float32(1 - FIRST_DECAY) * (slope - state["first"])
-        state["second"] += np.float32(1 - SECOND_DECAY) * (slope * slope - state["second"])
-        rate = self._fit.learning_rate * np.sqrt(1 - SECOND_DECAY**count) / (1 - FIRST_DECAY**count)
-        state["theta"] -= np.float32(rate) * state["first"] / (np.sqrt(state["second"]) + np.float32(EPSILON))
+            updates = self.state["updates"] + np.arange(1, -(-count // size) + 1)
+            rates = fit.learning_rate * np.sqrt(1 - SECOND_DECAY**updates) / (1 - FIRST_DECAY**updates)
+            descend(*network, inputs[order], scaled[order, None], size, rates.astype(np.float32))
+            self.state["updates"] = updates[-1:]
 
     def _moments(self) -> policy.Moments:
         return policy.Moments(float(self.state["count"][0]), self.state["mean"], self.state["squares"])
