@@ -76,7 +76,7 @@ HENDERSON_2017 = TrpoSettings(
 def manifest_settings(settings: TrpoSettings) -> Mapping[str, Setting]:
     """The rows of a submission's manifest."""
     region, value = settings.trust_region, settings.value
-    network = f"MLP {'-'.join(map(str, value.hidden))} {value.activation}"
+    network = f"MLP {'-'.join(map(str, value.hidden))} relu"
     return {
         "hidden": list(settings.hidden),
         "activation": settings.activation,

@@ -1,5 +1,6 @@
 """The policy of TRPO: a Gaussian whose mean is a multilayer perceptron, with its derivatives."""
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,7 +20,7 @@ EPSILON = 1e-8
 """Added to the standard deviation."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Moments:
     """Number of observations so far, their mean (o,) and their sum of squared deviations (o,), float64."""
 
@@ -45,6 +46,7 @@ def merge(moments: Moments, observations: Array) -> Moments:
     return Moments(seen + count, mean, moments.squares + (inside + between))
 
 
+@functools.lru_cache(maxsize=4)
 def scale(moments: Moments, least: float = LEAST_DEVIATION) -> Array:
     """What observations are divided by (o,): the standard deviation, at least ``least``."""
     deviation = np.sqrt(moments.squares / max(moments.count, 1.0))
@@ -230,15 +232,15 @@ def initial_policy(
     return np.concatenate([initial(sizes, rng, last_scale), np.full(sizes[-1], log_sigma, np.float32)])
 
 
+def means(architecture: Architecture, values: Values) -> Array:
+    """The means (n, a) of the policy where the layers have the values; only the last ones are used."""
+    return np.tanh(values[-1]) if architecture.tanh_mean else values[-1]
+
+
 def mean_and_log_sigma(architecture: Architecture, theta: Array, observations: Array) -> tuple[Array, Array]:
     """Means (n, a) and log σ (a,)."""
-    mean = outputs(architecture, theta, observations)
-    return np.tanh(mean) if architecture.tanh_mean else mean, theta[-architecture.sizes[-1] :]
-
-
-def means(architecture: Architecture, values: Values) -> Array:
-    """The means (n, a) where the layers have the values."""
-    return np.tanh(values[-1]) if architecture.tanh_mean else values[-1]
+    last = outputs(architecture, theta, observations)
+    return means(architecture, (last,)), theta[-architecture.sizes[-1] :]
 
 
 def sampled(mean: Array, log_sigma: Array, generator: np.random.Generator) -> Array:

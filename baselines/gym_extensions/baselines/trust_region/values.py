@@ -118,10 +118,9 @@ def descend(  # noqa: PLR0917
 
 @dataclass(frozen=True)
 class ValueFit:
-    """The value network and its regression on discounted returns."""
+    """The value network, with ReLUs, and its regression on discounted returns."""
 
     hidden: tuple[int, ...] = (64, 64)
-    activation: str = "relu"
     learning_rate: float = 1e-3  # Adam's step size
     minibatches: int = 16  # per epoch, as far as the two limits on their size allow
     smallest_minibatch: int = 128
@@ -135,7 +134,7 @@ class ValueFunction:
 
     def __init__(self, observations: int, rng: np.random.Generator, fit: ValueFit) -> None:
         self._fit = fit
-        self._architecture = policy.Architecture((observations, *fit.hidden, 1), fit.activation)
+        self._architecture = policy.Architecture((observations, *fit.hidden, 1), "relu")
         theta = policies.initial(self._architecture.sizes, rng)
         self.state: dict[str, Array] = {
             "theta": theta,
@@ -170,12 +169,13 @@ class ValueFunction:
         scaled = ((targets - mean) / deviation).astype(np.float32)
         fit, count = self._fit, len(inputs)
         size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
-        network = self._architecture.sizes, *(self.state[name] for name in ("theta", "first", "second"))
+        theta, first, second = (self.state[name] for name in ("theta", "first", "second"))
         for _ in range(max(2, min(fit.epochs, fit.samples // count))):
             order = rng.permutation(count)
             updates = self.state["updates"] + np.arange(1, -(-count // size) + 1)
             rates = fit.learning_rate * np.sqrt(1 - SECOND_DECAY**updates) / (1 - FIRST_DECAY**updates)
-            descend(*network, inputs[order], scaled[order, None], size, rates.astype(np.float32))
+            batch = inputs[order], scaled[order, None], size, rates.astype(np.float32)
+            descend(self._architecture.sizes, theta, first, second, *batch)
             self.state["updates"] = updates[-1:]
 
     def _moments(self) -> policy.Moments:
