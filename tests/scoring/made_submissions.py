@@ -27,7 +27,7 @@ def on_gravity(card: Scorecard, mean: float) -> Scorecard:
     """The scorecard with every group of the suite: five runs of each, with that mean and deviation 1."""
     runs = tuple(mean + step / math.sqrt(2.5) for step in range(-2, 3))
     score = card.groups[GROUP]["sequential"]
-    metrics = {**score.metrics, "final_performance": MetricValue(mean=mean, runs=runs)}
+    metrics = {**score.metrics, "final_performance": MetricValue(mean, mean - 1, mean + 1, runs)}
     groups = {name: {"sequential": replace(score, metrics=metrics)} for name in SUITES["gravity"]}
     return replace(card, groups=groups, suites=suite_scores(groups))
 

@@ -121,7 +121,7 @@ def on_core(enter: Enter) -> OnCore:
             metric.name: MetricValue(mean=1.0, runs=(1.0,) * len(runs)) for metric in METRICS["sequential"]
         }
         for name in (FINAL, "learning_performance"):
-            metrics[name] = MetricValue(mean=1.0, runs=tuple(values))
+            metrics[name] = MetricValue(mean=1.0, low=0.9, high=1.1, runs=tuple(values))
         matrix = tuple(((float(starts),) * 2, (float(starts + run),) * 2, (0.0, 0.0)) for run in runs)
         provenance = tuple(replace(log.provenance[0], run=run) for run in runs)
         return replace(
@@ -266,6 +266,14 @@ def test_submissions_are_paired_if_they_start_alike(on_core: OnCore) -> None:
     ]
     board = board_of(cards)
     assert [pair_of(board, "base", name).paired for name in ("alike", "other")] == [True, False]
+
+
+def test_runs_unusually_alike_on_one_group_are_marked_with_the_group_and_ranked(on_core: OnCore) -> None:
+    alike = {**normal(3, 0.5), GROUPS[1]: (0.5, 0.5001, 0.5002, 0.5001, 0.5)}
+    board = board_of([on_core("a", normal(1, 0.5)), on_core("b", normal(2, 0.5)), on_core("one-run", alike)])
+    assert row(board, "one-run").alike.startswith(f"{GROUPS[1]}: The runs are unusually alike")
+    assert row(board, "one-run").ranked
+    assert {each.name for each in board.rows if each.alike} == {"one-run"}
 
 
 def test_a_claimed_submission_and_a_copy_have_no_rank(on_core: OnCore) -> None:

@@ -85,7 +85,7 @@ class BoardRow:
     vs_leader: Annotated[Versus | None, about("the first submission; null for itself and without a rank")] = (
         None
     )
-    alike: Annotated[str, about("that its runs are unusually alike, in words; else empty")] = ""
+    alike: Annotated[str, about("that its runs on a group are unusually alike, in words; else empty")] = ""
     duplicate_of: Annotated[str | None, about("the submission above it that it is a copy of; or null")] = None
 
 
@@ -172,6 +172,7 @@ class CoreRow(CoreRuns):
         dict[str, BoardMetric],
         about("means over groups, over runs 0 to n − 1; ranks of `final_performance` and `forgetting`"),
     ]
+    alike: Annotated[str, about("that its runs on a group are unusually alike, in words; else empty")] = ""
 
     @property
     def task_conditioned(self) -> bool:

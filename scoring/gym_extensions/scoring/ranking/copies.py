@@ -83,7 +83,7 @@ def is_common(first: Sketch, second: Sketch) -> bool:
     return bool(union) and len({*first} & {*second} & {*union}) >= SHARE / (2 - SHARE) * len(union)
 
 
-def unusually_alike(submissions: Mapping[str, Sequence[float]]) -> dict[str, str]:
+def unusually_alike(submissions: Mapping[str, Sequence[float]], alpha: float = ALIKE_ALPHA) -> dict[str, str]:
     """What to say of submissions whose runs are unusually alike, by name: five made from one, for example.
 
     ``submissions`` have a value per run. The spread is compared, not the values.
@@ -95,8 +95,24 @@ def unusually_alike(submissions: Mapping[str, Sequence[float]]) -> dict[str, str
         if len(others) < ALIKE_OTHERS:
             continue
         p_value, pooled = smaller_spread_p(runs, others, ALIKE_SHARE)
-        if p_value <= ALIKE_ALPHA:
+        if p_value <= alpha:
             found[name] = ALIKE.format(standard_deviation(runs, ddof=1), pooled, p_value)
+    return found
+
+
+def alike_on(cards: Sequence[Scorecard], key: BoardKey, metric: str) -> dict[str, str]:
+    """What to say of the verified submissions of a board whose runs of a group are unusually alike, by name.
+
+    At the floor all runs are alike: a submission counts on a group where its interval is above 0. The level
+    of the test is divided by the number of groups.
+    """
+    found: dict[str, str] = {}
+    for group_id in key.groups:
+        logs = {card.name: card.groups.get(group_id, {}).get(key.protocol) for card in cards}
+        of = {name: log.metrics[metric] for name, log in logs.items() if log and is_verified(log.level)}
+        runs = {name: value.runs for name, value in of.items() if value.ends and value.ends[0] > 0}
+        for name, text in unusually_alike(runs, ALIKE_ALPHA / len(key.groups)).items():
+            found.setdefault(name, text if len(key.groups) == 1 else f"{group_id}: {text}")
     return found
 
 

@@ -19,7 +19,7 @@ from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, FORGET
 from gym_extensions.metrics.statistics import ALPHA, Summary, summary
 from gym_extensions.references import ALONE
 from gym_extensions.scoring.ranking import boards
-from gym_extensions.scoring.ranking.copies import COPY, duplicates
+from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
 from gym_extensions.scoring.submission import core_score
 from gym_extensions.submissions.review import TRAINED_HERE, VERIFIED
@@ -167,7 +167,9 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
             yield boards.CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
-def _row(card: Scorecard, core: CoreScore, original: str | None, edition: int) -> boards.CoreRow:
+def _row(
+    card: Scorecard, core: CoreScore, original: str | None, alike: str, edition: int
+) -> boards.CoreRow:
     """The row of a submission, which may be a copy of another, without its ranks."""
     why = core.why if original is None else COPY.format(original)
     why = why or (NOT_TRAINED if edition > 1 and not core.trained_here else "")
@@ -185,6 +187,7 @@ def _row(card: Scorecard, core: CoreScore, original: str | None, edition: int) -
             name: boards.BoardMetric.of(value if core.look else replace(value, why=why))
             for name, value in core.metrics.items()
         },
+        alike=alike,
     )
 
 
@@ -203,7 +206,10 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     methods = {card.name: method_of(card, core) for card, core in scored}
     # The second edition, of runs that were trained here alone, begins with those of the reference agent.
     edition = 1 + any(core.trained_here for card, core in scored if card.name == REFERENCE)
-    unsorted = [_row(card, core, copies.get(card.name), edition) for card, core in scored]
+    alike = alike_on([card for card, _ in scored if card.name not in copies], KEY, FINAL.name)
+    unsorted = [
+        _row(card, core, copies.get(card.name), alike.get(card.name, ""), edition) for card, core in scored
+    ]
     made = boards.best_first(unsorted, FINAL)
     parts = [[row for row in made if row.task_conditioned == conditioned] for conditioned in (False, True)]
     rows = [row for part in parts for row in part]

@@ -18,7 +18,7 @@ from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import ALONE, RULERS, References, load_references, trained_alone
 from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, TaskBest
-from gym_extensions.scoring.ranking.copies import COPY, duplicates, related_submissions, unusually_alike
+from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates, related_submissions
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.submission.suites import estimate
@@ -89,15 +89,8 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     computed = computed_rows(key, references, tasks, by_name) if tasks else ()
     alone = next((row.metrics[first.name] for row in computed if row.name == ALONE), values.Estimate())
     made = []
-    own_values = {
-        name: card.groups[key.group][key.protocol].metrics[first.name]
-        for name, card in by_name.items()
-        if key.group not in SUITES and name not in copies
-        if documents.is_verified(documents.board_level(card, key))
-    }
-    alike = unusually_alike(  # at the floor, all runs are alike
-        {name: each.runs for name, each in own_values.items() if each.ends and each.ends[0] > 0}
-    )
+    originals = [card for name, card in by_name.items() if name not in copies]
+    alike = alike_on(originals, key, first.name)
     for name, card in by_name.items():
         own = {metric: of_metric[name] for metric, of_metric in summaries.items()}
         row = _submission(card, key, copies.get(name), related[name], own, alone=alone)
