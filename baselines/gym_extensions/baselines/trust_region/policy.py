@@ -1,7 +1,7 @@
 """The policy of TRPO: a Gaussian whose mean is a multilayer perceptron, with its derivatives."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -160,7 +160,7 @@ def bend(change: Array, values: Array, activation: int) -> None:
 
 
 @compiled
-def tangent(sizes: Sizes, theta: Array, activation: int, values: list[Array], direction: Array) -> Array:
+def tangent(sizes: Sizes, theta: Array, activation: int, values: Sequence[Array], direction: Array) -> Array:
     """Derivative of the output (n, out) along a direction of the parameters (p,)."""
     change, last = values[0], len(sizes) - 2
     for number in range(last + 1):
@@ -178,7 +178,7 @@ def tangent(sizes: Sizes, theta: Array, activation: int, values: list[Array], di
 
 @compiled
 def add_gradient(  # noqa: PLR0917
-    sizes: Sizes, theta: Array, activation: int, values: list[Array], upstream: Array, total: Array
+    sizes: Sizes, theta: Array, activation: int, values: Sequence[Array], upstream: Array, total: Array
 ) -> None:
     """Adds to ``total`` (p,) the gradient over the parameters of Σ upstream · output."""
     for number in range(len(sizes) - 2, -1, -1):
