@@ -167,9 +167,7 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
             yield boards.CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
-def _row(
-    card: Scorecard, core: CoreScore, original: str | None, alike: str, edition: int
-) -> boards.CoreRow:
+def _row(card: Scorecard, core: CoreScore, original: str | None, alike: str, edition: int) -> boards.CoreRow:
     """The row of a submission, which may be a copy of another, without its ranks."""
     why = core.why if original is None else COPY.format(original)
     why = why or (NOT_TRAINED if edition > 1 and not core.trained_here else "")
