@@ -142,16 +142,7 @@ def test_a_point_lies_at_learned_and_kept_below_the_line_where_nothing_is_lost()
         assert core.TOP + core.SIDE - float(dot.get("cy", 0)) < float(dot.get("cx", 0)) - core.LEFT
     assert len(drawing.findall("path[@class='whisker first']")) == 1
     assert [label.text for label in drawing.findall("text[@class='label']")] == ["keeper", "loser"]
-    assert core.figure(board.rows[2:]) == core.cost_figure(board.rows) == ""
-
-
-def test_score_is_drawn_against_the_time_of_methods_whose_groups_all_state_it() -> None:
-    timed = [method(name, 0.8, keeps, timed=len(GROUPS)) for name, keeps in (("slow", 0.9), ("quick", 0.5))]
-    drawing = ElementTree.fromstring(core.cost_figure(board_of(KEEPER, *timed).rows))
-    quick, slow = drawing.findall("circle")
-    titles = [str(dot.findtext("title")).partition(",")[0] for dot in (quick, slow)]
-    assert titles == ["quick: 147.00 minutes", "slow: 147.00 minutes"], "21 minutes for each of seven groups"
-    assert (quick.get("cx"), float(quick.get("cy", 0)) > float(slow.get("cy", 0))) == (slow.get("cx"), True)
+    assert core.figure(board.rows[2:]) == ""
 
 
 def test_the_overview_has_nine_methods_of_each_list_and_at_most_45_kilobytes() -> None:

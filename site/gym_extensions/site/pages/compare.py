@@ -9,14 +9,11 @@ from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import board_views, paths, text
 from gym_extensions.site.pages.page import File, Render
 
-MOST_BOARDS = 40
-"""Boards that the page links to."""
-
 
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
-    """Two menus of submissions and what separates them; without script, links to the boards."""
-    boards = [board for board in site.boards if board.leader and len(board.rows) > 1]
-    yield "compare.html", render("compare.html", "compare.html", boards=boards[:MOST_BOARDS])
+    """Menus of submissions, and what separates them."""
+    is_any = any(board.leader and len(board.rows) > 1 for board in site.boards)
+    yield "compare.html", render("compare.html", "compare.html", is_any=is_any)
     yield paths.COMPARED, index(site, render)
     for merged in contests(site.boards):
         yield paths.board_data(merged[0].id, "pairs.js"), differences(merged, site.submissions)

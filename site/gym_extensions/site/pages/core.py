@@ -1,4 +1,4 @@
-"""The page of the core: what each method takes and lacks, and two figures of them."""
+"""The page of the core: what each method takes and lacks, and a figure of them."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -6,7 +6,6 @@ from itertools import product
 from markupsafe import Markup, escape
 
 from gym_extensions.metrics import formulas
-from gym_extensions.metrics.values import Estimate
 from gym_extensions.scoring.ranking.boards import CoreReference, CoreRow
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
@@ -110,47 +109,25 @@ def figure(rows: Sequence[CoreRow], references: Sequence[CoreReference] = ()) ->
         level = y.at(each.value.mean or 0.0)
         below.append(stroke(x.start, level, x.end, level, "way"))
         below.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
-    axes = [*_axes(x, y, "learned: score right after the training"), *below]
-    points = _points(shown, [row.metrics[LEARNED] for row in shown], "learned {}", x, y)
-    return _plane("Learned against kept, a point per method", [*axes, *points])
+    parts = "".join([*_axes(x, y), *below, *_points(shown, x, y)])
+    label = "Learned against kept, a point per method"
+    return picture("plane", px(LEFT + SIDE + 8), px(TOP + SIDE + BOTTOM), label, parts)
 
 
-def cost_figure(rows: Sequence[CoreRow]) -> Markup:
-    """Processor time of a run of the core (x) against kept at the end (y), of the methods that state both.
-
-    Empty with fewer than two of them.
-    """
-    stated = [row for row in rows if row.metrics[FINAL].mean is not None and row.cost.cpu_seconds]
-    minutes = [Estimate((row.cost.cpu_seconds or 0.0) / 60) for row in stated]
-    if len(stated) < 2:
-        return Markup("")
-    x = scale_around([each.mean or 0.0 for each in minutes], LEFT, LEFT + SIDE, always=(0.0,))
-    y = scale_around(ends_of(stated, (FINAL,)), TOP + SIDE, TOP, always=())
-    parts = _axes(x, y, "processor time of a run, minutes") + _points(stated, minutes, "{} minutes", x, y)
-    return _plane("Processor time against kept, a point per method", parts)
-
-
-def _plane(label: str, parts: Sequence[str]) -> Markup:
-    return picture("plane", px(LEFT + SIDE + 8), px(TOP + SIDE + BOTTOM), label, "".join(parts))
-
-
-def _points(rows: Sequence[CoreRow], across: Sequence[Estimate], words: str, x: Scale, y: Scale) -> list[str]:
-    """The methods with their intervals and names; ``words`` say what is across."""
-    places = [
-        (x.at(each.mean or 0), y.at(row.metrics[FINAL].mean or 0))
-        for row, each in zip(rows, across, strict=True)
-    ]
+def _points(rows: Sequence[CoreRow], x: Scale, y: Scale) -> list[str]:
+    """The methods with their intervals and names."""
+    places = [(x.at(row.metrics[LEARNED].mean or 0), y.at(row.metrics[FINAL].mean or 0)) for row in rows]
     parts, bars = [], []
-    for number, (row, each, (left, up)) in reversed(list(enumerate(zip(rows, across, places, strict=True)))):
-        kept = row.metrics[FINAL]
+    for number, (row, (left, up)) in reversed(list(enumerate(zip(rows, places, strict=True)))):
+        learned, kept = row.metrics[LEARNED], row.metrics[FINAL]
         kind = "unranked" if not row.ranked else "other" if number else "first"
-        ways = [(x.at(each.ends[0]), up, x.at(each.ends[1]), up)] if each.ends else []
+        ways = [(x.at(learned.ends[0]), up, x.at(learned.ends[1]), up)] if learned.ends else []
         ways += [(left, y.at(kept.ends[1]), left, y.at(kept.ends[0]))] if kept.ends else []
         if ways:
             drawn = "".join(f"M{px(x0)} {px(y0)}L{px(x1)} {px(y1)}" for x0, y0, x1, y1 in ways)
             parts.append(f'<path class="whisker {kind}" d="{drawn}"/>')
         bars += ways
-        title = f"{short(row.name, MAX_LABEL)}: {words.format(mean(each))}, kept {mean(kept)}"
+        title = f"{short(row.name, MAX_LABEL)}: learned {mean(learned)}, kept {mean(kept)}"
         parts.append(
             f'<circle class="method {kind}" cx="{px(left)}" cy="{px(up)}">'
             f"<title>{escape(title)}</title></circle>"
@@ -159,13 +136,13 @@ def _points(rows: Sequence[CoreRow], across: Sequence[Estimate], words: str, x: 
     return parts + _labels(names, places, bars)
 
 
-def ends_of(rows: Sequence[CoreRow], metrics: Sequence[str] = (FINAL, LEARNED)) -> list[float]:
-    """The ends of the intervals of these metrics."""
-    values = [row.metrics[metric] for row in rows for metric in metrics]
+def ends_of(rows: Sequence[CoreRow]) -> list[float]:
+    """The ends of the intervals of what was learned and kept."""
+    values = [row.metrics[metric] for row in rows for metric in (FINAL, LEARNED)]
     return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 
 
-def _axes(x: Scale, y: Scale, across: str) -> list[str]:
+def _axes(x: Scale, y: Scale) -> list[str]:
     parts = []
     for mark in x.ticks(5):
         parts.append(stroke(x.at(mark), y.start, x.at(mark), y.end, "level"))
@@ -173,7 +150,7 @@ def _axes(x: Scale, y: Scale, across: str) -> list[str]:
     for mark in y.ticks(5):
         parts.append(stroke(x.start, y.at(mark), x.end, y.at(mark), "level"))
         parts.append(text("tick side", x.start - 7, y.at(mark) + 3.5, tick_label(mark)))
-    parts.append(text("axis", (x.start + x.end) / 2, y.start + 36, across))
+    parts.append(text("axis", (x.start + x.end) / 2, y.start + 36, "learned: score right after the training"))
     turn = f"translate(12 {px((y.start + y.end) / 2)}) rotate(-90)"
     return [*parts, f'<text class="axis" transform="{turn}">kept: score at the end</text>']
 
