@@ -2,7 +2,9 @@
 
 import json
 import posixpath
+import re
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
@@ -62,3 +64,11 @@ def test_links_of_what_opens_lead_to_pages_and_the_page_names_its_script(
                 file = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
                 assert file in texts, f"{path} links to {target}"
                 assert not anchor or f'id="{anchor}"' in texts[file], f"{path} links to #{anchor}"
+
+
+def test_a_method_of_the_core_has_a_badge_with_its_score_and_rank(document: dict[str, Any]) -> None:
+    document["submissions"] = [method("keeper", 0.8, 0.98), method("loser", 0.8, 0.5)]
+    texts = dict(files(document))
+    said = ElementTree.fromstring(texts["submissions/loser/badge.svg"]).get("aria-label")
+    assert re.fullmatch(r"gym-extensions: kept 0\.\d\d \(0\.\d\d to 0\.\d\d\), rank 2", said or "")
+    assert 'src="../submissions/loser/badge.svg"' in texts["submissions/loser.html"]

@@ -15,12 +15,12 @@ from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.submission_results import SEQUENTIAL
-from gym_extensions.site.text import fixed, interval, p_value
+from gym_extensions.site.text import ends, fixed, interval, mean, p_value, rank
 from gym_extensions.submissions.layout import POSES
 
 
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
-    """The scripts of the rows of the boards, then of those of the core."""
+    """The scripts of the rows of the boards, then of those of the core, with a badge each."""
     tests: dict[tuple[str, str, str], dict[str, str]] = {}  # by protocol, budget and name, then by group
     for view in site.boards:
         for row in view.rows:
@@ -36,9 +36,11 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
             on_groups = tests.get((SEQUENTIAL, board.budget, each.name), {})
             values = {"row": each, "runs": first_runs(each, cards[each.name]), "tests": on_groups}
             values |= {"verdicts": verdicts(each, board)}
-            yield _script(
-                "numbers-core.html", paths.number_file(each.name), cards[each.name], render, **values
-            )
+            path, card, kept = paths.number_file(each.name), cards[each.name], each.metrics[core.FINAL]
+            yield _script("numbers-core.html", path, card, render, **values)
+            said = f"kept {mean(kept)} ({ends(kept)}), rank {rank(kept.rank)}" if kept.rank else each.level
+            badge = paths.submission_file(each.name, "badge.svg")
+            yield badge, render("badge.svg", badge, said=said)
 
 
 def _script(template: str, path: str, card: Scorecard, render: Render, **values: object) -> File:
