@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from gym_extensions.baselines import Context, Observes, train
+from gym_extensions.baselines import Card, Context, Observes, train
 from gym_extensions.baselines.agent import Array
 
 
@@ -55,6 +55,21 @@ class MultiHead:
                 self.optimizer.zero_grad()
                 torch.max(-ratio * weights, -ratio.clamp(0.8, 1.2) * weights).mean().backward()  # type: ignore[no-untyped-call]
                 self.optimizer.step()
+
+    def card(self) -> Card:
+        return Card(
+            "Multi-head policy gradient in PyTorch",
+            evaluation="deterministic",
+            hyperparameters={
+                "learning_rate": 1e-3,
+                "sigma": 0.5,
+                "discount": 0.99,
+                "clip": 0.2,
+                "updates": 20,
+            },
+            parameters=sum(parameter.numel() for parameter in self.network.parameters()),
+            packages=("torch",),
+        )
 
 
 if __name__ == "__main__":

@@ -101,6 +101,12 @@ def diagnose(
             hint = "Pass the observations of each of its tasks, an array (n, …) per task."
             raise BenchError("no-states", f"No observations of {group.name} are published.", "", hint)
         observations = known
+    if isinstance(policies, AnyPolicy) or not 0 < len(policies) <= len(observations) + 1:
+        message = f"There are observations of {len(observations)} tasks."
+        hint = "Pass a list: the untrained policy, then that after each task, in order."
+        raise BenchError("bad-argument", message, "diagnose()", hint)
+    if not all(map(len, observations)):
+        raise BenchError("no-states", "A task has no observations.", "diagnose()", "Pass some of each task.")
     return diagnostics.diagnose(policies, observations)
 
 

@@ -1,13 +1,13 @@
 """The loop that runs a policy on given seeds."""
 
 import math
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pytest
 
 from gym_extensions.envs import make, make_vec
-from gym_extensions.envs.rollout import Outcome, run_episodes
+from gym_extensions.envs.rollout import Outcome, clip_actions, run_episodes
 from gym_extensions.errors import BenchError
 
 
@@ -67,3 +67,24 @@ def test_only_running_episodes_need_finite_actions() -> None:
     first = run_episodes(make_vec("Hopper", 2), [0, 1], act)
     again = run_episodes(make_vec("Hopper", 2), [0, 1], lambda *_: np.full((2, 3), [[1.0], [-1.0]]))
     assert first == again and first[0].length != first[1].length
+
+
+class OnAnotherDevice:
+    """What a tensor on a GPU is to numpy: no array, but one after ``detach().cpu()``."""
+
+    def __init__(self, values: object) -> None:
+        self.values = values
+
+    def detach(self) -> Self:
+        return self
+
+    def cpu(self) -> object:
+        return self.values
+
+    def __array__(self) -> object:
+        raise TypeError("can't convert cuda:0 device type tensor to numpy")
+
+
+def test_actions_may_be_a_tensor_on_another_device() -> None:
+    actions = clip_actions(OnAnotherDevice(np.full((2, 3), 9.0)), make_vec("Hopper", 2), "act()")
+    assert actions.tolist() == [[1.0] * 3] * 2

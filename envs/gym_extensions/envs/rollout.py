@@ -101,8 +101,9 @@ def clip_actions(
     space: Any = env.single_action_space
     shape = (env.num_envs, *(space.shape or ()))
     try:
-        array = np.asarray(actions)
-    except (TypeError, ValueError, RuntimeError):  # a ragged list, or a tensor on another device
+        # A tensor of PyTorch may be on another device, or be part of a graph.
+        array = np.asarray(actions.detach().cpu() if hasattr(actions, "detach") else actions)
+    except (TypeError, ValueError, RuntimeError):  # a ragged list
         array = None
     if array is None or array.dtype.kind not in "biuf" or array.shape != shape:
         shown = f"a value of type {type(actions).__name__}"

@@ -67,6 +67,15 @@ def test_the_time_left_follows_from_all_jobs_and_their_evaluations() -> None:
     assert bars.time_left() == "0:08:20"
 
 
+def test_an_agent_that_takes_no_steps_advances_with_its_stages() -> None:
+    bars = bars_of(STARTED, clock := Clock())
+    bars.show(TaskEvaluated("group run0", 0, 0, 0, TASK, 20, 30.0, 1.0))
+    clock.now = 40.0
+    assert bars.time_left() == "unknown"
+    bars.show(TaskEvaluated("group run0", 1, 400, 400, TASK, 20, 30.0, 1.0))
+    assert bars.time_left() == "0:00:40"
+
+
 def test_a_slow_agent_shows_its_steps_within_a_batch() -> None:
     bars = bars_of(STARTED, Clock())
     bars.show(StepsTrained("group run0", 1, 7, 7, 0.35))

@@ -250,6 +250,10 @@ REFUSED: list[tuple[Made, str]] = [
     (lambda: Written(lambda own, x: double(own.net(x)), net=linear(INPUTS)), "gym_extensions_tests::double"),
     (lambda: Written(lambda _, x: torch.fft.fft(x).real), "aten::fft_fft"),
     (lambda: layers().bfloat16(), r"it has numbers in bfloat16\. Pass module\.float\(\)"),
+    (
+        lambda: Written(lambda own, x: own.net(x.double()), net=layers(nn.GroupNorm(4, HIDDEN)).double()),
+        r"onnxruntime has no InstanceNormalization for numbers of this type; use module\.float\(\)",
+    ),
     (lambda: layers().to("meta"), "it fails on zeros: Cannot copy out of meta tensor"),
     (lambda: linear(INPUTS + 1), "it fails on zeros: mat1 and mat2 shapes"),
     (lambda: Written(lambda _, x: None), r"it returns NoneType; expected actions of shape \(2, a\)"),

@@ -93,6 +93,11 @@ def test_observations_that_do_not_fit_are_one_sentence() -> None:
         diagnose([network()], [np.zeros((3, 5))])
     with pytest.raises(BenchError, match="No observations of nav-image are published"):
         policies.diagnose([network()], "nav-image")
+    for wrong in ([], [network()] * 4, network()):
+        with pytest.raises(BenchError, match=r"observations of 2 tasks\. Pass a list: the untrained policy"):
+            policies.diagnose(wrong, [SEEN, SEEN])  # type: ignore[arg-type]
+    with pytest.raises(BenchError, match=r"A task has no observations"):
+        policies.diagnose([network()], [SEEN, SEEN[:0]])
 
 
 @pytest.mark.committed

@@ -175,13 +175,15 @@ class Bars:
                 bars.remove_task(self._rows.pop(event.job))
         else:
             text, total = "", self._steps[event.job]
-            if isinstance(event, TaskEvaluated):
-                text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
-            elif isinstance(event, BatchTrained | StepsTrained):
-                # The first batch may follow stages that an earlier call finished.
+            if isinstance(event, StageEvent):
+                # The first event may follow stages that an earlier call finished. Evaluations count: they end
+                # the stage of an agent that takes no steps, because it learns from stored ones.
                 done = total - self._left[event.job] or event.job_step - event.step
                 self._trained += event.job_step - done
                 self._left[event.job] = total - event.job_step
+            if isinstance(event, TaskEvaluated):
+                text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
+            elif isinstance(event, BatchTrained | StepsTrained):
                 if isinstance(event, BatchTrained) and event.mean_return is not None:
                     text = f"return {event.mean_return:.1f}, "
                 text += f"{_speed(event.steps_per_second)} steps/s"

@@ -193,6 +193,8 @@ def _refused(name: str, reason: str, hint: str = "docs/policies.md says what mod
 def _reason(error: Exception) -> str:
     """An error in one line; the operator, if it is one that ONNX does not have."""
     if isinstance(error, BenchError) and error.code == "onnx-failed":
+        if missing := re.search(r"implementation for (\w+)", error.message):
+            return f"onnxruntime has no {missing[1]} for numbers of this type; use module.float()"
         return "its network fails for other batches than two; use x.shape[0], not len(x)"
     if isinstance(error, BenchError):
         return error.message.rstrip(".")
