@@ -226,19 +226,28 @@ def _notes(
     if len(set(counts.values())) > 1:
         parts = ", ".join(f"{name} {count}" for name, count in counts.items())
         notes.append(f"different-numbers-of-runs: The groups have {parts} runs.")
-    beyond = {name: dict.fromkeys((look, count - 1)) for name, count in counts.items() if count > look > 0}
+    beyond = {name: range(look, count) for name, count in counts.items() if count > look > 0}
     if beyond:
-        parts = ", ".join(f"{name} {' to '.join(map(str, ends))}" for name, ends in beyond.items())
-        notes.append(f"runs-beyond-the-look: Runs that are not compared until the next look: {parts}.")
+        parts = _runs_by_group(beyond)
+        notes.append(f"runs-beyond-the-look: Compared are runs 0 to {look - 1}; further ones: {parts}.")
     if is_claimed:
         notes.append(
             "steps-claimed: Its training steps are claimed; its page says where its policies are from."
         )
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
     if waiting and look:
-        parts = ", ".join(f"{name} {', '.join(map(str, runs))}" for name, runs in waiting.items())
+        parts = _runs_by_group(waiting)
         notes.append(f"unverified-runs: Not compared until they are verified: {parts}.")
     return tuple(notes)
+
+
+def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
+    """Ascending runs by group; consecutive ones by their ends."""
+    ends = {
+        name: (runs[0], "to", runs[-1]) if 1 < len(runs) == runs[-1] - runs[0] + 1 else runs
+        for name, runs in found.items()
+    }
+    return ", ".join(f"{name} {' '.join(map(str, each))}" for name, each in ends.items())
 
 
 def _remarks(card: Scorecard, found: Claim | None) -> Iterator[str]:
