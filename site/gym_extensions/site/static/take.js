@@ -66,7 +66,7 @@
 
   document.querySelectorAll("main figure").forEach((figure, i) => {
     const svg = figure.querySelector("svg[viewBox]"), name = `${here}-figure-${i + 1}`;
-    if (!svg || figure.closest(".watch, .maps, .forgetting")) return;
+    if (!svg || figure.closest(".maps")) return;
     offer(figure.querySelector("figcaption") ?? svg, name, {
       SVG: () => save(`${name}.svg`, new Blob([drawn(svg).text], { type: "image/svg+xml" })),
       PNG: () => png(svg, name),
