@@ -135,8 +135,11 @@ def test_the_interval_of_a_correlation_is_that_of_the_jackknife() -> None:
     )
 
 
-def test_three_runs_are_too_few() -> None:
-    assert results.forgetting_predictors(made(np.ones((3, 2)), np.ones((3, 2)))).empty
+def test_three_runs_are_too_few_and_one_that_decides_has_no_interval() -> None:
+    loss = np.arange(6.0).reshape(3, 2)
+    assert results.forgetting_predictors(made(loss, loss)).empty
+    outlier = np.array([[0.0], [0.0], [0.0], [0.0], [5.0]])
+    assert results.forgetting_predictors(made(outlier, np.arange(5.0)[:, None])).empty
 
 
 def test_the_change_of_a_network_is_from_the_first_task_to_the_last() -> None:

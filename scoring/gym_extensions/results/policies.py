@@ -1,9 +1,8 @@
 """Stored policies as a data frame: what each returns on every task, and what training did to its network."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from gym_extensions.scoring.pipeline import Paths
 from gym_extensions.submissions import diagnostics
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.policies.files import policy_keys, read_policies
+from gym_extensions.submissions.policies.mlp_arrays import Array
 from gym_extensions.submissions.run import RunDocument
 
 POLICY_DTYPES = {"submission": "str", "method": "str", **KEY_DTYPES, "stage": "int64", "task": "str"}
@@ -121,13 +121,8 @@ def _diagnosed(
         yield diagnoses or [Diagnosis()] * len(policy_keys(document.protocol, group)), why
 
 
-PREDICTION_DTYPES = {
-    "submission": "str",
-    "predictor": "str",
-    "kind": "str",
-    "groups": "int64",
-    "runs": "int64",
-}
+PREDICTION_DTYPES = {"submission": "str", "predictor": "str", "kind": "str"}
+PREDICTION_DTYPES |= {"groups": "int64", "runs": "int64"}
 PREDICTION_DTYPES |= dict.fromkeys(("mean", "low", "high"), "float64")
 FEWEST_RUNS = 4
 """Of a group, for an interval over runs by the jackknife."""
@@ -162,13 +157,9 @@ def forgetting_predictors(policies: pd.DataFrame) -> pd.DataFrame:
         losses, *predictors = _changes(frame)
         for predictor, values in zip(("drift", "distances"), predictors, strict=True):
             complete = (values.notna() & losses.notna()).all(axis=1)
-            if complete.sum() < FEWEST_RUNS:
-                continue
-            pair = values[complete], losses[complete]
+            pair = values[complete].to_numpy(), losses[complete].to_numpy()
             for kind in ("across", "within") if values.shape[1] > 1 else ("within",):
-                rho = partial(_correlation, *pair, kind == "within")
-                if math.isfinite(rho()):
-                    estimate = _jackknife(rho, list(pair[0].index))
+                if estimate := _correlation(*pair, is_within=kind == "within"):
                     found.setdefault((str(name), predictor, kind), []).append(estimate)
     rows = []
     for key, parts in found.items():
@@ -182,31 +173,34 @@ def _changes(frame: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
     rows = []
     for run, stages in frame.sort_values("stage").groupby("run"):
         scores, end = stages["scores"].tolist(), stages.iloc[-1]
+        drift, distances = (end[name] or (math.nan,) * len(scores) for name in ("drift", "distances"))
         for task in range(len(scores) - 2):
-            drift, distances = (end[name] or (math.nan,) * len(scores) for name in ("drift", "distances"))
-            rows.append(
-                (run, task, scores[task + 1][task] - scores[-1][task], drift[task], distances[task + 1])
-            )
+            lost = scores[task + 1][task] - scores[-1][task]
+            rows.append((run, task, lost, drift[task], distances[task + 1]))
     table = pd.DataFrame(rows, columns=["run", "task", "loss", "drift", "distances"])
     return tuple(table.pivot(index="run", columns="task", values=name) for name in table.columns[2:])
 
 
-def _correlation(
-    first: pd.DataFrame, second: pd.DataFrame, is_within: bool, left_out: object = None
-) -> float:
-    """Spearman's ρ of two frames (runs, places) without one run: over all values, or over runs by place."""
-    parts = [each.drop(index=[left_out], errors="ignore") for each in (first, second)]
-    ranks = [(each if is_within else each.stack()).rank().to_numpy() for each in parts]
-    x, y = (each - each.mean(axis=0) for each in ranks)
-    norm = math.sqrt((x * x).sum() * (y * y).sum())
-    return float((x * y).sum() / norm) if norm else math.nan
+def _correlation(first: Array, second: Array, *, is_within: bool) -> Summary | None:
+    """Spearman's ρ of (runs, tasks), over all values or over runs task by task; None if it is not defined.
 
+    The standard error is that of the jackknife's pseudo-values, without each run.
+    """
 
-def _jackknife(estimate: Callable[..., float], runs: Sequence[object]) -> Summary:
-    """An estimate over runs, whose standard error is that of the pseudo-values without each of them."""
-    whole, count = estimate(), len(runs)
-    parts = [count * whole - (count - 1) * estimate(left_out=run) for run in runs]
-    return replace(summary(parts), mean=whole)
+    def rho(runs: Sequence[int]) -> float:
+        shape = (len(runs), -1) if is_within else (-1, 1)
+        ranks = [pd.DataFrame(each[runs].reshape(shape)).rank().to_numpy() for each in (first, second)]
+        x, y = (each - each.mean(axis=0) for each in ranks)
+        norm = math.sqrt((x * x).sum() * (y * y).sum())
+        return float((x * y).sum() / norm) if norm else math.nan
+
+    runs = range(len(first))
+    if len(runs) < FEWEST_RUNS:
+        return None
+    whole, others = rho(list(runs)), [rho([run for run in runs if run != out]) for out in runs]
+    if not all(map(math.isfinite, (whole, *others))):
+        return None
+    return replace(summary([whole + (len(runs) - 1) * (whole - other) for other in others]), mean=whole)
 
 
 NETWORK_DTYPES = {"submission": "str", "measure": "str", "layer": "int64", "groups": "int64", "runs": "int64"}

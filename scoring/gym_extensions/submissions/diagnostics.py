@@ -24,7 +24,7 @@ COMMAND = "gym-extensions maintain diagnostics"
 MEASURES = ("ranks", "inactive")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class DiagnosedRun:
     """The policies of a run."""
 

@@ -55,11 +55,10 @@ def measure_all(
         BenchError: a group is unknown or its tasks have no published observations, a submission has problems,
             or a limit was reached. What was finished before is kept.
     """
-    wanted = [group_named(name) for name in names] or [
-        each for each in GROUPS.values() if states(each.task_ids)
-    ]
+    observed = [each for each in GROUPS.values() if states(each.task_ids)]
+    wanted = [group_named(name) for name in names] or observed
     for group in wanted:
-        if states(group.task_ids) is None:
+        if group not in observed:
             message = f"No observations of {group.name} are published."
             raise BenchError("no-states", message, "--groups", "Run: python -m tools.environments")
     there = [(each, group) for each in submissions for group in wanted if (each / group.name).is_dir()]
@@ -70,29 +69,22 @@ def measure_all(
 
 def _measure(submission: Path, group: TaskGroup, fetcher: Fetcher, again: bool) -> list[str]:
     """Writes the diagnostics of one group and returns the lines about it."""
-    where, found = f"{submission.name}, {group.name}", reader.read(submission, only=[group.name])
+    found = reader.read(submission, only=[group.name])
     found.require_no_problems()
-    runs = {
-        diagnostics.run_name(run.document): run
-        for run in verify.logged_runs(found).values()
-        if run.document.policies
-    }
-    digests = {name: run.document.policies.sha256 for name, run in runs.items() if run.document.policies}
-    known = {} if again else diagnostics.load(submission, group, digests)
-    missing = [name for name in runs if name not in known]
-    if not missing:
-        return [f"{where}: up to date."]
-    lines, call = (
-        [],
-        {"runs": [msgspec.to_builtins(runs[name].request(found, fetcher=fetcher)) for name in missing]},
+    logged = [run for run in verify.logged_runs(found).values() if run.document.policies]
+    requests = {diagnostics.run_name(run.document): run.request(found, fetcher=fetcher) for run in logged}
+    digests, where = (
+        {name: each.policies for name, each in requests.items()},
+        f"{submission.name}, {group.name}",
     )
-    for name, answer in zip(missing, limits.answers(JOB, call, limits.Limits()), strict=True):
-        if isinstance(answer, str):
-            lines.append(f"{where}, {name}: {answer}")
-        else:
-            diagnoses = msgspec.convert(answer, tuple[Diagnosis, ...])
-            known[name] = diagnostics.DiagnosedRun(policies=digests[name], diagnoses=diagnoses)
-    if not known:
-        return lines
-    path = diagnostics.write(submission, group, {name: known[name] for name in runs if name in known})
-    return [*lines, f"{path}: {len(known)} runs."]
+    if not again and len(diagnostics.load(submission, group, digests)) == len(digests):
+        return [f"{where}: up to date."]
+    call = {"runs": msgspec.to_builtins([*requests.values()])}
+    answers = dict(zip(digests, limits.answers(JOB, call, limits.Limits()), strict=True))
+    lines = [f"{where}, {name}: {each}" for name, each in answers.items() if isinstance(each, str)]
+    runs = {
+        name: diagnostics.DiagnosedRun(digests[name], msgspec.convert(each, tuple[Diagnosis, ...]))
+        for name, each in answers.items()
+        if not isinstance(each, str)
+    }
+    return [*lines, f"{diagnostics.write(submission, group, runs)}: {len(runs)} runs."] if runs else lines
