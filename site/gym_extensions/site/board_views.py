@@ -92,11 +92,6 @@ class BoardView:
         """Tasks whose expert is provisional, and why it is."""
         return next((result.provisional_tasks for result in self.results if result.provisional_tasks), ())
 
-    @cached_property
-    def titles(self) -> dict[str, str]:
-        """The titles of its submissions by name."""
-        return {row.submission.name: row.submission.title for row in self.rows}
-
     def row(self, name: str | None) -> Row | None:
         """The row of a submission; None for None."""
         return next((row for row in self.rows if row.submission.name == name), None)

@@ -168,7 +168,7 @@ def separate_groups(card: Scorecard) -> tuple[str, ...]:
 
 def page_of(card: Scorecard, group: str) -> str:
     """The page with the results of a submission on a group; of a suite, its own page."""
-    is_apart = group in separate_groups(card)
+    is_apart = group in card.groups and len(card.groups) > 1
     return paths.results_path(card.name, group) if is_apart else paths.submission_path(card.name)
 
 

@@ -5,7 +5,7 @@ HTML. Without that script a number is a link to the results of its submission.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import BoardRow, CoreBoard, CoreRow
@@ -25,7 +25,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     for view in site.boards:
         for row in view.rows:
             path = paths.number_file(row.card.name, view.group, view.protocol, view.budget)
-            test = tested(row.submission, view.titles)
+            test = tested(row.submission, view)
             tests.setdefault((view.protocol, view.budget, row.card.name), {})[view.group] = test
             metrics = {name: row.result.metric(name) for name in view.columns}
             values = {"board": view, "row": row, "test": test, "values": metrics}
@@ -59,14 +59,15 @@ def first_runs(row: CoreRow, card: Scorecard) -> dict[str, MetricValue]:
     }
 
 
-def tested(row: BoardRow, titles: Mapping[str, str]) -> str:
+def tested(row: BoardRow, board: board_views.BoardView) -> str:
     """How the score of a row compares with the first of its board, or of the first with the next one."""
     if (other := row.vs_leader or row.vs_next) is None:
         return row.why or "The only one ranked."
     word = "below" if row.vs_leader else "above"
     said = f"significantly {word}" if other.separated else f"not significantly {word}"
     ends = f" ({interval(*other.difference.ends)})" if other.difference.ends else ""
-    return f"{said} {titles[other.name]}: difference {fixed(other.difference.mean)}{ends}"
+    title = next(each.submission.title for each in board.rows if each.submission.name == other.name)
+    return f"{said} {title}: difference {fixed(other.difference.mean)}{ends}"
 
 
 def verdicts(row: CoreRow, board: CoreBoard) -> dict[str, list[str]]:
