@@ -27,7 +27,7 @@ def diagnosed(submission: Path, run: int) -> diagnostics.DiagnosedRun:
 
 
 def write(submission: Path) -> Path:
-    runs = {f"sequential/run{run}": diagnosed(submission, run) for run in (0, 1)}
+    runs = {f"{HERE.name}/sequential/run{run}": diagnosed(submission, run) for run in (0, 1)}
     return diagnostics.write(submission, HERE, runs)
 
 

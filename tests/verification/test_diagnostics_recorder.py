@@ -10,9 +10,7 @@ import pytest
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.cli import maintain
 from gym_extensions.submissions import diagnostics
-from gym_extensions.submissions.layout import DOCUMENT, run_file
 from gym_extensions.submissions.policies.mlp import Policy
-from gym_extensions.submissions.run import read_run
 
 from .made_submissions import GROUP, change_policies, copy, honest
 
@@ -35,9 +33,9 @@ def test_all_policies_are_described_once(submission: Path, capsys: pytest.Captur
     assert (found.group, found.states, list(found.runs)) == (
         HERE.id,
         1,
-        ["sequential/run0", "sequential/run1"],
+        [f"{GROUP}/sequential/run{run}" for run in (0, 1)],
     )
-    (first, *_, last) = found.runs["sequential/run1"].diagnoses
+    (first, *_, last) = found.runs[f"{GROUP}/sequential/run1"].diagnoses
     assert (first.parameters, len(first.norms or ()), len(last.distances or ())) == (66, 1, 2)
     written = path.read_bytes()
     assert record(submission) == 0
@@ -51,17 +49,10 @@ def test_other_policies_are_described_again(submission: Path) -> None:
     path = diagnostics.path_of(submission, HERE)
     written = path.read_bytes()
     change_policies(submission, lambda stored: stored.update({(0, None): stored[2, None]}))
-    digests = {f"sequential/run{run}": read_policies_digest(submission, run) for run in (0, 1)}
-    assert diagnostics.load(submission, HERE, digests) == {}
+    assert diagnostics.load(submission, HERE) == {}
     assert record(submission) == 0
-    assert len(diagnostics.load(submission, HERE, digests)) == 2
+    assert len(diagnostics.load(submission, HERE)) == 2
     assert path.read_bytes() != written
-
-
-def read_policies_digest(submission: Path, run: int) -> str:
-    policies = read_run(submission / run_file(GROUP, "sequential", run, DOCUMENT)).policies
-    assert policies is not None
-    return policies.sha256
 
 
 def test_a_policy_that_does_not_fit_the_observations_loses_nothing_else(
@@ -78,7 +69,7 @@ def test_a_policy_that_does_not_fit_the_observations_loses_nothing_else(
     assert record(submission) == 0
     shown = capsys.readouterr().out
     assert (
-        f"mine, {GROUP}, sequential/run0: The observations have 21 values; the policy has 5 inputs." in shown
+        f"mine, {GROUP}/sequential/run0: The observations have 21 values; the policy has 5 inputs." in shown
     )
 
 

@@ -18,6 +18,7 @@ from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, read_groups
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths
 from gym_extensions.submissions import diagnostics
+from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.policies.files import policy_keys, read_policies
 from gym_extensions.submissions.policies.mlp_arrays import Array
@@ -101,21 +102,19 @@ def _diagnosed(
     folder: Path, group: TaskGroup, documents: Sequence[RunDocument]
 ) -> Iterator[tuple[Sequence[Diagnosis], str]]:
     """For every run the diagnoses of its policies, or empty ones and why."""
-    digests = {diagnostics.run_name(each): each.policies.sha256 for each in documents if each.policies}
-    known = diagnostics.load(folder, group, digests)
+    known = diagnostics.load(folder, group)
     observations = states(group.task_ids)
     for document in documents:
         diagnoses: Sequence[Diagnosis] = ()
         why = "" if observations else "No observations of its tasks are published."
-        if run := known.get(diagnostics.run_name(document)):
+        if run := known.get(run_key(group.name, document.protocol, document.run)):
             diagnoses = run.diagnoses
         elif document.policies and document.policies.url:
             why = "Its policies lie elsewhere."
         elif observations:
-            order = task_order(document.protocol, document.run, len(group.tasks))
+            place = document.protocol, document.run
             try:
-                stored = read_policies(folder, group, document.protocol, document.run)
-                diagnoses = diagnose_run(stored, observations, order)
+                diagnoses = diagnose_run(read_policies(folder, group, *place), observations, *place)
             except BenchError as error:
                 why = error.message
         yield diagnoses or [Diagnosis()] * len(policy_keys(document.protocol, group)), why

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 from gym_extensions.catalog import states
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
@@ -18,7 +18,7 @@ from gym_extensions.metrics.statistics import interval
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.submissions.layout import DIAGNOSTICS, DOCUMENT
 from gym_extensions.submissions.policies.diagnostics import Diagnosis
-from gym_extensions.submissions.run import RunDocument, read_run
+from gym_extensions.submissions.run import read_run
 
 COMMAND = "gym-extensions maintain diagnostics"
 MEASURES = ("ranks", "inactive")
@@ -39,12 +39,7 @@ class Diagnostics(JsonDocument):
     format: Annotated[Literal[1], about("1")] = 1
     group: Annotated[str, about("group id")]
     states: Annotated[int, about("version of the observations")]
-    runs: Annotated[dict[str, DiagnosedRun], about("by protocol and run, such as `sequential/run0`")]
-
-
-def run_name(document: RunDocument) -> str:
-    """The name of a run in the document of its group."""
-    return f"{document.protocol}/run{document.run}"
+    runs: Annotated[dict[str, DiagnosedRun], about("by name, such as `hopper-gravity/sequential/run0`")]
 
 
 def path_of(submission: Path, group: TaskGroup) -> Path:
@@ -60,24 +55,21 @@ def write(submission: Path, group: TaskGroup, runs: Mapping[str, DiagnosedRun]) 
     return path
 
 
-def load(submission: Path, group: TaskGroup, digests: Mapping[str, str]) -> dict[str, DiagnosedRun]:
-    """The diagnosed runs by name, as far as their policies have these digests and the observations are
-    those of this version.
+def load(submission: Path, group: TaskGroup) -> dict[str, DiagnosedRun]:
+    """The diagnosed runs by name whose policies and observations are the present ones.
 
-    Raises ``BenchError`` if the file cannot be read.
+    Raises ``BenchError`` if a file cannot be read.
     """
     found = Diagnostics.load(path_of(submission, group), "bad-diagnostics", COMMAND)
     if found is None or found.states != states.VERSION:
         return {}
-    return {name: run for name, run in found.runs.items() if digests.get(name) == run.policies}
+    paths = {name: submission / f"{name}{DOCUMENT}" for name in found.runs}
+    stated = {name: read_run(path).policies for name, path in paths.items() if path.is_file()}
+    return {name: run for name, run in found.runs.items() if (at := stated.get(name)) and at.sha256 == run.policies}
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """A number of the last hidden layer, as means over runs: untrained, after the first and the last task.
-
-    ``change`` is last − first.
-    """
+class Change(NamedTuple):
+    """A number of the last hidden layer: means over runs at three stages, and the change from first to last."""
 
     untrained: float
     first: float
@@ -88,23 +80,17 @@ class Change:
 def changes(submission: Path) -> dict[str, dict[str, Change]]:
     """By group id, how ``ranks`` and ``inactive`` change in the sequential runs of a submission.
 
-    Groups without diagnostics of the present policies are left out. Raises ``BenchError`` if a file cannot be
-    read.
+    Raises ``BenchError`` if a file cannot be read.
     """
     found: dict[str, dict[str, Change]] = {}
     for group in GROUPS.values():
-        if not path_of(submission, group).exists():
-            continue
-        paths = (submission / group.name / "sequential").glob(f"run*{DOCUMENT}")
-        documents = [read_run(path) for path in sorted(paths)]
-        digests = {run_name(each): each.policies.sha256 for each in documents if each.policies}
-        runs = [run.diagnoses for run in load(submission, group, digests).values()]
+        runs = [run.diagnoses for name, run in load(submission, group).items() if "/sequential/" in name]
         for measure in MEASURES:
             layers = [[getattr(each, measure) for each in diagnoses] for diagnoses in runs]
             if runs and all(each for stages in layers for each in stages):
-                rows = [[each[-1] for each in stages] for stages in layers]
-                untrained, first, last = (fmean(row[at] for row in rows) for at in (0, 1, -1))
-                values = [row[-1] - row[1] for row in rows]
+                stages = [[each[-1] for each in stages] for stages in layers]
+                values = [each[-1] - each[1] for each in stages]
+                untrained, first, last = (fmean(each[at] for each in stages) for at in (0, 1, -1))
                 change = MetricValue.of(interval(values), values)
                 found.setdefault(group.id, {})[measure] = Change(untrained, first, last, change)
     return found

@@ -8,7 +8,6 @@ from typing import Any
 import msgspec
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_named
-from gym_extensions.catalog.protocol import task_order
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import diagnostics, reader
@@ -29,8 +28,8 @@ def work(call: Mapping[str, Any]) -> Iterator[Any]:
     for request in requests:
         try:
             policies = episodes.stored_policies(request, group)
-            order = task_order(request.protocol, request.run, len(observations))
-            yield _rounded(msgspec.to_builtins(diagnose_run(policies, observations, order)))
+            found = diagnose_run(policies, observations, request.protocol, request.run)
+            yield _rounded(msgspec.to_builtins(found))
         except BenchError as error:
             yield error.message
 
@@ -71,20 +70,16 @@ def _measure(submission: Path, group: TaskGroup, fetcher: Fetcher, again: bool) 
     """Writes the diagnostics of one group and returns the lines about it."""
     found = reader.read(submission, only=[group.name])
     found.require_no_problems()
-    logged = [run for run in verify.logged_runs(found).values() if run.document.policies]
-    requests = {diagnostics.run_name(run.document): run.request(found, fetcher=fetcher) for run in logged}
-    digests, where = (
-        {name: each.policies for name, each in requests.items()},
-        f"{submission.name}, {group.name}",
-    )
-    if not again and len(diagnostics.load(submission, group, digests)) == len(digests):
-        return [f"{where}: up to date."]
-    call = {"runs": msgspec.to_builtins([*requests.values()])}
-    answers = dict(zip(digests, limits.answers(JOB, call, limits.Limits()), strict=True))
-    lines = [f"{where}, {name}: {each}" for name, each in answers.items() if isinstance(each, str)]
-    runs = {
-        name: diagnostics.DiagnosedRun(digests[name], msgspec.convert(each, tuple[Diagnosis, ...]))
-        for name, each in answers.items()
-        if not isinstance(each, str)
-    }
+    logged = {name: run for name, run in verify.logged_runs(found).items() if run.document.policies}
+    if not again and len(diagnostics.load(submission, group)) == len(logged):
+        return [f"{submission.name}, {group.name}: up to date."]
+    requests = [run.request(found, fetcher=fetcher) for run in logged.values()]
+    answers = limits.answers(JOB, {"runs": msgspec.to_builtins(requests)}, limits.Limits())
+    runs, lines = dict[str, diagnostics.DiagnosedRun](), list[str]()
+    for request, answer in zip(requests, answers, strict=True):
+        if isinstance(answer, str):
+            lines.append(f"{submission.name}, {request.name}: {answer}")
+        else:
+            diagnoses = msgspec.convert(answer, tuple[Diagnosis, ...])
+            runs[request.name] = diagnostics.DiagnosedRun(request.policies, diagnoses)
     return [*lines, f"{diagnostics.write(submission, group, runs)}: {len(runs)} runs."] if runs else lines

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gym_extensions.catalog.protocol import IN_ORDER, task_order
 from gym_extensions.submissions.policies import mlp
 from gym_extensions.submissions.policies.files import AnyPolicy, Key
 from gym_extensions.submissions.policies.mlp_arrays import Array
@@ -92,10 +93,11 @@ def diagnose(
 
 
 def diagnose_run(
-    policies: Mapping[Key, AnyPolicy], observations: Sequence[Array], order: Sequence[int] | None = None
+    policies: Mapping[Key, AnyPolicy], observations: Sequence[Array], protocol: str, run: int
 ) -> tuple[Diagnosis, ...]:
     """The diagnoses of all policies of a run; in the protocols with one stage, each is by itself."""
-    if (0, None) in policies:
+    if protocol in IN_ORDER:
+        order = task_order(protocol, run, len(observations))
         return diagnose(list(policies.values()), observations, order)
     return tuple(each for policy in policies.values() for each in diagnose([policy], observations))
 
