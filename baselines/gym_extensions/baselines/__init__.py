@@ -8,8 +8,6 @@ Example:
     >>> train("random", "hopper-gravity", "single", "smoke", runs=0, out="submissions/mine")  # doctest: +SKIP
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import TYPE_CHECKING, Any
 

@@ -1,7 +1,5 @@
 """Environments of other packages as tasks: what they return is made regular, and what is broken is named."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from itertools import chain

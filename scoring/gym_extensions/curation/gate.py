@@ -1,7 +1,5 @@
 """Checks a pull request: what kind it is, which rules it breaks, and a sample of its logged episodes."""
 
-from __future__ import annotations
-
 import json
 import tempfile
 import time
@@ -36,6 +34,8 @@ SAMPLE_SECONDS = 240.0
 """No further cell is started after this time."""
 JUDGED = ("level", "repeated", "episodes", "without_policies", "scores", "notes")
 """What that process says of a submission for the report, besides its problems."""
+Judgement = dict[str, Any]
+"""What is found out about a submission: some of ``JUDGED``, and the ``problems``."""
 
 
 def check_pull_request(
@@ -165,10 +165,6 @@ def _try_code(folder: Path, answer: Judgement) -> None:
             text = Problem(error.code, error.where, error.message, error.hint)
             answer["problems"] = [msgspec.to_builtins(text)]
     answer["notes"] = [note, *answer.get("notes", ())]
-
-
-Judgement = dict[str, Any]
-"""What is found out about a submission: some of ``JUDGED``, and the ``problems``."""
 
 
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:

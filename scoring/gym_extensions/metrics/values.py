@@ -40,13 +40,9 @@ class Estimate:
 class MetricValue(Estimate):
     """A metric of a submission: mean over runs, 95 % interval and one value per run."""
 
-    runs: Annotated[
-        tuple[float, ...], about("the value of each run that has what it needs; none in suites")
-    ] = ()
+    runs: Annotated[tuple[float, ...], about("of each run that has what it needs; none in suites")] = ()
     why: Annotated[str, about("why the mean or the interval is null, as a sentence; else empty")] = ""
-    expert_errors: Annotated[
-        tuple[float, ...], about("what each expert's error adds to the mean, by task")
-    ] = ()
+    expert_errors: Annotated[tuple[float, ...], about("each expert's error in the mean, by task")] = ()
 
     @classmethod
     def of(cls, interval: Interval, runs: Sequence[float] = (), expert_errors: Sequence[float] = ()) -> Self:

@@ -1,7 +1,5 @@
 """The ``score`` command: checks, scores and prints submissions."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterable
@@ -69,7 +67,7 @@ def print_text(text: str) -> None:
     sys.stdout.buffer.flush()
 
 
-def _compare(paths: list[Path], scorer: Scorer) -> int:
+def _compare(paths: list[Path], scorer: "Scorer") -> int:
     from gym_extensions.scoring.output import screen
     from gym_extensions.scoring.pipeline import find_submissions
     from gym_extensions.scoring.ranking.boards import compare
@@ -90,7 +88,7 @@ def _compare(paths: list[Path], scorer: Scorer) -> int:
     return int(bool(refused))
 
 
-def _score(options: argparse.Namespace, scorer: Scorer) -> int:
+def _score(options: argparse.Namespace, scorer: "Scorer") -> int:
     from gym_extensions.scoring import pipeline
     from gym_extensions.scoring.output import screen
 

@@ -281,9 +281,7 @@ class GroupScore:
     printed_total: Annotated[PaperColumns | None, about("the total as printed, in reported submissions")] = (
         None
     )
-    notes: Annotated[
-        tuple[str, ...], about("reported submissions: contradictions between printed numbers")
-    ] = ()
+    notes: Annotated[tuple[str, ...], about("reported submissions: contradictions of printed numbers")] = ()
 
     def scores(self, at: int) -> list[list[float]] | None:
         """The scores of a task, given its position from 0, by run and stage; None without an expert."""
@@ -388,9 +386,7 @@ class Scorecard:
     manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]
     readme: Annotated[str, about("text of `README.md`, plain and never markup; empty without one")] = ""
     notes: Annotated[tuple[str, ...], about("what scoring did, such as leaving out runs after a gap")] = ()
-    verifications: Annotated[
-        tuple[VerificationSummary, ...], about("results of the verifications, oldest first")
-    ] = ()
+    verifications: Annotated[tuple[VerificationSummary, ...], about("their results, oldest first")] = ()
     decisions: Annotated[tuple[Decision, ...], about("decisions of maintainers, oldest first")] = ()
     training: Annotated[TrainingSummary | None, about("of its code; null without")] = None
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]

@@ -1,7 +1,5 @@
 """Reads a submission's folder and reports all its problems at once."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
@@ -147,7 +145,7 @@ class _Reader:
     def _group(self, group: TaskGroup, policies: bool) -> SubmittedGroup:
         before = len(self.problems)
         documents: dict[str, dict[int, RunDocument]] = {}
-        frames: dict[str, dict[int, pd.DataFrame]] = {}
+        frames: "dict[str, dict[int, pd.DataFrame]]" = {}
         for protocol in PROTOCOLS:
             for run in self.folder.runs.get((group.name, protocol), {}):
                 document, frame = self._run(group, protocol, run, documents)
@@ -163,7 +161,7 @@ class _Reader:
 
     def _run(
         self, group: TaskGroup, protocol: str, run: int, others: dict[str, dict[int, RunDocument]]
-    ) -> tuple[RunDocument | None, pd.DataFrame | None]:
+    ) -> "tuple[RunDocument | None, pd.DataFrame | None]":
         """The document and the log of a run; None for what is missing or broken."""
         log_path, path = (run_file(group.name, protocol, run, suffix) for suffix in (LOG, DOCUMENT))
         log = self._bytes(log_path)

@@ -1,7 +1,5 @@
 """A submission that has been read, and the runs of it that are scored."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -59,7 +57,7 @@ class Submission:
     review: Review = field(default_factory=Review)
     path: Path = Path()
     code: str = ""
-    trained: Trained | None = None
+    trained: "Trained | None" = None
 
     def __repr__(self) -> str:
         return f"Submission({self.name!r}, groups={list(self.groups)}, {len(self.problems)} problems)"

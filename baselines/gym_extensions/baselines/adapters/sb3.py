@@ -1,7 +1,5 @@
 """Makes agents of Stable-Baselines3 models, for example ``sb3(PPO, n_steps=250)``."""
 
-from __future__ import annotations
-
 import copy
 import random
 import re
@@ -132,7 +130,7 @@ class Sb3Factory:
 
     def __call__(
         self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /, **changes: Any
-    ) -> Sb3Agent:
+    ) -> "Sb3Agent":
         own = {name: changes.pop(name) for name in NORMALIZATIONS if name in changes}
         options = replace(self, settings={**self.settings, **changes}, **own)
         return Sb3Agent((observation_space, action_space), seed, options)

@@ -1,7 +1,5 @@
 """Starts a guest in a box: bubblewrap with namespaces of its own, and two pipes. Says why it ended."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

@@ -3,8 +3,6 @@
 Everything is the world's own, seen through a read-only mount, so that versions and results are the same.
 """
 
-from __future__ import annotations
-
 import importlib.metadata
 import os
 import re

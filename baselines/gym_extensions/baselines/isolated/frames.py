@@ -5,8 +5,6 @@ world sends commands; the guest works on one at a time. While it trains, it send
 shall do, and the world answers with arrays of known shape.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -5,8 +5,6 @@ nothing but its own training, because steps, returns, evaluations and files are 
 imported after :func:`confine`, since libraries start threads.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import sys

@@ -1,7 +1,5 @@
 """The agent that the training loop sees when the real one is in a box."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -46,7 +44,7 @@ class IsolatedAgent:
         self.written = f"{self.path.name}:{self.attribute}" if self.path else name  # in the commands of runs
         self.__name__ = algorithms.name_of(name)
 
-    def __call__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int) -> Proxy:
+    def __call__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int) -> "Proxy":
         box = Box(self.__name__, self.path, self.limits)
         box.ask("at its import", "load_agent", self.path.name if self.path else "", self.attribute)
         spaces, blob = _described({"observations": observation_space, "actions": action_space})

@@ -1,7 +1,5 @@
 """Physics of many environments: in mujoco.batch, or one MjData each for rules that read contact forces."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import weakref
@@ -17,7 +15,7 @@ from numpy.typing import NDArray
 from gym_extensions.envs.interfaces import MOCAP, Array, Indices, Starts
 from gym_extensions.errors import BenchError
 
-_THREADED: weakref.WeakSet[Physics] = weakref.WeakSet()
+_THREADED: "weakref.WeakSet[Physics]" = weakref.WeakSet()
 """All simulations with threads of their own."""
 
 

@@ -1,7 +1,5 @@
 """The fewest steps to a goal, and an oracle that takes them."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence
@@ -173,7 +171,7 @@ class Oracle:
 
     @classmethod
     @functools.cache
-    def at(cls, map_number: int, goal_number: int) -> Oracle:
+    def at(cls, map_number: int, goal_number: int) -> "Oracle":
         """Returns the oracle of a published map and goal, planned once per process."""
         return cls(geometry.arena(map_number, goal_number))
 

@@ -3,8 +3,6 @@
 Texts are printed literally, in color on a terminal, and 80 columns wide elsewhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
@@ -199,7 +197,7 @@ def _overview(out: Console, card: scorecard.Scorecard) -> None:
         out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
 
 
-def show_comparison(out: Console, first: str, second: str, comparisons: Sequence[Comparison]) -> None:
+def show_comparison(out: Console, first: str, second: str, comparisons: "Sequence[Comparison]") -> None:
     """Two submissions side by side, with the interval of their difference."""
     for each in comparisons:
         name = f"suite {each.name}" if each.name in SUITES else each.name

@@ -78,9 +78,7 @@ class BoardRow:
     observes: Annotated[manifest.Observes | None, about("as in the scorecard's manifest")]
     memory: Annotated[run.Memory | None, about("as in the scorecard's manifest")]
     metrics: Annotated[dict[str, BoardMetric], about("every metric of the board by name")]
-    related: Annotated[
-        tuple[str, ...], about("submissions with a common author and family of algorithms")
-    ] = ()
+    related: Annotated[tuple[str, ...], about("others with a common author and family of algorithms")] = ()
     vs_next: Annotated[Versus | None, about("the ranked submission below it; null for the last")] = None
     vs_leader: Annotated[Versus | None, about("the first submission; null for itself and without a rank")] = (
         None
@@ -112,9 +110,7 @@ class Lead:
     """The first submission of a board, and how certain its lead is."""
 
     name: Annotated[str, about("the first ranked submission; without one the first with a score")]
-    certainty: Annotated[
-        str, about("a sentence that follows from rank intervals, or without ranks, intervals")
-    ]
+    certainty: Annotated[str, about("a sentence from rank intervals, or without ranks, intervals")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,9 +125,7 @@ class Board:
     ranked: Annotated[int, about("M, the number of ranked submissions")]
     rows: Annotated[tuple[BoardRow, ...], about("ranked by the first metric, best first; then the others")]
     computed: Annotated[tuple[ComputedRow, ...], about("rows computed from the references")] = ()
-    pairs: Annotated[
-        tuple[Pair, ...], about("of the first 60 submissions, not corrected for their number")
-    ] = ()
+    pairs: Annotated[tuple[Pair, ...], about("of the first 60 rows, not corrected for their number")] = ()
     lead: Annotated[Lead | None, about("who is first; null without a score")] = None
     least_forgetting: Annotated[
         str | None, about("the ranked submission with the least forgetting of those that learned; or null")
@@ -186,9 +180,7 @@ class CoreList:
 
     task_conditioned: Annotated[bool, about("whether its agents observe the task in evaluation")]
     ranked: Annotated[int, about("M, the number of ranked submissions")]
-    rows: Annotated[
-        tuple[CoreRow, ...], about("ranked submissions by the core score, best first; then others")
-    ]
+    rows: Annotated[tuple[CoreRow, ...], about("ranked ones by the core score, best first; then others")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,9 +231,7 @@ class CorePair:
     high: Annotated[float, about("upper end of the interval, adjusted for all pairs and looks")]
     p_value: Annotated[float, about("adjusted for all pairs (Holm) and looks; at most .05 if separated")]
     verdict: Annotated[Verdict, about("`separated`, `equivalent` (interval inside the margin), or `open`")]
-    exploratory: Annotated[
-        bool, about("whether runs had been seen before the test was chosen: looks up to 20")
-    ]
+    exploratory: Annotated[bool, about("whether runs were seen before the test was chosen: looks up to 20")]
     next_look: Annotated[int | None, about("the look that may decide it; null if decided or after the last")]
 
 
@@ -255,9 +245,7 @@ class CoreBoard:
     budget: Annotated[str, about("name of the budget")]
     looks: Annotated[tuple[int, ...], about("numbers of runs at which submissions are compared")]
     levels: Annotated[tuple[float, ...], about("family-wise error rate over all pairs at each look")]
-    margin: Annotated[
-        float, about("methods are equivalent if the interval of their difference lies between ± this")
-    ]
+    margin: Annotated[float, about("two are equivalent if the interval of their difference lies in ± this")]
     lists: Annotated[
         tuple[CoreList, ...], about("without the task label in evaluation, then with it; none is empty")
     ]

@@ -6,8 +6,6 @@ is stated, nothing is fused (numba fuses only with ``fastmath``), and the expone
 here. A row of a batch is computed by itself, so that its action does not depend on the others.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What training does to a network: its size, the ranks of its layers, units without effect, divergence."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 

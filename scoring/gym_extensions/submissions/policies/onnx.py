@@ -3,8 +3,6 @@
 It needs the extra ``onnx``. Nothing here is imported by what scores logs.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 import threading
@@ -253,7 +251,7 @@ class OnnxPolicy:
         self._states: dict[str, Array] = {}
 
     @classmethod
-    def load(cls, path: str | Path) -> OnnxPolicy:
+    def load(cls, path: str | Path) -> "OnnxPolicy":
         """The policy in an ONNX file. Raises ``BenchError`` as the class does, or if it cannot be read."""
         return cls(file_bytes(Path(path), NETWORK), str(path))
 

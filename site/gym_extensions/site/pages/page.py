@@ -1,7 +1,5 @@
 """What a kind of page is: the files that it writes, and what fills its templates."""
 
-from __future__ import annotations
-
 import posixpath
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -89,7 +87,7 @@ class Render:
     """Fills the templates with the menu and what every page shows."""
 
     references: ReferencesInfo  # that normalize all scores
-    pages: tuple[Page, ...]  # all kinds
+    pages: "tuple[Page, ...]"  # all kinds
     folders: Mapping[str, Path] = field(default_factory=dict)  # of submissions by name, where they are known
     simulator: mujoco_wasm.Simulator | None = None  # MuJoCo for the browser, if the site has it
     source: paths.Source = paths.NOWHERE
