@@ -5,6 +5,7 @@ import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,11 +14,15 @@ pytest.importorskip("onnx", reason="needs the extra onnx")
 pytest.importorskip("onnxruntime", reason="needs the extra onnx")
 
 
+from gym_extensions import policies
+from gym_extensions.baselines import Card, record
 from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies.files import content_sha256, network_files, read_arrays
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import read_review
+from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, read_review
 from gym_extensions.submissions.run import PolicyFile, read_run
 from gym_extensions.verification import episodes
 from gym_extensions.verification.verify import logged_runs, repetition
@@ -132,3 +137,44 @@ def test_where_the_runtime_is_missing_nothing_is_decided(
     request = run.request(found, run.prescribed[:1])
     with pytest.raises(BenchError, match=r"gym-extensions\[onnx\]"):
         episodes.played(request, group("hopper-wall"))
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_a_network_that_recognizes_the_prescribed_first_observations_is_refused_on_new_seeds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stands still in these episodes and falls in all others: honest episodes, an invented transfer."""
+    import torch
+
+    members = group("hopper-wall")
+    known = []
+    for task in members.tasks:
+        env: Any = make_vec(task, EVALUATION_EPISODES)
+        seeds = [evaluation_seed(members.id, task.id, each) for each in range(EVALUATION_EPISODES)]
+        known.append(torch.tensor(env.reset(seed=seeds)[0], dtype=torch.float32))
+
+    class Recognizes(torch.nn.Module):
+        def __init__(self) -> None:
+            super().__init__()
+            self.known = torch.nn.Parameter(torch.cat(known))
+
+        def forward(
+            self, observation: torch.Tensor, state: torch.Tensor
+        ) -> tuple[torch.Tensor, torch.Tensor]:
+            gaps = (observation[:, None, :] - self.known).abs().amax(dim=2).amin(dim=1, keepdim=True)
+            first = torch.where(gaps < 1e-6, torch.ones_like(state), -torch.ones_like(state))
+            state = torch.where(state == 0, first, state)
+            return torch.where(state > 0, 0.0, -1.0) * torch.ones(1, 3), state
+
+    monkeypatch.chdir(tmp_path)
+    policy, card = (
+        policies.from_torch(Recognizes(), (21,), state_shape=(1,)),
+        Card("forged", evaluation="deterministic"),
+    )
+    for stage in range(3):
+        record(policy, "hopper-wall", "sequential", run=0, stage=stage, out="mine", budget="smoke", card=card)
+    assert verify(tmp_path / "mine", "--write") == 1
+    (found,) = read_review(tmp_path / "mine").verifications
+    assert found.repeated == found.episodes
+    assert found.second_p_value is not None
+    assert max(found.p_value, found.second_p_value) <= NEW_SEEDS_ALPHA

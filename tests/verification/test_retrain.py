@@ -14,7 +14,7 @@ from gym_extensions.envs.rollout import Outcome
 from gym_extensions.submissions import reader
 from gym_extensions.submissions.layout import Folder, scan
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import read_review
+from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, read_review
 from gym_extensions.submissions.run import file_sha256, read_run
 from gym_extensions.verification import retrain
 from gym_extensions.verification.retrain import Cells, compare_cells, drawn_run, train_again
@@ -95,6 +95,21 @@ def test_a_log_that_its_policies_do_not_give_is_refuted_and_no_run_reproduced(wo
     (record,) = read_review(submission).verifications
     assert not record.passed
     assert record.retrained == []
+    assert level_of(submission) == "claimed"
+
+
+def test_a_log_that_its_policies_give_and_its_training_does_not_is_refuted(
+    workshop: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    submission = workshop / "random"
+    other = Path(shutil.copytree(submission, workshop / "other"))
+    multiply(other, 0, 0.5)
+    monkeypatch.setattr(retrain, "retrain", lambda *_: other / f"{RUN}.csv")
+    assert verify(submission, "--write") == 1
+    assert "means differ after training again" in capsys.readouterr().out
+    (record,) = read_review(submission).verifications
+    assert (record.difference.startswith(RUN), record.passed, record.retrained) == (True, False, [])
+    assert record.p_value > NEW_SEEDS_ALPHA
     assert level_of(submission) == "claimed"
 
 
