@@ -20,7 +20,7 @@ from gym_extensions.submissions.policies.files import policy_keys, read_policies
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.poses import load_submission
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import Review, read_review, why_claimed, write_review
+from gym_extensions.submissions.review import Review, Verification, read_review, why_claimed, write_review
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, cli as verification_cli, episodes
 from gym_extensions.verification.cli import main
@@ -195,23 +195,38 @@ def test_a_submission_that_cannot_be_verified_now_does_not_stop_the_next(
     assert "mine: verified" in output.out
 
 
-def test_an_interrupted_verification_goes_on_where_it_was(
+def test_a_verification_that_died_goes_on_and_keeps_every_finished_cell(
     submission: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    save, saved = episodes.Store.save, list[str]()
+    run_cell, started = episodes.run_cell, list[episodes.Cell]()
 
-    def interrupted(self: episodes.Store, request: episodes.RunRequest, result: episodes.Played) -> None:
-        save(self, request, result)
-        saved.append(request.name)
-        if len(saved) == 1:
+    def dies(members: Any, policy: Any, cell: episodes.Cell) -> Any:
+        started.append(cell)
+        if len(started) == 5:
             raise KeyboardInterrupt
+        return run_cell(members, policy, cell)
 
-    monkeypatch.setattr(episodes.Store, "save", interrupted)
+    monkeypatch.setattr(episodes, "run_cell", dies)
     assert verify(submission, "--write") == 130
     assert f"--seeds {VALUE}" in capsys.readouterr().err
     assert not (submission / "review.toml").exists(), "no half-written review"
     assert verify(submission, "--write") == 0
-    assert len(saved) == len(set(saved)) == RUNS
+    tasks = len(group(GROUP).tasks)
+    assert len(started) == 1 + 2 * RUNS * (tasks + 1) * tasks, "the prescribed and the new seeds of each cell"
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_the_same_seeds_give_the_same_record_whatever_else_was_drawn(tmp_path: Path) -> None:
+    records = list[Verification]()
+    for name in ("first", "again"):
+        submission = copy(honest("gaussian", RUNS), tmp_path / name / "mine")
+        change_log(submission, lambda row: {"return": row["return"] + 0.2})
+        np.random.seed(len(records))  # noqa: NPY002 - a global generator must not matter
+        assert verify(submission, "--write") == 0
+        records += read_review(submission).verifications
+    first, again = records
+    assert msgspec.structs.replace(again, date=first.date) == first
+    assert 0.004 < first.p_value < 1
 
 
 def test_a_log_without_policies_is_claimed_and_says_why(

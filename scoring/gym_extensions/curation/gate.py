@@ -271,7 +271,9 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     for run, cell in cells:
         if draw((run, cell)) not in drawn or time.monotonic() > end:
             continue
-        result = verify.repetition(run, (cell,), played(run.request(submission, (cell,)), run.log.group))
+        result = verify.repetition(
+            run, (cell,), next(played(run.request(submission, (cell,)), run.log.group))
+        )
         repeated, episodes = repeated + result.repeated, episodes + result.episodes
         if result.difference and run.other_machine:
             notes.append(f"{run.name}: {result.difference}. {run.other_machine}")

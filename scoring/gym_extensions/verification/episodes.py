@@ -151,44 +151,46 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[stored.Key, s
     return policies
 
 
-def played(request: RunRequest, group: TaskGroup) -> Played:
-    """The outcomes of a run's cells, in this process.
+def played(request: RunRequest, group: TaskGroup) -> Iterator[Played]:
+    """The outcomes of each cell of a run, one after another, in this process; a problem is the last.
 
-    Raises ``BenchError`` with another engine than that of the published tasks, or without what runs networks.
+    The first one states the runtime and the sketches; without cells, it is the only one. Raises
+    ``BenchError`` with another engine than that of the published tasks, or without what runs networks.
     """
     fingerprinting.require_published_engine()
     try:
         policies = stored_policies(request, group)
-        results = {}
-        for cell in sorted(request.cells, key=lambda each: each.task):
-            where = f"stage {cell.stage}, {group.tasks[cell.task].name}"
-            policy = policies[request.key(group, cell)]
+        has_networks = any(isinstance(policy, onnx.OnnxPolicy) for policy in policies.values())
+        runtime = f"{onnx.RUNTIME} {versions.version(onnx.RUNTIME)}" if has_networks else ""
+        found = Played(runtime=runtime, sketches=stored.parameter_sketch(policies))
+        if not request.cells:
+            yield found
+        for cell in request.cells:
             try:
-                results[cell] = tuple(run_cell(group, policy, cell))
+                outcomes = tuple(run_cell(group, policies[request.key(group, cell)], cell))
             except BenchError as error:
+                where = f"stage {cell.stage}, {group.tasks[cell.task].name}"
                 raise BenchError(error.code, f"{where}: {error.message}", hint=error.hint) from error
+            yield replace(found, outcomes=(outcomes,))
+            found = Played()
     except BenchError as error:
         if error.code == onnx.MISSING:
             raise
-        return Played(problem=error.message)
-    has_networks = any(isinstance(policy, onnx.OnnxPolicy) for policy in policies.values())
-    runtime = f"{onnx.RUNTIME} {versions.version(onnx.RUNTIME)}" if has_networks else ""
-    outcomes = tuple(results[cell] for cell in request.cells)
-    return Played(outcomes, runtime=runtime, sketches=stored.parameter_sketch(policies))
+        yield Played(problem=error.message)
 
 
 def play(call: Mapping[str, Any]) -> Iterator[Any]:
-    """The job of the process with limits: the outcomes of runs of one group, one after another."""
+    """The job of the process with limits: the outcomes of the cells of runs, each with the run's index."""
     requests = msgspec.convert(call["runs"], list[RunRequest])
     group = with_custom(call["groups"])[requests[0].group]
-    for request in requests:
-        yield msgspec.to_builtins(played(request, group))
+    for number, request in enumerate(requests):
+        yield from ([number, msgspec.to_builtins(part)] for part in played(request, group))
 
 
 class Store:
-    """Outcomes in a folder, so that an interrupted verification goes on where it was.
+    """Outcomes of cells in a folder, so that an interrupted verification goes on where it was.
 
-    A file is named by all that determines its content: the cells, the run's files and versions.
+    A file is named by all that determines its content: the cell, the run's files and versions.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -202,7 +204,7 @@ class Store:
         return self._folder / f"{sha256(msgspec.json.encode(content)).hexdigest()}.json"
 
     def load(self, request: RunRequest) -> Played | None:
-        """The outcomes of a request, if they were stored."""
+        """The outcomes of a request for at most one cell, if they were stored."""
         try:
             return msgspec.json.decode(self._path(request).read_bytes(), type=Played)
         except (OSError, ValueError):
@@ -220,30 +222,39 @@ def run_all(
     groups: Sequence[str] = (),
     jobs: int = 1,
     hours: float = HOURS,
-    done: Callable[[RunRequest], None] = lambda _: None,
+    done: Callable[[int], None] = lambda _: None,
 ) -> dict[str, Played]:
     """The outcomes of runs by their names, from the store or, with ``jobs`` processes at once, made now.
 
     ``groups`` are TOML files of custom groups. All runs together have ``hours`` of processor time. ``done``
-    is called after each run, in any thread. Raises ``BenchError`` if a process reached a limit or failed.
+    is called with the number of cells that were finished, in any thread; each is stored. Raises
+    ``BenchError`` if a process reached a limit or failed.
     """
-    results: dict[str, Played] = {}
+    found: dict[str, dict[Cell | None, Played]] = {request.name: {} for request in requests}
+
+    def of_one(request: RunRequest, cell: Cell | None) -> RunRequest:
+        return replace(request, cells=() if cell is None else (cell,))
 
     def work(batch: Sequence[RunRequest]) -> None:
         call = {"runs": msgspec.to_builtins(batch), "groups": list(groups)}
-        for request, answer in zip(batch, answers(JOB, call, limits_of(batch, share)), strict=True):
-            results[request.name] = msgspec.convert(answer, Played)
-            if not results[request.name].problem:  # a problem may be mended
-                store.save(request, results[request.name])
-            done(request)
+        waiting = [iter(request.cells or (None,)) for request in batch]
+        for number, answer in answers(JOB, call, limits_of(batch, share)):
+            request, cell, part = batch[number], next(waiting[number]), msgspec.convert(answer, Played)
+            found[request.name][cell] = part
+            if not part.problem:  # a problem may be mended
+                store.save(of_one(request, cell), part)
+            done(len(request.cells) if part.problem else 1)
 
     missing = []
     for request in requests:
-        if (known := store.load(request)) is None:
-            missing.append(request)
-        else:
-            results[request.name] = known
-            done(request)
+        known = found[request.name]
+        for cell in request.cells or (None,):
+            if part := store.load(of_one(request, cell)):
+                known[cell] = part
+        rest = tuple(cell for cell in request.cells if cell not in known)
+        if rest or not known:
+            missing.append(replace(request, cells=rest))
+        done(len(request.cells) - len(rest))
     share = 3600 * hours / max(1, sum(len(request.cells) for request in missing))
     with ThreadPoolExecutor(jobs) as pool:
         futures = []
@@ -259,7 +270,18 @@ def run_all(
             pool.shutdown(wait=False, cancel_futures=True)
             end_all()
             raise
-    return {request.name: results[request.name] for request in requests}
+    return {request.name: _joined(request, found[request.name]) for request in requests}
+
+
+def _joined(request: RunRequest, parts: Mapping[Cell | None, Played]) -> Played:
+    """The outcomes of all cells of a run from those of each, or the problem."""
+    if problem := next((part.problem for part in parts.values() if part.problem), ""):
+        return Played(problem=problem)
+    outcomes = tuple(parts[cell].outcomes[0] for cell in request.cells)
+    runtime = next((part.runtime for part in parts.values() if part.runtime), "")
+    return Played(
+        outcomes, "", runtime, next((part.sketches for part in parts.values() if part.sketches), {})
+    )
 
 
 def limits_of(requests: Sequence[RunRequest], share: float = SECONDS_PER_CELL) -> Limits:

@@ -239,7 +239,7 @@ def verify(
         groups: TOML files of custom groups that the submission contains.
         jobs: processes that work at once.
         hours: of processor time for all runs; policies that need more are *undecided: too slow*.
-        started, done: called with the number of cells before they are run, and of each finished run.
+        started, done: called with the number of cells before they are run, and of those that are finished.
 
     Raises:
         BenchError: policies that lie elsewhere cannot be fetched, a limit was reached, or another version of
@@ -260,8 +260,7 @@ def verify(
     def play(cells: Mapping[str, tuple[episodess.Cell, ...]]) -> dict[str, episodess.Played]:
         started(sum(map(len, cells.values())))
         wanted = [replace(request, cells=cells[name]) for name, request in requests.items()]
-        tell = lambda request: done(len(request.cells))  # noqa: E731
-        return episodess.run_all(wanted, store, groups=groups, jobs=jobs, hours=hours, done=tell)
+        return episodess.run_all(wanted, store, groups=groups, jobs=jobs, hours=hours, done=done)
 
     digests = {name: run.document.digest for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
