@@ -49,7 +49,6 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
     ),
     "a file beside the submissions": file("stray-file", "submissions/conftest.py", "import os\n"),
     "a folder of submissions in capitals": file("stray-file", "Submissions/new/submission.toml"),
-    "a record, which a submission replaces": file("stray-file", "records/Hopper/mine.json", "{}"),
     "a symbolic link": file("file-mode", f"{NEW}/README.md", "../../scoring/rank.py", "120000"),
     "a submodule": file("file-mode", f"{NEW}/code", "1" * 40, "160000"),
     "an executable file": file("file-mode", f"{NEW}/README.md", "text", "100755"),

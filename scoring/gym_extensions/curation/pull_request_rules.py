@@ -15,13 +15,11 @@ from typing import NamedTuple
 from gym_extensions.catalog.protocol import IN_ORDER, PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
 from gym_extensions.submissions import layout, manifest
-from gym_extensions.submissions.problem import Finding, Rule, rule as registered
+from gym_extensions.submissions.problem import Finding, Rule, count, rule as registered
 from gym_extensions.submissions.rules.manifest import skeleton
 from gym_extensions.verification import after_merge, git
 
 SUBMISSIONS = "submissions"
-OLD_RECORDS = "records"
-"""The folder of policies that beat an expert, until these became submissions."""
 RENAMES = ("R", "C")
 REGULAR = "100644"
 LINK = "120000"
@@ -143,8 +141,8 @@ def _submissions(paths: Iterable[str]) -> set[str]:
 
 
 def is_data(path: str) -> bool:
-    """Whether a path is in the folder of submissions or in that of records, in any letter case."""
-    return path.split("/", maxsplit=1)[0].casefold() in (SUBMISSIONS, OLD_RECORDS)
+    """Whether a path is in the folder of submissions, in any letter case."""
+    return path.split("/", maxsplit=1)[0].casefold() == SUBMISSIONS
 
 
 RULES: dict[str, Rule] = {}
@@ -157,8 +155,7 @@ def code_and_data(pull_request: PullRequest) -> Iterator[Finding]:
     """A pull request changes either submissions or the project's code, never both."""
     code = [path for path in pull_request.paths if not is_data(path)]
     if code:
-        files = f"{len(code)} file{'s' * (len(code) > 1)}"
-        message = f"It changes data and also {files} outside of submissions."
+        message = f"It changes data and also {count(len(code), 'file')} outside of submissions."
         yield Finding(code[0], message, "Make two pull requests.")
 
 
@@ -185,10 +182,7 @@ def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
     """Every file belongs to a submission, also a policy that beats an expert (docs/experts.md)."""
     for path in pull_request.paths:
         names = path.split("/")
-        if names[0].casefold() == OLD_RECORDS:
-            hint = "Submit the policy in a submission: docs/experts.md#beat-an-expert."
-            yield Finding(path, "There are no records any more.", hint)
-        elif is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2):
+        if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2):
             hint = "Move it into the folder of the submission, or leave it out."
             yield Finding(path, "The file belongs to no submission.", hint)
 
