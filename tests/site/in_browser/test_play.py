@@ -319,14 +319,15 @@ def test_body_and_return_are_on_the_first_screen_and_a_finger_scrolls_it(
     assert touch == "pan-y pinch-zoom"
 
 
-def test_a_name_in_the_address_that_is_unknown_is_said(page: Page, http_address: str) -> None:
-    page.goto(f"{http_address}play.html#?group=nothing")
+@pytest.mark.parametrize(("name", "value"), [("group", "nothing"), ("part", "Nose"), ("gravity", "abc")])
+def test_what_is_unknown_in_the_address_is_said(page: Page, http_address: str, name: str, value: str) -> None:
+    page.goto(f"{http_address}play.html#?task=Hopper&{name}={value}")
     page.locator("#play-load").click()
     page.wait_for_function("() => Number(document.querySelector('#play-status').dataset.ratio) > 0")
     assert (
         page.locator("#play-status")
         .inner_text()
-        .startswith("This page has no group nothing; shown is another.")
+        .startswith(f"This page has no {name} {value}; shown is another.")
     )
 
 

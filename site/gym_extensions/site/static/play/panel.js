@@ -320,6 +320,7 @@ class Panel {
     by("group").value = group.id;
     await this.chooseGroup(wanted);
     const known = { group: groups.map(({ id }) => id), task: groups.flatMap(({ tasks }) => tasks) };
+    for (const name of ["gravity", "part", "factor", "speed"]) known[name] = [by(name).value];
     const [lost] = Object.keys(known).filter((name) => wanted[name] && !known[name].includes(wanted[name]));
     if (lost) this.missing = `This page has no ${lost} ${wanted[lost]}; shown is another. `;
     for (const at of ["", "2"]) {
