@@ -31,11 +31,11 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
             values = {"board": view, "row": row, "test": test, "values": metrics}
             yield _script("numbers-board.html", path, row.card, render, **values)
     if board := site.scored.core:
-        cards = {card.name: card for card in site.submissions}
+        cards, compared = {card.name: card for card in site.submissions}, verdicts(board)
         for each in board.rows:
             on_groups = tests.get((SEQUENTIAL, board.budget, each.name), {})
             values = {"row": each, "runs": first_runs(each, cards[each.name]), "tests": on_groups}
-            values |= {"verdicts": verdicts(each, board)}
+            values |= {"verdicts": compared.get(each.name, {})}
             path, card, kept = paths.number_file(each.name), cards[each.name], each.metrics[core.FINAL]
             yield _script("numbers-core.html", path, card, render, **values)
             said = f"kept {mean(kept)} ({ends(kept)}), rank {rank(kept.rank)}" if kept.rank else each.level
@@ -70,11 +70,13 @@ def tested(row: BoardRow, board: board_views.BoardView) -> str:
     return f"{said} {title}: difference {fixed(other.difference.mean)}{ends}"
 
 
-def verdicts(row: CoreRow, board: CoreBoard) -> dict[str, list[str]]:
-    """The other ranked methods by the verdict on the core score, each with its p value."""
-    found: dict[str, list[str]] = {}
-    for other in board.rows:
-        if pair := board.pair(core.FINAL, row.name, other.name):
-            p = p_value(pair.p_value)
-            found.setdefault(pair.verdict, []).append(f"{other.title} (p {p if p[0] == '<' else f'= {p}'})")
+def verdicts(board: CoreBoard) -> dict[str, dict[str, list[str]]]:
+    """By name and verdict on the core score, the other ranked methods, each with its p value."""
+    titles = {row.name: row.title for row in board.rows}
+    found: dict[str, dict[str, list[str]]] = {}
+    for pair in board.pairs[core.FINAL]:
+        p = p_value(pair.p_value)
+        for name, other in ((pair.first, pair.second), (pair.second, pair.first)):
+            said = f"{titles[other]} (p {p if p[0] == '<' else f'= {p}'})"
+            found.setdefault(name, {}).setdefault(pair.verdict, []).append(said)
     return found

@@ -97,9 +97,9 @@ class Side {
   // The file of the policies, and the line of Python that makes an ONNX network of the one that runs.
   offerFile() {
     const { chosen: [run, file], panel, stages, menu } = this, name = panel.group.id.replace(/-v0$/, "");
-    const source = menu.value === EXPERT ? `experts.load("${by("task").value}")`
-      : `policies.load("submissions/${menu.value}", "${name}", run=${run}, stage=${stages.value})`;
-    const [link, code] = this.take.querySelectorAll("a, code");
+    const source = menu.value === EXPERT ? `from gym_extensions.references import experts; experts.load("${by("task").value}")`
+      : `from gym_extensions import policies; policies.load("submissions/${menu.value}", "${name}", run=${run}, stage=${stages.value})`;
+    const [link, code] = this.take.querySelectorAll("a, code:last-child");
     link.href = new URL(file, panel.site);
     code.textContent = `${source}.to_onnx("policy.onnx"${this.policy.knowsTask ? `, task=${panel.place}` : ""})`;
   }
