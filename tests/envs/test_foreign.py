@@ -59,6 +59,17 @@ def test_another_time_limit_is_another_task() -> None:
     assert fingerprint_of(short) != fingerprint_of(PENDULUM)
 
 
+def test_an_id_without_a_registered_limit_takes_that_of_the_task() -> None:
+    make_it: Any = PendulumEnv
+    gym.register("mine/Endless-v0", entry_point=make_it)
+    try:
+        with pytest.raises(BenchError, match="mine/Endless-v0 has no time limit"):
+            customize("mine/Endless-v0")
+        assert customize("mine/Endless-v0", max_steps=5).max_steps == 5
+    finally:
+        del gym.registry["mine/Endless-v0"]
+
+
 def test_the_fingerprint_follows_from_what_seeded_episodes_do(registered: str) -> None:
     mine = customize(registered)
     before = fingerprint_of(mine)

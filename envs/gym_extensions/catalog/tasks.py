@@ -283,7 +283,7 @@ def customize(
     else:
         task = str(task)
         is_published = task in TASKS or task.startswith(f"{NAMESPACE}/") or not GYMNASIUM_ID.fullmatch(task)
-        base = _published(task) if is_published else foreign_task(task)
+        base = _published(task) if is_published else foreign_task(task, limit)
     if base.is_foreign:
         if added:
             message = f"{base.base} is an environment of another package, which takes no variations."
