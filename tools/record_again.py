@@ -28,7 +28,7 @@ def record_again(submission: Submission, run: LoggedRun, cache: Path) -> str:
     if run.document.policies is None:
         return "has no policies; train it again"
     request = run.request(submission, run.prescribed, Fetcher(cache / "policies"))
-    found = run_all([request], Store(cache / "verify"))[run.name]
+    (found,) = run_all([request], Store(cache / "verify"))
     if found.problem:
         raise BenchError("bad-policies", found.problem, run.name)
     group, episodes, changes = run.log.group, list[Episode](), list[float]()

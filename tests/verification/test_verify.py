@@ -307,3 +307,22 @@ def test_a_later_run_with_the_policy_of_an_earlier_one_is_refused(submission: Pa
     assert f"{last}: nearly the same policy as {GROUP}/sequential/run0" in report.twins
     assert report.verification is not None
     assert (list(report.verification.runs), report.verification.passed) == ([last], False)
+
+
+@pytest.mark.parametrize(("noise", "is_copy"), [(1e-2, True), (0.2, False)])
+def test_a_noisy_copy_of_the_last_policy_of_a_verified_submission_is_refused(
+    submission: Path, noise: float, is_copy: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert verify(submission, "--write") == 0
+    forged, rng = copy(honest(runs=1), submission.parent / "forged"), np.random.default_rng(0)
+    stored, last = read_policies(forged, group(GROUP), "sequential", 0), len(group(GROUP).tasks)
+    for key, policy in stored.items():
+        assert isinstance(policy, Policy)
+        other = policy if key[0] == last else submissions.network(50 + key[0])
+        weights = tuple(each * (1 + noise * rng.normal(size=each.shape)) for each in other.weights)
+        stored[key] = replace(other, weights=weights)
+    submissions.write_run_files(forged, "sequential", 0, stored)
+    assert verify(forged, "--write") == int(is_copy)
+    assert (f"nearly the same policy as mine/{GROUP}/sequential/run0" in capsys.readouterr().out) == is_copy
+    assert verify(submission, "--write", "--seeds", VALUE) == 0, "the original stays as it is"
+    assert level_of(submission) == "verified"

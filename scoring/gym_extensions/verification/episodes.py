@@ -223,42 +223,47 @@ def run_all(
     jobs: int = 1,
     hours: float = HOURS,
     done: Callable[[int], None] = lambda _: None,
-) -> dict[str, Played]:
-    """The outcomes of runs by their names, from the store or, with ``jobs`` processes at once, made now.
+) -> list[Played]:
+    """The outcomes of each run, from the store or, with ``jobs`` processes at once, made now.
 
     ``groups`` are TOML files of custom groups. All runs together have ``hours`` of processor time. ``done``
     is called with the number of cells that were finished, in any thread; each is stored. Raises
     ``BenchError`` if a process reached a limit or failed.
     """
-    found: dict[str, dict[Cell | None, Played]] = {request.name: {} for request in requests}
+    found: list[dict[Cell | None, Played]] = [{} for _ in requests]
 
     def of_one(request: RunRequest, cell: Cell | None) -> RunRequest:
         return replace(request, cells=() if cell is None else (cell,))
 
-    def work(batch: Sequence[RunRequest]) -> None:
-        call = {"runs": msgspec.to_builtins(batch), "groups": list(groups)}
-        waiting = [iter(request.cells or (None,)) for request in batch]
-        for number, answer in answers(JOB, call, limits_of(batch, share)):
-            request, cell, part = batch[number], next(waiting[number]), msgspec.convert(answer, Played)
-            found[request.name][cell] = part
+    def work(batch: Sequence[tuple[int, RunRequest]]) -> None:
+        own = [request for _, request in batch]
+        call = {"runs": msgspec.to_builtins(own), "groups": list(groups)}
+        waiting = [iter(request.cells or (None,)) for request in own]
+        for number, answer in answers(JOB, call, limits_of(own, share)):
+            (place, request), cell, part = (
+                batch[number],
+                next(waiting[number]),
+                msgspec.convert(answer, Played),
+            )
+            found[place][cell] = part
             if not part.problem:  # a problem may be mended
                 store.save(of_one(request, cell), part)
             done(len(request.cells) if part.problem else 1)
 
     missing = []
-    for request in requests:
-        known = found[request.name]
+    for place, request in enumerate(requests):
+        known = found[place]
         for cell in request.cells or (None,):
             if part := store.load(of_one(request, cell)):
                 known[cell] = part
         rest = tuple(cell for cell in request.cells if cell not in known)
         if rest or not known:
-            missing.append(replace(request, cells=rest))
+            missing.append((place, replace(request, cells=rest)))
         done(len(request.cells) - len(rest))
-    share = 3600 * hours / max(1, sum(len(request.cells) for request in missing))
+    share = 3600 * hours / max(1, sum(len(request.cells) for _, request in missing))
     with ThreadPoolExecutor(jobs) as pool:
         futures = []
-        for _, members in groupby(missing, key=lambda request: request.group):
+        for _, members in groupby(missing, key=lambda item: item[1].group):
             runs = list(members)
             size = -(-len(runs) // jobs)
             parts = (runs[start : start + size] for start in range(0, len(runs), size))
@@ -270,7 +275,7 @@ def run_all(
             pool.shutdown(wait=False, cancel_futures=True)
             end_all()
             raise
-    return {request.name: _joined(request, found[request.name]) for request in requests}
+    return [_joined(request, parts) for request, parts in zip(requests, found, strict=True)]
 
 
 def _joined(request: RunRequest, parts: Mapping[Cell | None, Played]) -> Played:

@@ -1,5 +1,6 @@
 """Verifies a submission: repeats logged episodes with the stored policies, and runs these on new seeds."""
 
+import contextlib
 import platform
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -11,13 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES, evaluation_seed
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, evaluation_seed
 from gym_extensions.envs import fingerprinting, rollout
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import fetch, layout, problem, review
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.policies import files, onnx
-from gym_extensions.submissions.run import ARITHMETIC, RunDocument
+from gym_extensions.submissions.run import ARITHMETIC, RunDocument, read_run
 from gym_extensions.submissions.submission import Submission, is_trainable
 from gym_extensions.verification import episodes as episodess, limits, new_seeds
 from gym_extensions.versions import blas_kernels, version, version_or_none
@@ -260,7 +261,8 @@ def verify(
     def play(cells: Mapping[str, tuple[episodess.Cell, ...]]) -> dict[str, episodess.Played]:
         started(sum(map(len, cells.values())))
         wanted = [replace(request, cells=cells[name]) for name, request in requests.items()]
-        return episodess.run_all(wanted, store, groups=groups, jobs=jobs, hours=hours, done=done)
+        played = episodess.run_all(wanted, store, groups=groups, jobs=jobs, hours=hours, done=done)
+        return dict(zip(requests, played, strict=True))
 
     digests = {name: run.document.digest for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
@@ -290,10 +292,9 @@ def verify(
             repetitions[name] = repetition(runs[name], prescribed[name], result)
     machines = {name: run.other_machine for name, run in runs.items()}
     sketches = {name: each.sketches for name, each in first.items()}
-    for name, run in every.items():  # those that are not verified now, to compare their policies
-        policies, logs = run.document.policies, {each.log.path for each in runs.values()}
-        if name not in runs and run.log.path in logs and policies is not None and not policies.url:
-            sketches[name] = episodess.run_all([run.request(submission)], store, groups=groups)[name].sketches
+    others = runs_to_compare(submission, every, runs)
+    compared = episodess.run_all(list(others.values()), store, groups=groups, jobs=jobs)
+    sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
     failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
     twins = _twins(submission, runs, sketches)
     p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]
@@ -328,16 +329,62 @@ def verify(
     )
 
 
+def runs_to_compare(
+    submission: Submission, every: Mapping[str, LoggedRun], runs: Collection[str]
+) -> dict[str, episodess.RunRequest]:
+    """Requests for the policies with which those of ``runs`` are compared, by name, without cells.
+
+    They are of the other runs of the same logs, and of the verified runs of submissions beside this one on
+    the same tasks in order, ``submission/group/protocol/runN``. What cannot be read is left out.
+    """
+    logs, here = {every[name].log.path for name in runs}, submission.path.resolve()
+    found = {
+        name: run.request(submission)
+        for name, run in every.items()
+        if name not in runs and run.log.path in logs
+        if run.document.policies is not None and not run.document.policies.url
+    }
+    for path in sorted(here.parent.glob(f"*/{layout.REVIEW}")):
+        folder, passed = path.parent, dict[str, str]()
+        if folder != here:
+            with contextlib.suppress(BenchError):
+                for part in review.read_review(folder).verifications:
+                    passed |= part.runs if part.passed else {}
+        for name, digest in passed.items():
+            log, _, _ = name.rpartition("/")
+            group, _, protocol = log.partition("/")
+            if log not in logs or protocol not in IN_ORDER:
+                continue
+            with contextlib.suppress(BenchError):
+                document = read_run(folder / f"{name}{layout.DOCUMENT}")
+                if document.digest == digest and document.policies and not document.policies.url:
+                    numbers = protocol, document.run, document.policies.sha256
+                    found[f"{folder.name}/{name}"] = episodess.RunRequest(
+                        str(folder), group, *numbers, True, ()
+                    )
+    return found
+
+
 def _twins(
     submission: Submission, runs: Mapping[str, LoggedRun], sketches: Mapping[str, files.Sketches]
 ) -> str:
-    """Which run has nearly the policies of another one, so that they are one run; empty if none has."""
+    """Which run has nearly the policies of another one, so that they are one run; empty if none has.
+
+    Of other submissions only the last policy counts: methods with a common parent share the first.
+    """
     for name, run in runs.items():
-        if is_trainable(submission.groups[run.log.group.id].runs):
-            others = (other for other in sketches if other != name and other.startswith(f"{run.log.path}/"))
-            for other in others:
-                if where := files.nearly_equal(sketches[name], sketches[other]):
-                    return f"{name}: nearly the same policy as {other}, {where}"
+        if not is_trainable(submission.groups[run.log.group.id].runs):
+            continue
+        last = f"stage{len(run.log.group.tasks)}"
+        own = {place: sketch for place, sketch in sketches[name].items() if place == last}
+        for other, theirs in sketches.items():
+            where = ""
+            if other != name and other.startswith(f"{run.log.path}/"):
+                where = files.nearly_equal(sketches[name], theirs)
+            elif f"/{run.log.path}/" in other:
+                where = files.nearly_equal(own, theirs, files.COPIED_POLICY)
+            if where:
+                return f"{name}: nearly the same policy as {other}, {where}"
     return ""
 
 
