@@ -83,12 +83,7 @@ def command(agent: str, out: str, *more: str) -> list[str]:
 
 
 PAIRS = {
-    "hill-climber": (
-        "agents/climber.py:HillClimber",
-        "climber:HillClimber",
-        "--protocol",
-        "sequential,single",
-    ),
+    "hill-climber": ("agents/climber.py:HillClimber", "climber:HillClimber", "--protocol", "single"),
     "generators": ("agents/drawing.py:Agent", "drawing:Agent", "--evaluate-every", "250"),
     "multi-head": ("multi-head", "multi-head", "--evaluate-every", "500", "--num-envs", "2"),
 }
