@@ -117,14 +117,10 @@ function networks(names) {
   const groups = [...new Set(known.flatMap((name) => Object.keys(index.networks[name])))]
     .filter((group) => known.filter((name) => index.networks[name][group]).length > 1);
   if (!groups.length) return [];
-  const cell = (name, found) => {
-    const td = make("td", { className: "num" }, found ? found.map(([first, last]) => `${fixed(first)} \u2192 ${fixed(last)}`).join("; ") : "\u2013");
-    td.dataset.label = title(name);
-    return td;
-  };
-  const rows = groups.map((group) => make("tr", {}, make("th", { scope: "row" }, group), ...known.map((name) => cell(name, index.networks[name][group]))));
+  const text = (found) => (found ? found.map(([first, last]) => `${fixed(first)} \u2192 ${fixed(last)}`).join("; ") : "\u2013");
+  const rows = groups.map((group) => make("tr", {}, make("th", { scope: "row" }, group), ...known.map((name) => make("td", { className: "num" }, text(index.networks[name][group])))));
   const heads = ["Group", ...known.map(title)].map((name, i) => make("th", { className: i ? "num" : "", scope: "col" }, name));
-  return [make("table", { className: "submissions narrow" },
+  return [make("table", { className: "plain" },
     make("caption", {}, link("Networks", "metrics.html#networks"), ": rank; inactive share of the last hidden layer, after the first \u2192 after the last task"),
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows))];
 }
