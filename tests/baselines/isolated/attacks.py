@@ -74,9 +74,14 @@ INSIDE = (
         (
             "result = sum(name.endswith(('.npz', '.onnx')) for top in "
             "('/packages/gym_extensions', '/agent') for _, _, names in os.walk(top) for name in "
-            "names if not name.startswith('states-'))"  # observations that are published
+            "names if not name.startswith('states-'))"
         ),
         "0",
+    ),
+    Attack(
+        "read observations of experts",
+        "open('/packages/gym_extensions/catalog/states-1.npz', 'rb')",
+        "PermissionError.*",
     ),
     Attack(
         "find a program",

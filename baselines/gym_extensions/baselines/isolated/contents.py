@@ -55,6 +55,8 @@ def mounts(agent: Path | None) -> Iterator[tuple[str, ...]]:
     for name, path in sorted(packages().items()):
         yield "--ro-bind", str(path), f"{PACKAGES}/{name}"
     yield from _empty(f"{PACKAGES}/gymnasium/envs/mujoco")  # its models
+    for path in packages()["gym_extensions/catalog"].glob("states-*.npz"):  # experts have been there
+        yield "--ro-bind", "/dev/null", f"{PACKAGES}/gym_extensions/catalog/{path.name}"
     if agent is not None:
         yield "--ro-bind", str(agent.resolve()), f"{AGENT}/{agent.name}"
 
