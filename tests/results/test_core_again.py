@@ -111,9 +111,11 @@ def pooled(first: Runs, second: Runs, *, paired: bool) -> tuple[float, float, fl
         sides = [side for pair in zip(first, second, strict=True) for side in pair]
     errors = np.array([side.var(ddof=1) / len(side) for side in sides]) / len(first) ** 2
     total = float(errors.sum())
+    mean = float(np.mean([a.mean() - b.mean() for a, b in zip(first, second, strict=True)]))
+    if not total:  # two methods that forget exactly 0: the interval is the mean
+        return mean, np.finfo(np.float64).tiny, 1.0
     freedom = total**2 / sum(error**2 / (len(side) - 1) for error, side in zip(errors, sides, strict=True))
-    mean = np.mean([a.mean() - b.mean() for a, b in zip(first, second, strict=True)])
-    return float(mean), total**0.5, freedom
+    return mean, total**0.5, freedom
 
 
 def holm(p_values: NDArray[np.float64]) -> NDArray[np.float64]:
