@@ -204,6 +204,7 @@ def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
 
 
 def test_the_keyboard_pauses_pushes_and_changes_the_world(panel: Page) -> None:
+    walk(panel)
     panel.locator("#play-again").press("Enter")
     panel.locator("#play-run").press("Space")
     assert panel.locator("#play-run").inner_text() == "Play"
@@ -247,6 +248,7 @@ def test_a_link_chooses_a_run_and_other_choices_are_right_after_learning_and_at_
 
 
 def test_the_mouse_pulls_a_body(panel: Page) -> None:
+    walk(panel)
     canvas = panel.locator(".sides canvas").first
     box = canvas.bounding_box()
     assert box
