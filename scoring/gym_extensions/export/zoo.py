@@ -4,6 +4,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +41,9 @@ def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] =
         BenchError: pyarrow is missing, a path or group does not exist, a submission has problems, or there
             are no policies.
     """
+    if find_spec("pyarrow") is None:
+        hint = "Install it with: pip install 'gym-extensions[parquet]'"
+        raise BenchError("missing-extra", "Parquet files need pyarrow.", hint=hint)
     texts, ids = tomllib.loads(TEXTS.read_text("utf-8")), [group(name).id for name in groups]
     frame = policies(submissions)
     frame = frame[frame["group"].isin(ids)] if groups else frame
@@ -74,16 +78,10 @@ def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] =
 
 
 def write_parquet(path: Path, frame: pd.DataFrame, columns: Sequence[datasets.Column]) -> None:
-    """Writes the columns of a frame; objects are lists of float64, or of float32 as they are in arrays.
+    """Writes the columns of a frame; objects are lists of float64, or of float32 as they are in arrays."""
+    import pyarrow as arrow
+    from pyarrow import parquet
 
-    Raises ``BenchError`` if pyarrow is missing.
-    """
-    try:
-        import pyarrow as arrow
-        from pyarrow import parquet
-    except ModuleNotFoundError as missing:
-        hint = "Install it with: pip install 'gym-extensions[parquet]'"
-        raise BenchError("missing-extra", "Parquet files need pyarrow.", hint=hint) from missing
     kinds = {
         "str": arrow.string(),
         "int64": arrow.int64(),
