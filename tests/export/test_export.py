@@ -167,5 +167,9 @@ def test_without_pyarrow_the_zoo_says_what_to_install(
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(BenchError, match=r"gym-extensions\[parquet\]"):
         zoo_export.write_zoo(tmp_path, [make_submission()])
+
+
+def test_without_policies_there_is_no_zoo(make_submission: Callable[..., Path], tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
     with pytest.raises(BenchError, match="There are no policies"):
         zoo_export.write_zoo(tmp_path, [make_submission(name="other", policies=False)])
