@@ -178,7 +178,9 @@ def caption(panel: Page, side: int) -> str:
 def walk(panel: Page) -> None:
     """The expert takes the place of the made policies, which fall at once."""
     panel.locator(".policy").first.select_option("/expert")
-    panel.wait_for_function("() => location.hash.includes('submission=%2Fexpert')")
+    panel.wait_for_function(  # it is there once its file is offered
+        "() => document.querySelector('#play-panel').textContent.includes('experts.load')"
+    )
 
 
 def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
