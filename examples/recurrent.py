@@ -126,5 +126,5 @@ def as_tensor(values: Array) -> Tensor:
 
 if __name__ == "__main__":
     budget = sys.argv[1] if len(sys.argv) > 1 else "smoke"
-    torch.set_num_threads(1)  # small networks gain nothing from more
+    torch.set_num_threads(1)  # two are far slower where other programs use the cores
     train(Recurrent, GROUP, "sequential", budget, runs=0, out=f"trained/recurrent-{budget}")
