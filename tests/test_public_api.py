@@ -19,7 +19,7 @@ PUBLIC = {
         [*variations.__all__, "Task TaskGroup TaskId VectorTaskId customize group load_group make make_vec"]
     ),
     "gym_extensions.baselines": """
-        Agent BatchTrained Card Context Factory JobFailed JobFinished Monitor Observes OnnxPolicy
+        Agent BatchTrained Card Context Factory JobFailed JobFinished Monitor Observes OnnxPolicy Origin
         Parallel Policy Resumable StageStarted StepsTrained TaskEvaluated TrainingStarted record sb3 train
     """,
     "gym_extensions.references.experts": "ExpertCard card load names",

@@ -101,7 +101,7 @@ def watched(tmp_path_factory: pytest.TempPathFactory) -> Watched:
 
     monitor = Monitor(callback=callback, evaluate_every=500, evaluate_episodes=2)
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        train("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0, out=seen.folder, monitor=monitor)
+        train("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0, out=seen.folder, progress=monitor)
     seen.printed = printed.getvalue()
     return seen
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import Parallel, train_agent
+from gym_extensions.baselines import train_agent
 from gym_extensions.errors import BenchError
 
 OPTIONS = {"--groups": "hopper-gravity", "--budget": "smoke", "--out": "out"}
@@ -109,7 +109,7 @@ def test_an_interrupted_command_continues_if_the_agent_can_be_saved(
     train = train_agent.train
 
     def in_this_process(_: str, *positional: Any, **options: Any) -> Any:
-        return train(StopsInSecondTask, *positional, **(options | {"parallel": Parallel()}))
+        return train(StopsInSecondTask, *positional, **(options | {"jobs": 0}))
 
     monkeypatch.setattr(train_agent, "train", in_this_process)
     words = command("trpo", groups="hopper-motor-noise", out=str(tmp_path / "mine"))

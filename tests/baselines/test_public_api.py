@@ -21,11 +21,11 @@ def loaded(code: str) -> str:
 def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
     code = (
         "sys.modules['torch'] = sys.modules['stable_baselines3'] = None;"
-        "from gym_extensions.baselines import Agent, Card, Factory, Monitor, Resumable, algorithms, train;"
+        "from gym_extensions.baselines import Agent, Card, Factory, Resumable, algorithms, train;"
         "others = ('ppo', 'sac', 'sac-fresh-buffer');"
         "[algorithms.factory(name) for name in algorithms.names() if name not in others];"
         f"out = {str(tmp_path / 'mine')!r};"
-        "train('trpo', 'pusher', 'joint', 'smoke', 0, out=out, monitor=Monitor(progress=False));"
+        "train('trpo', 'pusher', 'joint', 'smoke', 0, out=out, progress=False);"
         "del sys.modules['torch'], sys.modules['stable_baselines3']"
     )
     assert loaded(code) == "['mujoco']\n"

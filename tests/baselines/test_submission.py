@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import pytest
 import tomli_w
 
-from gym_extensions.baselines import Card, Monitor, Observes, record, train
+from gym_extensions.baselines import Card, Monitor, Observes, Origin, record, train
 from gym_extensions.baselines.agent_spec import AgentSpec
 from gym_extensions.baselines.algorithms import names
 from gym_extensions.baselines.submission import manifest_tables, read_manifest, require_same, validate
@@ -235,7 +235,13 @@ def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_
     assert error.value.message.count("No space left on device") == 3
     assert not digests(out)
     train(
-        "random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=out, monitor=Monitor(callback=refuse_training)
+        "random",
+        QUICK_GROUP,
+        "joint",
+        "smoke",
+        [0, 1, 2],
+        out=out,
+        progress=Monitor(callback=refuse_training),
     )
     assert digests(out) == digests(three_runs)
 
@@ -261,7 +267,7 @@ def test_a_donated_run_adds_its_three_files_and_names_the_donor(three_runs: Path
     with (out / "submission.toml").open("a") as manifest:
         manifest.write("\n# a note of the author\n")
     before = digests(out)
-    train("random", QUICK_GROUP, "joint", "smoke", 17, out=out, by="A. Donor")
+    train("random", QUICK_GROUP, "joint", "smoke", 17, out=out, origin=Origin(by="A. Donor"))
     after = digests(out)
     assert {name: after[name] for name in before} == before
     assert sorted(Path(str(name)).name for name in after.keys() - before.keys()) == [

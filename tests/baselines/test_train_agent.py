@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Monitor, Parallel, train
+from gym_extensions.baselines import Monitor, Origin, Parallel, train
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.pipeline import make_scorer
 from gym_extensions.submissions.run import read_run
 
 from .conftest import QUICK_GROUP, SHORT_GROUP, digests
 
-BAD: list[tuple[type[Monitor | Parallel], dict[str, Any], str]] = [
+BAD: list[tuple[type[Monitor | Origin | Parallel], dict[str, Any], str]] = [
     (Monitor, {"evaluate_every": 2.5}, "bad-evaluate-every"),
     (Monitor, {"evaluate_every": True}, "bad-evaluate-every"),
     (Monitor, {"evaluate_episodes": 0}, "bad-evaluate-episodes"),
@@ -25,6 +25,7 @@ BAD: list[tuple[type[Monitor | Parallel], dict[str, Any], str]] = [
     (Parallel, {"num_envs": "8"}, "bad-num-envs"),
     (Parallel, {"num_envs": 0}, "bad-num-envs"),
     (Parallel, {"jobs": -1}, "bad-jobs"),
+    (Origin, {"by": "A" * 201}, "bad-by"),
 ]
 
 
@@ -39,7 +40,7 @@ def test_a_setting_of_another_type_or_out_of_range_is_rejected(
 
 @pytest.mark.parametrize(
     ("arguments", "code"),
-    [({"parallel": Parallel(num_envs=2000)}, "bad-num-envs"), ({"by": "A" * 201}, "bad-by")],
+    [({"jobs": Parallel(num_envs=2000)}, "bad-num-envs"), ({"jobs": 1.5}, "bad-jobs")],
 )
 def test_a_wrong_argument_is_rejected_before_training(
     arguments: dict[str, Any], code: str, tmp_path: Path
@@ -54,7 +55,7 @@ def test_logs_and_policies_do_not_depend_on_the_number_of_threads(tmp_path: Path
     for num_threads in (1, 2):
         folder = tmp_path / f"{num_threads}-threads"
         parallel = Parallel(num_threads=num_threads)
-        train("trpo", QUICK_GROUP, "sequential", "smoke", 0, out=folder, parallel=parallel)
+        train("trpo", QUICK_GROUP, "sequential", "smoke", 0, out=folder, jobs=parallel)
     one, two = map(digests, sorted(tmp_path.iterdir()))
     assert {Path(name).suffix for name in one} >= {".csv", ".npz"}
     assert one == two
@@ -92,11 +93,11 @@ def test_random_numbers_of_spaces_environments_and_global_generators_follow_from
 
 def test_worker_processes_train_an_agent_of_a_notebook_as_this_process_does(tmp_path: Path) -> None:
     code = """
-from gym_extensions.baselines import Parallel, train
+from gym_extensions.baselines import train
 from gym_extensions.baselines.algorithms.floors import Zero
 class Mine(Zero): ...
 for jobs in (0, 2):
-    train(Mine, "pusher", "joint", "smoke", 0, out=f"jobs{jobs}", parallel=Parallel(jobs))
+    train(Mine, "pusher", "joint", "smoke", 0, out=f"jobs{jobs}", jobs=jobs)
 """
     subprocess.run([sys.executable], input=code, text=True, cwd=tmp_path, check=True)
     assert digests(tmp_path / "jobs0") == digests(tmp_path / "jobs2")
@@ -104,8 +105,8 @@ for jobs in (0, 2):
 
 def test_a_script_that_its_workers_would_run_again_is_named(tmp_path: Path) -> None:
     code = """
-from gym_extensions.baselines import Parallel, train
-train("zero", "pusher", "joint", "smoke", 0, out="mine", parallel=Parallel(jobs=2))
+from gym_extensions.baselines import train
+train("zero", "pusher", "joint", "smoke", 0, out="mine", jobs=2)
 """
     (tmp_path / "script.py").write_text(code)
     command = [sys.executable, "script.py"]
@@ -117,7 +118,7 @@ train("zero", "pusher", "joint", "smoke", 0, out="mine", parallel=Parallel(jobs=
 def test_an_agent_that_a_worker_process_cannot_receive_is_refused_before_training(tmp_path: Path) -> None:
     agent: Any = partial(print, threading.Lock())
     with pytest.raises(BenchError, match="cannot receive the agent") as caught:
-        train(agent, "pusher", "joint", "smoke", 0, out=tmp_path / "mine", parallel=Parallel(jobs=2))
+        train(agent, "pusher", "joint", "smoke", 0, out=tmp_path / "mine", jobs=2)
     assert caught.value.code == "bad-agent"
     assert not (tmp_path / "mine").exists()
 

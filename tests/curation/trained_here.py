@@ -153,7 +153,7 @@ def dying(event: object) -> None:
 
 
 def dead(train: Any, *words: Any, **options: Any) -> Any:
-    return train(*words, **options | {"monitor": Monitor(callback=dying)})
+    return train(*words, **options | {"progress": Monitor(callback=dying)})
 
 
 def interrupted(story: Story) -> dict[str, bytes]:

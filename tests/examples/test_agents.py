@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gym_extensions import results
-from gym_extensions.baselines import Context, Monitor, Parallel, train
+from gym_extensions.baselines import Context, Parallel, train
 from gym_extensions.envs import MotorNoise, TaskGroup, customize
 
 GROUP = TaskGroup(  # two tasks whose episodes are short
@@ -54,8 +54,7 @@ def submissions(load_example: Load, tmp_path_factory: pytest.TempPathFactory) ->
         out = root / name
         parallel = Parallel(num_envs=1 if name == "sb3_ppo" else 5)  # more environments take less time
         agent = getattr(module, factory)
-        monitor = Monitor(progress=False)
-        train(agent, GROUP, "sequential", "smoke", 0, out=out, parallel=parallel, monitor=monitor)
+        train(agent, GROUP, "sequential", "smoke", 0, out=out, jobs=parallel, progress=False)
     return root
 
 

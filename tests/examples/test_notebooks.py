@@ -14,7 +14,7 @@ QUICK = {
     "policies(submissions)": 'policies([submissions / name for name in ("packnet", "trpo", "sac")])',
     '"hopper-gravity"': '"hopper-motor-noise"',
     "baselines import train": "baselines import Parallel, train",
-    "out=out": "out=out, parallel=Parallel(num_envs=5)",
+    "out=out": "out=out, jobs=Parallel(num_envs=5)",
 }
 """What saves time in the tests: two tasks, environments that are stepped together, three submissions."""
 

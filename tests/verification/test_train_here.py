@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from gym_extensions.baselines import train
+from gym_extensions.baselines import Origin, train
 from gym_extensions.curation.cli import maintain
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.reader import read
@@ -39,7 +39,15 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     number, training = train_here.present(read(submission), "")
     assert number == 1
-    train("random", GROUP, "sequential", "smoke", [0, 1], out=folder / "trained/1", seeds=training.seeds)
+    train(
+        "random",
+        GROUP,
+        "sequential",
+        "smoke",
+        [0, 1],
+        out=folder / "trained/1",
+        origin=Origin(seeds=training.seeds),
+    )
     write(folder / "trained", training)
     return folder
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from gym_extensions.baselines.agent import Agent, Card, Context, Factory, Resumable
     from gym_extensions.baselines.record_policies import record
     from gym_extensions.baselines.train_agent import train
-    from gym_extensions.baselines.training.jobs import Parallel
+    from gym_extensions.baselines.training.jobs import Origin, Parallel
     from gym_extensions.baselines.training.progress import (
         BatchTrained,
         JobFailed,
@@ -43,6 +43,7 @@ __all__ = [
     "Monitor",
     "Observes",
     "OnnxPolicy",
+    "Origin",
     "Parallel",
     "Policy",
     "Resumable",
@@ -58,6 +59,7 @@ __all__ = [
 MODULES = {
     **dict.fromkeys(("Agent", "Card", "Context", "Factory", "Resumable"), ".agent"),
     "OnnxPolicy": "gym_extensions.submissions.policies.onnx",
+    "Origin": ".training.jobs",
     "Parallel": ".training.jobs",
     "Policy": "gym_extensions.submissions.policies.mlp",
     "record": ".record_policies",

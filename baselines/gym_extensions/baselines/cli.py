@@ -56,7 +56,7 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str] | None = None) -> int:
     """Trains, writes the submission and returns the exit status."""
     options = parser().parse_args(argv)
-    from gym_extensions.baselines import Monitor, Parallel, train  # loads the simulator
+    from gym_extensions.baselines import Monitor, Origin, Parallel, train  # loads the simulator
 
     def interrupt(number: int, _: Any) -> None:
         raise KeyboardInterrupt(number)
@@ -69,14 +69,13 @@ def main(argv: list[str] | None = None) -> int:
             *what,
             parse_runs(options.runs),
             out=options.out,
-            parallel=Parallel(options.jobs, options.num_envs, options.num_threads),
-            monitor=Monitor(
+            jobs=Parallel(options.jobs, options.num_envs, options.num_threads),
+            progress=Monitor(
                 progress=not options.quiet,
                 evaluate_every=options.evaluate_every,
                 evaluate_episodes=options.evaluate_episodes,
             ),
-            by=options.by,
-            seeds=options.seeds,
+            origin=Origin(options.by, options.seeds),
         )
     except KeyboardInterrupt as stop:
         print(f"Interrupted. {CONTINUES}")

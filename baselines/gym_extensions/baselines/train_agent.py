@@ -13,30 +13,44 @@ from pathlib import Path
 from gym_extensions.baselines import agent_spec, algorithms, submission, workers
 from gym_extensions.baselines.agent import Factory
 from gym_extensions.baselines.isolated.proxy import IsolatedAgent
-from gym_extensions.baselines.training import jobs, progress, runner
+from gym_extensions.baselines.training import runner
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
+from gym_extensions.baselines.training.jobs import (
+    Groups,
+    Origin,
+    Parallel,
+    Settings,
+    TrainingJob,
+    parse_request,
+    require_fit,
+)
+from gym_extensions.baselines.training.progress import (
+    TRAIN_LOG,
+    JobFailed,
+    Listener,
+    Monitor,
+    TrainingStarted,
+)
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, manifest
-from gym_extensions.submissions.run import LONGEST, read_run
+from gym_extensions.submissions.run import read_run
 
-THIS_PROCESS, PROGRESS_ALONE = jobs.Parallel(), progress.Monitor()
-"""What ``train`` does by default: it trains in this process and shows the progress."""
+NO_ORIGIN = Origin()
 
 
 def train(
     agent: str | Factory,
-    groups: jobs.Groups,
+    groups: Groups,
     protocols: str | Iterable[str],
     budget: str,
     runs: int | Iterable[int],
     *,
     out: str | Path,
-    parallel: jobs.Parallel = THIS_PROCESS,
-    monitor: progress.Monitor = PROGRESS_ALONE,
-    by: str = "",
-    seeds: str = "",
+    jobs: int | Parallel = 0,
+    progress: bool | Monitor = True,
+    origin: Origin = NO_ORIGIN,
 ) -> list[Path]:
     """Trains and evaluates an agent and writes its submission.
 
@@ -53,11 +67,12 @@ def train(
         budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: training steps per task.
         runs: the number of a run, which is its training seed, from 0 to 99; or several.
         out: the submission's folder.
-        parallel: worker processes, environments and threads; by default, jobs train in this process.
-        monitor: what is shown, logged and evaluated while training goes on; by default, the progress.
-        by: who trains the runs, at most 200 characters: for runs that are donated to a submission of others.
-        seeds: a text from which, with group and run, all seeds of training follow. Without one they follow
-            from the run's number. Runs that the project trains have one that nobody knew before.
+        jobs: the number of worker processes; 0 trains in this process. A
+            :class:`~gym_extensions.baselines.Parallel` also sets environments and threads.
+        progress: whether to show the progress. A :class:`~gym_extensions.baselines.Monitor` also has a
+            callback and evaluations during training.
+        origin: who trains the runs, and from what text their seeds follow; by default, they follow from the
+            run's number.
 
     Returns:
         The paths of the logs of the requested runs, including those that were finished before.
@@ -75,18 +90,18 @@ def train(
     """
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         sys.exit(workers.NO_GUARD)  # this worker process imports the script, whose call would train again
-    request, path = jobs.parse_request(groups, protocols, budget, runs, parallel.num_envs), Path(out)
-    if not isinstance(by, str) or len(by) > LONGEST:
-        raise BenchError("bad-by", f"It is not text of at most {LONGEST} characters.", "--by", "Shorten it.")
+    parallel = jobs if isinstance(jobs, Parallel) else Parallel(jobs)
+    monitor = progress if isinstance(progress, Monitor) else Monitor(progress=bool(progress))
+    request, path = parse_request(groups, protocols, budget, runs, parallel.num_envs), Path(out)
     if parallel.jobs:
         workers.require_sendable(agent)
     # Whatever cannot become a submission after training is refused before it.
     submission.validate(path, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
-    jobs.require_fit(request.groups)
+    require_fit(request.groups)
     spec = agent_spec.AgentSpec.of(agent, request.logs())
-    shared = parallel.num_envs, parallel.num_threads, monitor.interim, seeds
-    settings = jobs.Settings(spec, request.budget, *shared)
+    shared = parallel.num_envs, parallel.num_threads, monitor.interim, origin.seeds
+    settings = Settings(spec, request.budget, *shared)
     submission.require_same(path / layout.MANIFEST, submission.manifest_tables(settings))
 
     def unfinished() -> list[runner.PendingJob]:
@@ -98,12 +113,12 @@ def train(
         submission.prepare(path)
     with submission.lock_runs(path, titles), monitor.listening(path) as listen:
         pending = unfinished()  # another process may have finished a run before the locks were held
-        listen(progress.TrainingStarted({each.title: each.steps for each in pending}))
-        failures = _run(pending, listen, parallel.jobs, by)
+        listen(TrainingStarted({each.title: each.steps for each in pending}))
+        failures = _run(pending, listen, parallel.jobs, origin.by)
     if failures:
         if len(pending) == 1 and (error := next(iter(failures.values())).error):
             raise error
-        hint = f"Tracebacks are in {path / layout.PROGRESS / progress.TRAIN_LOG}. {CONTINUES}"
+        hint = f"Tracebacks are in {path / layout.PROGRESS / TRAIN_LOG}. {CONTINUES}"
         raise workers.jobs_failed(failures, len(pending), hint)
     runs_of = [(group.name, protocol, run) for group, protocol in request.logs() for run in request.runs]
     return [path / layout.run_file(*each, layout.LOG) for each in runs_of]
@@ -123,7 +138,7 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
     tables = submission.read_manifest(path)
     budget = str(tables["protocol"].get("budget"))
     num_envs = tables.get("hyperparameters", {}).get("num_envs")
-    parallel, monitor = jobs.Parallel(num_envs=num_envs), progress.Monitor(progress=False)
+    parallel, monitor = Parallel(num_envs=num_envs), Monitor(progress=False)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / layout.MANIFEST)  # with it in place, another agent or setting is refused
     document = folder / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
@@ -132,7 +147,7 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
         every, episodes = evaluations[0].steps[0], evaluations[0].episodes
         monitor = replace(monitor, evaluate_every=every, evaluate_episodes=episodes)
     try:
-        (log,) = train(agent, group, protocol, budget, run, out=out, parallel=parallel, monitor=monitor)
+        (log,) = train(agent, group, protocol, budget, run, out=out, jobs=parallel, progress=monitor)
     except BenchError as error:
         if error.code != "mixed-submission":
             raise
@@ -162,11 +177,11 @@ def reference_agent(folder: Path) -> str:
 
 
 def _run(
-    pending: Sequence[runner.PendingJob], listen: progress.Listener, processes: int, by: str
+    pending: Sequence[runner.PendingJob], listen: Listener, processes: int, by: str
 ) -> dict[str, workers.Failure]:
     """Runs the jobs and writes each run when its last job has finished. Returns failures by title."""
     unfinished = Counter(each.job.run_title for each in pending)
-    finished: dict[str, dict[jobs.TrainingJob, list[FinishedStage]]] = {title: {} for title in unfinished}
+    finished: dict[str, dict[TrainingJob, list[FinishedStage]]] = {title: {} for title in unfinished}
     failures: dict[str, workers.Failure] = {}
     commit = submission.commit_of(Path.cwd())
     for index, outcome in workers.run(pending, listen, processes):
@@ -183,7 +198,7 @@ def _run(
                 except (OSError, BenchError) as error:
                     failures[job.title] = workers.failure_of(error, in_this_process=True)
         if failure := failures.get(job.title):
-            listen(progress.JobFailed(job.title, failure.cause, failure.traceback, failure.code))
+            listen(JobFailed(job.title, failure.cause, failure.traceback, failure.code))
     return failures
 
 

@@ -148,9 +148,9 @@ def train_here(
             baselines.train(
                 *(factory, CORE_GROUPS, PROTOCOL, budget, range(runs)),
                 out=folder,
-                parallel=baselines.Parallel(jobs),
-                monitor=baselines.Monitor(callback=listen),
-                seeds=training.seeds,
+                jobs=jobs,
+                progress=baselines.Monitor(callback=listen),
+                origin=baselines.Origin(seeds=training.seeds),
             )
     except BenchError as raised:
         if raised.code in AGENT_ERRORS:  # no job began
@@ -174,8 +174,8 @@ def _write_floor(folder: Path, group: str, run: int, budget: str, seeds: str) ->
     """
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "floor"
-        quiet = baselines.Monitor(progress=False)
-        (log,) = baselines.train(FLOOR, group, PROTOCOL, budget, run, out=out, monitor=quiet, seeds=seeds)
+        origin = baselines.Origin(seeds=seeds)
+        (log,) = baselines.train(FLOOR, group, PROTOCOL, budget, run, out=out, progress=False, origin=origin)
         if not (folder / MANIFEST).exists():
             tables = written.read_manifest(folder.parents[1] / MANIFEST)
             tables["protocol"]["budget"] = budget
@@ -248,10 +248,9 @@ def repeats(folder: Path, entry: str) -> str:
     factory = boxed(folder, entry, "smoke")
     with tempfile.TemporaryDirectory() as scratch:
         first, second = Path(scratch, "first"), Path(scratch, "second")
-        quiet = baselines.Monitor(progress=False)
         for name in CORE_GROUPS:  # one job alone raises its own error
             for out in (first, second):
-                baselines.train(factory, name, PROTOCOL, "smoke", 0, out=out, monitor=quiet)
+                baselines.train(factory, name, PROTOCOL, "smoke", 0, out=out, progress=False)
             made = written.read_manifest(first / MANIFEST)
             made["protocol"]["budget"] = written.read_manifest(folder / MANIFEST)["protocol"]["budget"]
             written.require_same(folder / MANIFEST, made)  # what it states is what the code says

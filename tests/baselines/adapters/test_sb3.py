@@ -120,7 +120,7 @@ def test_a_run_whose_callback_raised_resumes_with_the_same_files(tmp_path: Path)
     def run(name: str, **options: Any) -> Path:
         make = sb3(PPO, normalize_observations=True, **SMALL, **options)
         parallel = Parallel(num_envs=2)
-        train(make, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / name, parallel=parallel)
+        train(make, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / name, jobs=parallel)
         return tmp_path / name
 
     with pytest.raises(ValueError, match="disk full"):

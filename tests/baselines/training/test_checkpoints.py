@@ -165,12 +165,12 @@ def test_a_run_resumes_from_a_folder_with_the_agent_that_load_returns(tmp_path: 
     monitor = Monitor(evaluate_every=500, evaluate_episodes=1)
     Unsaved.has_stopped = False
     with pytest.raises(PowerCutError):
-        train(*arguments, out=tmp_path / "stopped", monitor=monitor)
+        train(*arguments, out=tmp_path / "stopped", progress=monitor)
     folder = tmp_path / "stopped" / FIRST_JOB.format(QUICK_GROUP.name)
     (folder / ".agent2.partial.npz").mkdir()  # of a stage that was stopped while it was saved
     assert sorted(path.name for path in folder.glob("*agent*")) == [".agent2.partial.npz", "agent1.npz"]
     for name in ("stopped", "complete"):
-        train(*arguments, out=tmp_path / name, monitor=monitor)
+        train(*arguments, out=tmp_path / name, progress=monitor)
     assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
 
 

@@ -110,7 +110,7 @@ def test_a_call_in_a_script_prints_its_progress(watched: Watched) -> None:
 
 
 def test_progress_can_be_switched_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", monitor=Monitor(progress=False))
+    train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", progress=False)
     assert capsys.readouterr().out == ""
     assert "joint-run0: finished\n" in (tmp_path / "mine/.progress/train.log").read_text()
 
@@ -167,7 +167,7 @@ def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(t
     callback, out = Impatient(), tmp_path / "mine"
     arguments: Any = ("trpo", QUICK_GROUP, "sequential", "smoke", 0)
     with pytest.raises(BenchError) as error:
-        train(*arguments, out=out, monitor=Monitor(callback=callback))
+        train(*arguments, out=out, progress=Monitor(callback=callback))
     assert error.value.code == "callback-failed"
     assert isinstance(error.value.__cause__, ValueError)
     assert str(error.value).startswith("callback: The callback raised ValueError: seen enough")
@@ -177,6 +177,6 @@ def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(t
         if isinstance(event, StageStarted):
             stages.append(event.stage)
 
-    train(*arguments, out=out, monitor=Monitor(callback=note))
+    train(*arguments, out=out, progress=Monitor(callback=note))
     assert stages == [2]
     assert (out / QUICK_GROUP.name / "sequential/run0.csv").exists()

@@ -24,6 +24,7 @@ from gym_extensions.envs import foreign, make_vec
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.submissions.layout import MAX_RUNS
 from gym_extensions.submissions.manifest import Steps
+from gym_extensions.submissions.run import LONGEST
 
 Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
 
@@ -55,6 +56,25 @@ class Parallel:
                 dashed = name.replace("_", "-")
                 number = whole_number(name, value, f"bad-{dashed}", f"--{dashed}")
                 object.__setattr__(self, name, number)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Who trains runs, and from what their seeds follow. Raises ``BenchError`` if ``by`` is too long.
+
+    Args:
+        by: who trains them, at most 200 characters: for runs that are donated to a submission of others.
+        seeds: a text from which, with group and run, all seeds of training follow. Without one they follow
+            from the run's number. Runs that the project trains have one that nobody knew before.
+    """
+
+    by: str = ""
+    seeds: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.by, str) or len(self.by) > LONGEST:
+            message = f"It is not text of at most {LONGEST} characters."
+            raise BenchError("bad-by", message, "--by", "Shorten it.")
 
 
 @dataclass(frozen=True)
