@@ -6,9 +6,10 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Every process compiles what it imports where bytecode is not stored; the tests start many.
 unexport PYTHONDONTWRITEBYTECODE
 
-# The address of the public repository, where there is one: make docsite REPOSITORY=https://…
+# The address of the public repository, and that of the pages, where there are any: make docsite REPOSITORY=https://… SITE_URL=https://…
 export REPOSITORY ?=
-PUBLIC = $(if $(REPOSITORY),--repository $(REPOSITORY))
+SITE_URL ?=
+PUBLIC = $(if $(REPOSITORY),--repository $(REPOSITORY)) $(if $(SITE_URL),--url $(SITE_URL))
 
 .DEFAULT_GOAL := help
 .PHONY: help leaderboard site-assets test browser extras check docs docsite findings bench slow clean

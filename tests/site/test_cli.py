@@ -14,6 +14,10 @@ from gym_extensions.scoring.pipeline import score_folders
 
 from .made_submissions import REFERENCES, make_submission
 
+NO_ADDRESSES = (
+    "These pages name no repository (--repository ADDRESS) and no address of their own (--url ADDRESS)."
+)
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -31,7 +35,7 @@ def test_submissions_are_built_into_the_folder_site_by_default(
     make_submission(folder / "submissions", "beta")
     assert main(["site"]) == 0
     out = capsys.readouterr().out
-    assert out.splitlines() == ["These pages name no repository: --repository ADDRESS.", "_site/index.html"]
+    assert out.splitlines() == [NO_ADDRESSES, "_site/index.html"]
     page = folder / "_site" / "boards" / "hopper-gravity-v0-sequential-100k.html"
     # 50 + mean(0 … 19) / 7 + run, over 100: .5136 and .5236; 12.706 · .00707 / √2 = .0635 on both sides.
     rows = page.read_text(encoding="utf-8").split("<tr")
@@ -111,17 +115,22 @@ def test_pages_name_the_commit_of_the_data_and_the_repository(
     commit = subprocess.run(
         ["git", "rev-parse", "HEAD"], check=True, capture_output=True, text=True
     ).stdout.strip()
-    assert main(["site", "--repository", "https://example.org/a/b/"]) == 0
+    assert main(["site", "--repository", "https://example.org/a/b/", "--url", "https://example.org"]) == 0
     assert capsys.readouterr().out == "_site/index.html\n"
+    assert 'xml:base="https://example.org/"' in (folder / "_site/feed.xml").read_text("utf-8")
+    assert '<base href="https://example.org/">' in (folder / "_site/404.html").read_text("utf-8")
     for path, links in {"index.html": "submissions", "submissions/alpha.html": "submissions/alpha"}.items():
         page = (folder / "_site" / path).read_text("utf-8")
         assert "Data of <time>2026-01-02</time>" in page
         assert f'href="https://example.org/a/b/tree/{commit}/{links}"' in page
+        assert f'"og:url" content="https://example.org/{path}"' in page
+        assert '"og:image" content="https://example.org/pictures/hopper.webp"' in page
         assert "no public address" not in page
     (folder / "submissions" / "alpha" / "README.md").write_text("More.", encoding="utf-8")
     assert main(["site"]) == 0
     page = (folder / "_site" / "index.html").read_text("utf-8")
     assert "with local changes" in page
+    assert "og:image" not in page
     assert "this copy has no public address" in page
 
 

@@ -3,6 +3,7 @@
 import argparse
 import subprocess
 import sys
+from functools import partial
 from importlib.metadata import version
 from io import TextIOWrapper
 from pathlib import Path
@@ -24,11 +25,13 @@ def parser() -> argparse.ArgumentParser:
     submissions = "submission folders, or folders that contain them (default: submissions/)"
     mujoco = f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {FOLDER}, if it exists)"
     repository = "https address of the public repository, to which pages link"
+    url = "https address at which the pages will be: previews of links, the feed and the page 404 name it"
     docs = "link to the documentation, which `make docsite` builds into OUT/docs"
     add("submissions", nargs="*", type=Path, default=[Path("submissions")], help=submissions)
     add("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
     add("--mujoco", type=Path, default=FOLDER, metavar="FOLDER", help=mujoco)
     add("--repository", type=address, metavar="ADDRESS", help=repository)
+    add("--url", type=partial(address, path=False), metavar="ADDRESS", help=url)
     add("--docs", action="store_true", help=docs)
     groups = "also accept the custom group in this TOML file; may be repeated"
     add("--groups", action="append", default=[], metavar="FILE", help=groups)
@@ -36,15 +39,15 @@ def parser() -> argparse.ArgumentParser:
     return options
 
 
-def address(text: str) -> str:
-    """The address of a repository, without a slash at the end."""
+def address(text: str, path: bool = True) -> str:
+    """An address without a slash at the end; that of a repository has a path."""
     parts = urlsplit(text)
-    if parts.scheme not in {"http", "https"} or not parts.hostname or not parts.path.strip("/"):
+    if parts.scheme not in {"http", "https"} or not parts.hostname or (path and not parts.path.strip("/")):
         raise argparse.ArgumentTypeError(f"{text!r} is no address such as https://example.org/owner/name")
     return text.rstrip("/")
 
 
-def source_of(folder: Path, repository: str) -> Source:
+def source_of(folder: Path, repository: str, url: str) -> Source:
     """The last commit of a folder and its date. Both are empty where git knows neither."""
 
     def git(*arguments: str) -> str:
@@ -56,7 +59,7 @@ def source_of(folder: Path, repository: str) -> Source:
 
     commit, _, date = git("log", "-1", "--format=%H %cs").partition(" ")
     is_changed = bool(commit and git("status", "--porcelain"))
-    return Source(repository, commit, date, is_changed, version("gym-extensions"))
+    return Source(repository, commit, date, is_changed, version("gym-extensions"), url)
 
 
 def is_empty(folder: Path) -> bool:
@@ -90,7 +93,7 @@ def main(argv: list[str] | None = None) -> int:
             options.out,
             folders={folder.name: folder for folder in folders},
             simulator=load(options.mujoco),
-            source=source_of(options.submissions[0], options.repository or ""),
+            source=source_of(options.submissions[0], options.repository or "", options.url or ""),
             docs=options.docs,
         )
     if isinstance(sys.stdout, TextIOWrapper):  # a narrow encoding never stops the output
@@ -102,7 +105,11 @@ def main(argv: list[str] | None = None) -> int:
         print("Refused (not on a board until all problems are fixed):")
     for card in refused:
         show_line(console(), card)
-    if not options.repository:
-        print("These pages name no repository: --repository ADDRESS.")
+    wanted = {
+        "repository (--repository ADDRESS)": options.repository,
+        "address of their own (--url ADDRESS)": options.url,
+    }
+    if absent := [what for what, given in wanted.items() if not given]:
+        print(f"These pages name no {' and no '.join(absent)}.")
     print(options.out / "index.html")
     return 1 if refused else 0

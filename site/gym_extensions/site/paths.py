@@ -105,6 +105,7 @@ class Source:
     date: str = ""  # of the commit, YYYY-MM-DD
     is_changed: bool = False  # whether files differ from the commit
     version: str = ""  # of gym-extensions
+    url: str = ""  # where the pages will be, without a slash at the end
 
     def link(self, path: str) -> str:
         """The address of a file or folder of the repository at this commit, as GitHub and GitLab have it."""

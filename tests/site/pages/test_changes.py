@@ -1,13 +1,15 @@
 """What changed: decisions and verifications, newest first, as a page and as an Atom feed."""
 
+import re
 from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages.changes import changes
+from gym_extensions.site.pages.changes import changes, records
 
 from ..browser import files, typed
+from .test_core import GROUPS, LABELLED, method
 
 ATOM = "{http://www.w3.org/2005/Atom}"
 PART = {
@@ -48,3 +50,31 @@ def test_a_site_without_reviews_has_an_empty_feed(document: dict[str, Any]) -> N
     written = dict(files(document))
     assert ElementTree.fromstring(written["feed.xml"]).findall(f"{ATOM}entry") == []
     assert "No submission has been accepted" in written["changes.html"]
+
+
+def verified(card: dict[str, Any], date: str, groups: list[str]) -> dict[str, Any]:
+    """The submission with one more verification, of groups of the core."""
+    part = {**PART, "date": date, "logs": [f"{each}/sequential" for each in groups]}
+    return {**card, "verifications": [*card.get("verifications", ()), part]}
+
+
+def test_the_best_core_score_has_a_step_where_a_method_is_above_all_that_came_before(
+    document: dict[str, Any],
+) -> None:
+    first = verified(method("first", 0.8, 0.5), "2026-11-20", GROUPS)
+    lower = verified(method("lower", 0.7, 0.5), "2026-11-21", GROUPS)
+    part = verified(method("higher", 0.8, 0.9), "2026-11-19", GROUPS[1:])
+    whole = verified(part, "2026-11-22", GROUPS)
+    document["submissions"] = [first, lower, part, verified(LABELLED, "2026-11-20", GROUPS)]
+    assert "So far all came on one day." in dict(files(document))["changes.html"], "one group is not verified"
+    document["submissions"][2] = whole
+    cards = typed(document)
+    found = records(Leaderboard(cards.references, cards.submissions))
+    steps = {key: [(day, row.name) for day, row in each] for key, each in found.items()}
+    assert steps == {
+        False: [("2026-11-20", "first"), ("2026-11-22", "higher")],
+        True: [("2026-11-20", "labelled")],
+    }
+    page = dict(files(document))["changes.html"]
+    assert re.search(r"Without task label: 0\.\d\d since 2026-11-20, 0\.\d\d since 2026-11-22;", page)
+    assert '<polyline class="line p2"' in page

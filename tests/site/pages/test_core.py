@@ -87,9 +87,7 @@ def test_the_statement_says_of_how_many_methods_where_they_lead_and_that_it_is_p
 
 def test_it_begins_with_what_the_reference_agent_loses() -> None:
     said = statement(KEEPER, method("trpo", 0.8, 0.5))
-    assert said.startswith(
-        "Trained on one task after another, Trpo falls from 0.83 to 0.55 (expert: 1). Of 2 methods"
-    )
+    assert said.startswith("Trained task after task, Trpo falls from 0.83 to 0.55 (expert: 1). Of 2 methods")
 
 
 def test_methods_with_the_task_label_count_only_without_others() -> None:

@@ -1,16 +1,25 @@
 """What changed in the data: a page and an Atom feed of decisions and verifications, newest first.
 
-Dates are those of the reviews, so that the same data gives the same bytes.
+The page also has the best core score over time. Dates are those of the reviews, so that the same data gives
+the same bytes.
 """
 
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from operator import attrgetter
 
+from markupsafe import Markup
+
+from gym_extensions.scoring.ranking.boards import CoreRow
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site.charts import line_charts
+from gym_extensions.site.pages import core, overview
 from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.text import count, grouped
+from gym_extensions.site.submission_results import SEQUENTIAL
+from gym_extensions.site.text import count, grouped, mean, split_version
+from gym_extensions.submissions.review import TRAINED_HERE
 
 MOST = 60
 """Changes that the page and the feed show."""
@@ -18,11 +27,11 @@ MOST = 60
 
 @dataclass(frozen=True, order=True)
 class Change:
-    """A decision on a submission, or a verification of it, on a day."""
+    """What happened to a submission on a day: a decision, a verification, the highest core score."""
 
     date: str  # YYYY-MM-DD
     name: str  # of the submission
-    kind: str  # "accepted", "verified" or another decision
+    kind: str  # "accepted", "verified", "highest core score", …
     text: str
     title: str = ""  # of the submission
 
@@ -33,7 +42,7 @@ class Change:
 
 
 def changes(site: Leaderboard) -> list[Change]:
-    """All decisions and verifications, newest first. Those of a day, a kind and a submission are one."""
+    """All decisions, verifications and records, newest first. Those of a day, kind and submission are one."""
     rows = []
     for card in site.submissions:
         found: dict[tuple[str, str], list[str]] = {}
@@ -48,9 +57,38 @@ def changes(site: Leaderboard) -> list[Change]:
             if total["episodes"]:
                 text += f", {grouped(total['repeated'])} of {grouped(total['episodes'])} episodes repeated"
             found[key] = [f"{text}."]
+        if card.training:
+            found.setdefault((card.training.date, TRAINED_HERE), []).append("The project trained its code.")
         for (date, kind), texts in found.items():
             rows.append(Change(date, card.name, kind, " ".join(texts), card.title))
+    for has_label, steps in records(site).items():
+        for day, row in steps:
+            said = f"{mean(row.metrics[core.FINAL])} by today's runs, {overview.LISTS[has_label][0].lower()}."
+            rows.append(Change(day, row.name, "highest core score", said, row.title))
     return sorted(rows, reverse=True)
+
+
+def records(site: Leaderboard) -> dict[bool, list[tuple[str, CoreRow]]]:
+    """By list of the core, the methods whose score was above those of all before them, oldest first.
+
+    A method counts from the day on which every group of the core had a verified run of it, or on which it was
+    trained here. Scores are those of today: nothing states those of a day that has passed.
+    """
+    cards, found = {card.name: card for card in site.submissions}, dict[bool, list[tuple[str, CoreRow]]]()
+    for each in site.scored.core.lists if site.scored.core else ():
+        best: list[tuple[str, CoreRow]] = []
+        for row in filter(attrgetter("ranked"), each.rows):  # best first
+            card, logs = cards[row.name], [f"{split_version(group)[0]}/{SEQUENTIAL}" for group in row.groups]
+            passed = [part for part in card.verifications if part.passed]
+            days = [[part.date for part in passed if log in part.logs] for log in logs]
+            day = max(map(min, days)) if days and all(days) else ""
+            if row.trained_here and card.training:
+                day = card.training.date
+            if day and (not best or day < best[0][0]):
+                best.insert(0, (day, row))
+        if best:
+            found[each.task_conditioned] = best
+    return found
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -58,5 +96,25 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     rows, merged = changes(site), dict[tuple[str, str, str], list[Change]]()
     for row in rows[:MOST]:
         merged.setdefault((row.date, row.kind, row.text), []).append(row)
-    yield "changes.html", render("changes.html", "changes.html", merged=merged, shown=MOST, total=len(rows))
+    best, drawing = records(site), Markup("")
+    if len({day for steps in best.values() for day, _ in steps}) > 1:
+        lines = [
+            (overview.LISTS[key][0], [(day, row.metrics[core.FINAL].mean or 0.0) for day, row in steps])
+            for key, steps in best.items()
+        ]
+        drawing = line_charts.records(lines, rows[0].date)
+    yield (
+        "changes.html",
+        render(
+            "changes.html",
+            "changes.html",
+            merged=merged,
+            shown=MOST,
+            total=len(rows),
+            best=best,
+            lists=overview.LISTS,
+            final=core.FINAL,
+            drawing=drawing,
+        ),
+    )
     yield paths.FEED, render("feed.xml", paths.FEED, changes=rows[:MOST])

@@ -242,7 +242,7 @@ class Overview:
 NAME = Markup("<strong><bdi>{}</bdi></strong>")
 PRELIMINARY = Markup('; <a href="metrics.html#core">preliminary</a>.')
 ALONE = "{} is the only method with all runs of the core suite so far; it keeps {}."
-FALLS = "Trained on one task after another, {} falls from {} to {} (expert: 1). "
+FALLS = "Trained task after task, {} falls from {} to {} (expert: 1). "
 LEADS = "{}, {}: significantly more than {}, alone first in {} of {}. {} runs{}"
 """The sentences of the statement."""
 BASE = 'One base learner: {} of {} ranked methods are <a href="{}">{}</a> until their first stage ends.'
