@@ -42,7 +42,7 @@ def test_cells_show_another_metric_and_the_address_keeps_it(visit: Visit) -> Non
     assert lost != kept
     page.reload()
     assert cell(page, "loses") == lost
-    assert "not tested" in page.locator(".status").first.inner_text()
+    assert "no test" in page.locator(".status").first.inner_text()
     page.get_by_role("radio", name="Kept").check()
     assert cell(page, "loses") == kept
 

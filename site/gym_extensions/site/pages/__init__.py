@@ -5,6 +5,7 @@ A page that is made from all submissions has ``publish``, one per submission ``p
 
 import base64
 import hashlib
+import json
 from collections.abc import Iterator
 
 from markupsafe import Markup
@@ -31,16 +32,19 @@ def _play(site: Leaderboard, render: Render) -> Iterator[File]:
 
 
 ROOT_OF_SITE = (
-    'document.head.append(Object.assign(document.createElement("base"), {href: location.pathname.replace('
-    '/\\/(api|boards|docs|groups|pictures|play|schemas|static|submissions|tasks)\\/.*|\\/[^/]*$/, "/")}))'
+    'document.head.append(Object.assign(document.createElement("base"), {href: location.href.startsWith(URL) '
+    "? URL : location.pathname.replace(/\\/(api|boards|docs|groups|pictures|play|schemas|static|submissions|"
+    'tasks)\\/.*|\\/[^/]*$/, "/")}))'
 )
-"""The script of the page 404: links begin at the folder above the first of the site's own folders."""
+"""The script of the page 404: links begin at URL, the site's address if that is known, or else at the folder
+above the first of the site's own folders."""
 
 
 def _found_and_lost(_site: Leaderboard, render: Render) -> Iterator[File]:
     """The page that hosts show for an address without a page, and, with the documentation, the search."""
-    digest = base64.b64encode(hashlib.sha256(ROOT_OF_SITE.encode()).digest()).decode()
-    values = {"script": Markup(ROOT_OF_SITE), "digest": f"sha256-{digest}"}
+    script = ROOT_OF_SITE.replace("URL", json.dumps(f"{render.source.url}/").replace("<", r"\u003c"))
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    values = {"script": Markup(script), "digest": f"sha256-{digest}"}
     yield "404.html", render("404.html", "404.html", **values)
     if render.docs:
         yield "search.html", render("search.html", "search.html")

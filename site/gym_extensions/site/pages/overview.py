@@ -44,7 +44,7 @@ COLUMNS = {
     "kept": ("Kept", "Score at the end, the mean over groups, with its 95 % interval. It sorts a list."),
     "group": (
         "",
-        "The mean over tasks of this group, and over runs, of what the cells show: score at the end.",
+        "Mean over tasks of this group and over runs: the score at the end, or what you choose to see.",
     ),
     "forgotten": (
         "Forgotten",
@@ -98,7 +98,9 @@ class Overview:
     @cached_property
     def scale(self) -> Scale:
         """The scale of the strips, the same in both lists, with every interval and 0."""
-        levels = [each.value.mean or 0.0 for each in self.board.references]
+        levels = [
+            end for each in self.board.references for end in each.value.ends or (each.value.mean or 0.0,)
+        ]
         reach = [*core.ends_of(self.board.rows), *levels]
         return scale_around(reach, MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
 
@@ -202,17 +204,18 @@ class Overview:
         return [Markup(line).format(*values) for applies, line, values in lines if applies]
 
     def pairs(self, metric: str) -> list[tuple[CoreRow, list[CorePair | None]]]:
-        """The triangle: each ranked method but the first with its pairs with those above it."""
-        rows = [row for row in self.board.rows if row.ranked][:MOST_IN_TRIANGLE]
+        """The triangle: each method that is compared in a metric, with its pairs with those above it."""
+        compared = {name for pair in self.board.pairs[metric] for name in (pair.first, pair.second)}
+        rows = [row for row in self.board.rows if row.name in compared][:MOST_IN_TRIANGLE]
         return [
             (row, [self.board.pair(metric, other.name, row.name) for other in rows[:at]])
             for at, row in enumerate(rows)
         ]
 
-    def tint_of(self, pair: CorePair) -> str:
-        """The class of the colour of a difference: a step per 0.06, more or less."""
+    def tint_of(self, pair: CorePair, metric: str) -> str:
+        """The class of the colour of a difference: a step per 0.06, better or worse."""
         step = min(5, math.ceil(abs(pair.mean) / 0.06))
-        return "" if step == 0 else f"{'won' if pair.mean > 0 else 'lost'}{step}"
+        return f"{'won' if (pair.mean > 0) != (metric == core.LOST) else 'lost'}{step}" if step else ""
 
     @cached_property
     def wanted(self) -> list[Wanted]:
@@ -248,7 +251,7 @@ LEADS = "{}, {}: significantly more than {}, alone first in {} of {}. {} runs{}"
 BASE = 'One base learner: {} of {} ranked methods are <a href="{}">{}</a> until their first stage ends.'
 TUNED = 'Settings were tuned unequally: not at all for {} of them, with {} steps for <a href="{}">{}</a>.'
 LACKING = 'Not compared, because <a href="#open">groups are missing</a>: {}.'
-PROVISIONAL = 'The expert of {} is <a href="references.html">provisional</a>: scores can be far above 1.'
+PROVISIONAL = 'Experts are <a href="references.html">provisional</a>, so that scores can be far above 1: {}.'
 MADE = '{} made {} of the {} ranked <a href="submissions.html">submissions</a>.'
 SEEN = (
     'Runs had been seen <a href="metrics.html#core">when the test was chosen</a>: what up to 20 runs show is '

@@ -161,7 +161,7 @@
   for (const head of heads) {
     const key = head.dataset.key === "drawn" ? "kept" : head.dataset.key;
     head.querySelector(".head").addEventListener("click", () => {
-      const low = ["rank", "name", "forgotten", "minutes", "tuning"].includes(key); // what is best first
+      const shown = /^g\d/.test(key) ? state.cells : key, low = ["rank", "name", "forgotten", "minutes", "tuning"].includes(shown); // what is best first
       update({ sort: key, up: state.sort === key ? !state.up : low });
     });
   }
@@ -192,6 +192,11 @@
 
   function apply() {
     const known = state.groups.filter((name) => groups.includes(name)), lost = state.groups.filter((name) => !groups.includes(name));
+    for (const [name, values] of Object.entries({ cells: keys, list: lists.map((list) => list.key), sort: heads.map((head) => head.dataset.key) })) {
+      if (!state[name] || values.includes(state[name])) continue;
+      lost.push(state[name]);
+      state[name] = "";
+    }
     chosen = known.length ? every.filter((place) => known.includes(groups[place])) : every;
     boxes.forEach((box, place) => { box.checked = chosen.includes(place); });
     const key = state.sort || (chosen === every ? "" : "kept");
@@ -214,7 +219,7 @@
     const unknown = [...lost, ...state.ticked.filter((name) => !rest && !lists.some(({ rows }) => rows.some((row) => row.name === name)))];
     status.textContent = [unknown.length ? `This table has no ${unknown.join(", ")}.` : "",
       known.length ? `Ordered by the mean over ${known.length} of ${groups.length} groups: not tested.` : "",
-      keys.indexOf(state.cells) > 0 ? "Differences of what the cells show are not tested." : ""].filter(Boolean).join(" ");
+      metricOf() ? "What cells show now has no test on a group: no frames, no hatching." : ""].filter(Boolean).join(" ");
     compare.disabled = state.ticked.length < 2;
     compare.textContent = state.ticked.length < 2 ? "Tick two to four to compare" : `Compare ${state.ticked.length}`;
   }
