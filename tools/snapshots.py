@@ -87,6 +87,7 @@ def write_run_of(source: Path, group: TaskGroup, run: int, out: Path) -> None:
     document = msgspec.structs.replace(
         document,
         command=f"python -m tools.snapshots {source} --groups {group.name} --runs {run}",
+        steps_counted=False,
         memory=msgspec.structs.replace(document.memory, parameters_last=parameters),
         log=hashlib.sha256(log.encode()).hexdigest(),
         policies=PolicyFile(sha256=digest, size=size),
@@ -104,8 +105,7 @@ def manifest_from(tables: dict[str, Any]) -> dict[str, Any]:
         "title": f"{title} + snapshots (assembled)",
         "description": f"{title} with a copy of its policy per learned task, picked by the task label; "
         f"not trained: assembled from the stages that the submission {protocol['algorithm']} stored.",
-        "protocol": protocol
-        | {"algorithm": "snapshots", "parent": protocol["algorithm"], "steps": "claimed"},
+        "protocol": protocol | {"algorithm": "snapshots", "parent": protocol["algorithm"]},
         "observes": {"task_in_training": True, "task_in_evaluation": True, "boundaries": True},
     }
 

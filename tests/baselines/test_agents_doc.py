@@ -92,7 +92,6 @@ def test_the_card_and_the_policy_are_written(quick_file: Path, tmp_path: Path) -
         "budget": "smoke",
         "algorithm": "hill climbing",
         "evaluation": "deterministic",
-        "steps": "recorded",
     }
     document = read_run(tmp_path / "submissions/climber" / QUICK_GROUP.name / "single/run0.json")
     assert document.memory.parameters_last == PUSHER_WEIGHTS

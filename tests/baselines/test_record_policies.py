@@ -80,12 +80,12 @@ def test_the_logs_are_those_of_the_training_loop(recorded: Path, tmp_path: Path)
     assert not read(recorded, GROUPS).problems
 
 
-def test_the_manifest_says_that_steps_are_claimed_and_nothing_was_measured(recorded: Path) -> None:
-    manifest = read(recorded, GROUPS).manifest
-    assert manifest is not None
-    assert manifest.protocol.steps == "claimed"
+def test_the_document_says_that_nobody_counted_the_steps_and_nothing_was_measured(
+    recorded: Path,
+) -> None:
     claimed = document(recorded)
-    assert (claimed.steps, claimed.machine, claimed.cpu_seconds) == (2000, None, None)
+    assert (claimed.steps, claimed.steps_counted) == (2000, False)
+    assert (claimed.machine, claimed.cpu_seconds) == (None, None)
 
 
 def test_claimed_curves_are_written(recorded: Path) -> None:

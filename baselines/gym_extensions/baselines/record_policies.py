@@ -226,7 +226,7 @@ def record(
     agent = PolicyAgent(policy, card, observes)
     observed, card = observes_of(agent, "policy"), agent_spec.checked_card(agent, "card")
     spec = agent_spec.AgentSpec(card.algorithm, lambda *_: agent, card, observed)
-    settings = Settings(spec, request.budget, steps=manifest.CLAIMED)
+    settings = Settings(spec, request.budget, steps_counted=False)
     if (stored := agent.policy()) is not None:
         agent_spec.require_submittable(stored, card, observed, task_group, protocol)
     submission.validate(path, [task_group])

@@ -24,7 +24,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
-from gym_extensions.submissions import layout, manifest, run as documents
+from gym_extensions.submissions import layout, run as documents
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, PROGRESS
 from gym_extensions.submissions.log import log_text
 from gym_extensions.submissions.policies.files import content_sha256, policy_files, size_error
@@ -33,7 +33,7 @@ from gym_extensions.versions import version
 
 SHARED_SECTIONS = ("protocol", "hyperparameters", "observes")
 """Sections of the manifest that are the same in every run of a submission."""
-DEFAULTS = {"protocol": {"steps": "recorded", "parent": ""}}
+DEFAULTS = {"protocol": {"parent": ""}}
 """Values of keys that a manifest may leave out."""
 ANOTHER = "Choose another --out."
 ONE_SETTING = "A submission has one algorithm, budget and set of hyperparameters; choose another --out."
@@ -147,7 +147,7 @@ def read_manifest(path: Path) -> dict[str, Any]:
 def manifest_tables(settings: Settings) -> dict[str, Any]:
     """The manifest of a new submission, with values as TOML reads them back."""
     tables = agent_spec.card_tables(settings.agent.card, settings.agent.observes)
-    tables["protocol"] |= {"budget": settings.budget.name, "steps": settings.steps}
+    tables["protocol"] |= {"budget": settings.budget.name}
     if settings.num_envs is not None:
         tables["hyperparameters"] |= {"num_envs": settings.num_envs}
     return tomllib.loads(tomli_w.dumps(tables))
@@ -233,7 +233,7 @@ def write_run_files(
         packages |= {RUNTIME: None}
     log = log_text([each for record in records for each in record.episodes], group.task_ids).encode()
     usages, measured = [record.usage for record in records], dict[str, Any]()
-    if settings.steps == manifest.RECORDED:
+    if settings.steps_counted:
         processors, cores = joined([used.processor for used in usages]), max(used.cores for used in usages)
         measured = {
             "machine": documents.Machine(processor=processors, cores=cores),
@@ -252,6 +252,7 @@ def write_run_files(
         versions=run_versions([used.kernels for used in usages]),
         packages={package: version(package) for package in packages},
         steps=sum(used.steps for used in usages),
+        steps_counted=settings.steps_counted,
         memory=documents.Memory(
             stored_steps=max(record.memory.stored_steps for record in records),
             parameters_first=max(stages[0].memory.parameters_first for stages in finished.values()),

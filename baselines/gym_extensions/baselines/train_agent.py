@@ -34,7 +34,7 @@ from gym_extensions.baselines.training.progress import (
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import layout, manifest
+from gym_extensions.submissions import layout
 from gym_extensions.submissions.run import read_run
 
 NO_ORIGIN = Origin()
@@ -131,8 +131,8 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
     unfinished one of an earlier call. Returns the path of the log; document and policies are beside it.
 
     Raises:
-        BenchError: the training of the submission was not recorded, no reference agent has its name, or the
-            agent is another one or has other settings.
+        BenchError: no reference agent has the submission's name, or it is another one today or has other
+            settings.
     """
     path, agent = folder / layout.MANIFEST, reference_agent(folder)
     tables = submission.read_manifest(path)
@@ -159,19 +159,16 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
 def reference_agent(folder: Path) -> str:
     """The reference agent that a submission's manifest names.
 
-    Raises ``BenchError`` if the training of the submission was not recorded, or no reference agent has its
-    name.
+    Raises ``BenchError`` if no reference agent has its name.
     """
     path, tables = folder / layout.MANIFEST, submission.read_manifest(folder / layout.MANIFEST)
-    protocol, message = {"steps": manifest.RECORDED} | tables.get("protocol", {}), ""
-    name = str(protocol.get("algorithm", ""))
-    if protocol["steps"] != manifest.RECORDED or "reported" in tables:
-        message = "The training of this submission was not recorded, so it cannot be repeated."
+    name = str(tables.get("protocol", {}).get("algorithm", ""))
+    if "reported" in tables:
         hint = "Verify without --retrain."
-    elif name not in algorithms.names():
-        message = f"The algorithm {name!r} is not a reference agent."
+        raise BenchError("not-reproducible", "A printed table has no training to repeat.", str(path), hint)
+    if name not in algorithms.names():
         hint = "Train the submission's own agent by hand."
-    if message:
+        message = f"The algorithm {name!r} is not a reference agent."
         raise BenchError("not-reproducible", message, str(path), hint)
     return name
 

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.protocol import IN_ORDER, PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
 from gym_extensions.submissions import layout, manifest
 from gym_extensions.submissions.problem import Finding, Rule, count, rule as registered
 from gym_extensions.submissions.rules.manifest import skeleton
-from gym_extensions.verification import after_merge, git
+from gym_extensions.verification import git
 
 SUBMISSIONS = "submissions"
 RENAMES = ("R", "C")
@@ -100,7 +101,7 @@ class PullRequest:
             protocol = manifest.manifest_of(manifest.parse(data or b"")).protocol
         except ValueError:  # also that of msgspec
             return ()
-        if not after_merge.is_of_this_project(protocol):
+        if protocol.algorithm not in algorithms.names():
             return ()
         return tuple(sorted({match[1] for match in matches if match}))
 

@@ -1,7 +1,7 @@
 """submission.toml: who submits, what was run, and how. Every key is declared here, once."""
 
 import tomllib
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
@@ -23,9 +23,6 @@ Scalar = str | int | float | bool
 Hyperparameter = Scalar | tuple[Scalar, ...]
 Evaluation = Literal["sampled", "deterministic"]
 """How an agent selects actions during evaluation."""
-Steps = Literal["recorded", "claimed"]
-RECORDED, CLAIMED = get_args(Steps)
-"""Whether the training loop counted the training steps, or the submitter states them."""
 
 LABEL = "[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?"
 WEB = rf"^(https?://{LABEL}(\.{LABEL})*(:[0-9]{{1,5}})?(/[!#-&(-;=?-\[\]-~]*)?)?$(?!\n)"
@@ -52,7 +49,7 @@ class Code(msgspec.Struct, frozen=True):
 
 
 class Protocol(msgspec.Struct, frozen=True):
-    """The training budget, the algorithm, how it selects actions in evaluation, who counted the steps.
+    """The training budget, the algorithm, and how it selects actions in evaluation.
 
     ``parent`` is the algorithm that it equals until the end of the first stage; empty if it is its own.
     """
@@ -60,7 +57,6 @@ class Protocol(msgspec.Struct, frozen=True):
     budget: Literal[tuple(BUDGETS)]  # type: ignore[valid-type]
     algorithm: Text
     evaluation: Evaluation
-    steps: Steps = "recorded"
     parent: Text = ""
 
 

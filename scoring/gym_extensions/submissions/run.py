@@ -105,6 +105,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         command, commit: what trained it, and of the code; empty if it is not known.
         by: who trained it, if not the authors of the submission: a donated run.
         steps: training steps over all stages.
+        steps_counted: whether the training loop counted them; false for policies that ``record`` evaluated.
         fingerprints: of every task of the group, by task id.
         arithmetic: of the plain policies in the evaluation; 1 is repeated by the same kind of machine.
         log: SHA-256 of the run's log.
@@ -129,6 +130,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     packages: dict[Text, Text] = {}
     machine: Machine | None = None
     steps: Count
+    steps_counted: bool = True
     cpu_seconds: Measure | None = None
     peak_memory_mb: Measure | None = None
     memory: Memory

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from gym_extensions.baselines import algorithms
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import manifest, review
+from gym_extensions.submissions import review
 from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, NETWORK, POLICIES
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.git import Repository
@@ -17,15 +17,12 @@ MAX_RECORD_BYTES = 2**20
 AGAIN = "Write it again with: gym-extensions verify SUBMISSION --record DIR"
 
 
-def is_of_this_project(protocol: manifest.Protocol) -> bool:
-    """Whether the recorder trained an agent of this project, so that anybody can train its runs."""
-    return protocol.steps == manifest.RECORDED and protocol.algorithm in algorithms.names()
-
-
 def is_trained_again(submission: Submission) -> bool:
     """Whether a job trains a run of a submission again: this project's agent, budget up to 300k."""
-    protocol = submission.manifest and submission.manifest.protocol
-    return bool(protocol and is_of_this_project(protocol) and protocol.budget in TRAINED_AGAIN)
+    if submission.manifest is None or not all(document.steps_counted for document in submission.documents):
+        return False
+    protocol = submission.manifest.protocol
+    return protocol.algorithm in algorithms.names() and protocol.budget in TRAINED_AGAIN
 
 
 def undecided_runs(submission: Submission, *, again: bool = False) -> dict[str, str]:

@@ -20,7 +20,7 @@ from gym_extensions.baselines.submission import commit_of, run_versions
 from gym_extensions.baselines.train_agent import reference_agent, retrain
 from gym_extensions.baselines.training.checkpoints import processor
 from gym_extensions.envs.rollout import Outcome
-from gym_extensions.errors import working
+from gym_extensions.errors import BenchError, working
 from gym_extensions.metrics.statistics import holm, subtract, summary, zero_mean_p
 from gym_extensions.submissions.log import log_of, read_log
 from gym_extensions.submissions.run import RunDocument
@@ -77,7 +77,12 @@ def require_reference_agent(submission: Submission) -> None:
     missing.
     """
     if not submission.problems:
-        algorithms.factory(reference_agent(submission.path))
+        agent = reference_agent(submission.path)
+        if not all(document.steps_counted for document in submission.documents):
+            message = "It has policies that were trained elsewhere, so its training cannot be repeated."
+            hint = "Verify without --retrain."
+            raise BenchError("not-reproducible", message, str(submission.path), hint)
+        algorithms.factory(agent)
 
 
 def train_again(submission: Path, run: LoggedRun) -> Reproduction:

@@ -23,7 +23,6 @@ LEVELS = {
     ),
 }
 """What each level of a submission means, from the lowest."""
-STEPS = {"recorded": "recorded by the training loop", "claimed": "claimed by the authors"}
 NOT_STATED = "not stated"
 
 
@@ -100,7 +99,7 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
     return [
         ("Algorithm", manifest.protocol.algorithm),
         ("Actions in evaluation", manifest.protocol.evaluation),
-        ("Training steps", STEPS[manifest.protocol.steps]),
+        ("Training steps", "counted by the training loop" if card.steps_counted else "claimed"),
         ("Task label", task_label(card)),
         ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
         ("Batch or replay buffer", stored(card)),

@@ -101,7 +101,7 @@ def test_a_row_has_what_the_manifest_states(enter: Enter) -> None:
     (submission,) = board([card], KEY).rows
     assert card.manifest is not None
     stated = card.manifest
-    assert (submission.steps, submission.evaluation) == ("recorded", "sampled")
+    assert (submission.steps_counted, submission.evaluation) == (True, "sampled")
     assert (submission.authors, submission.observes, submission.memory) == (
         stated.authors,
         stated.observes,

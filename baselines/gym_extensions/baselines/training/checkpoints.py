@@ -111,7 +111,7 @@ class JobFolder:
             "observes": msgspec.structs.asdict(agent.observes),
             "budget": settings.budget.name,
             "num_envs": settings.num_envs,
-            "steps": settings.steps,
+            "steps_counted": settings.steps_counted,
             "seeds": settings.seeds,
             "group": group.id,
             "tasks": group.task_ids,

@@ -23,7 +23,6 @@ from gym_extensions.catalog.tasks import Task, whole_number
 from gym_extensions.envs import foreign, make_vec
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.submissions.layout import MAX_RUNS
-from gym_extensions.submissions.manifest import Steps
 from gym_extensions.submissions.run import LONGEST
 
 Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
@@ -172,7 +171,7 @@ class Settings:
     num_threads: int = 1  # threads that step the training environments; results do not depend on it
     interim: Interim | None = None  # when to evaluate during training
     seeds: str = ""  # a text from which the seeds of a run follow; without one, they follow from its number
-    steps: Steps = "recorded"  # "claimed" if the training loop does not count the training steps
+    steps_counted: bool = True  # False if the training loop does not count the training steps
 
     def num_envs_for(self, num_tasks: int) -> int:
         """Training environments: a multiple of the number of tasks, so that each task has equally many."""

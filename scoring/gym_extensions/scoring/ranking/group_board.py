@@ -256,7 +256,7 @@ def _submission(
         runs=min(len(log.runs) for log in logs),
         ranked=not why,
         why=why,
-        steps=manifest.protocol.steps if manifest else None,
+        steps_counted=card.steps_counted,
         evaluation=manifest.protocol.evaluation if manifest else None,
         authors=manifest.authors if manifest else (),
         accepted=card.accepted,

@@ -12,7 +12,6 @@ from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import LOOK_LEVELS, core_logs
-from gym_extensions.submissions.manifest import RECORDED
 
 NORMAL = NormalDist()
 
@@ -86,7 +85,7 @@ def _missing(row: CoreRow, card: Scorecard, agents: Collection[str]) -> dict[str
     A run after a gap is not scored, and counts as lacking; the command skips it.
     """
     protocol = card.manifest.protocol if card.manifest else None
-    is_own = protocol is not None and protocol.steps == RECORDED and protocol.algorithm in agents
+    is_own = protocol is not None and card.steps_counted and protocol.algorithm in agents
     if not is_own or not (row.ranked or row.look == 0):
         return {}
     logs, needed = core_logs(card), set(range(row.next_look or 0))

@@ -27,7 +27,6 @@ from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.scorecard import Claim, CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
 from gym_extensions.scoring.submission.suites import suite_expert_errors
-from gym_extensions.submissions.manifest import CLAIMED
 from gym_extensions.submissions.review import TRAINED_HERE
 from gym_extensions.submissions.run import consecutive
 
@@ -198,7 +197,7 @@ def core_score(card: Scorecard) -> CoreScore | None:
         claim=found,
         cost=scorecard.CoreCost() if missing else _cost(logs),
         notes=(
-            *_notes(logs, counts, missing, look, bool(protocol and protocol.steps == CLAIMED)),
+            *_notes(logs, counts, missing, look, card.steps_counted),
             *_remarks(card, found),
         ),
     )
@@ -219,7 +218,7 @@ def _notes(
     counts: Mapping[str, int],
     missing: Sequence[str],
     look: int,
-    is_claimed: bool,
+    steps_counted: bool,
 ) -> tuple[str, ...]:
     """What of a submission is not compared or not trained, in words, with the name of the case."""
     notes = [f"partial-core: It has no sequential runs of {', '.join(missing)}."] if missing else []
@@ -230,7 +229,7 @@ def _notes(
     if beyond:
         parts = _runs_by_group(beyond)
         notes.append(f"runs-beyond-the-look: Compared are runs 0 to {look - 1}; further ones: {parts}.")
-    if is_claimed:
+    if not steps_counted:
         notes.append(
             "steps-claimed: Its training steps are claimed; its page says where its policies are from."
         )

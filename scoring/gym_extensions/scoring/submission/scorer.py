@@ -80,6 +80,7 @@ def score(
         title=manifest.title if manifest else submission.name,
         level=level,
         arithmetic=min((run.arithmetic for run in submission.documents if is_repeated), default=ARITHMETIC),
+        steps_counted=level != REPORTED and all(run.steps_counted for run in submission.documents),
         problems=submission.problems,
         manifest=manifest_summary(submission),
         training=training_summary(submission),
