@@ -165,7 +165,7 @@ def test_the_page_has_the_notes_and_the_parameters_of_every_method() -> None:
     more["groups"][f"{GROUPS[0]}-v0"]["sequential"] |= scores | {"provenance": [MADE] * 6}
     pages = read({**everything(), "submissions": [more | {"name": "also"}, KEEPER, more]})
     page = pages["core.html"].text
-    note = f"Compared are runs 0 to 4; further ones: {GROUPS[0]}-v0 5."
+    note = f"Compared are runs 0 to 4. Further runs by number: {GROUPS[0]}-v0 5."
     assert f"Core score: {note}" in pages["submissions/more.html"].text
     assert f"also , more : {note}" in page, "methods with the same note share a sentence"
     assert page.count("2 000") == 3, "the transitions of each"

@@ -228,7 +228,9 @@ def _notes(
     beyond = {name: range(look, count) for name, count in counts.items() if count > look > 0}
     if beyond:
         parts = _runs_by_group(beyond)
-        notes.append(f"runs-beyond-the-look: Compared are runs 0 to {look - 1}; further ones: {parts}.")
+        notes.append(
+            f"runs-beyond-the-look: Compared are runs 0 to {look - 1}. Further runs by number: {parts}."
+        )
     if not steps_counted:
         notes.append(
             "steps-claimed: Its training steps are claimed; its page says where its policies are from."

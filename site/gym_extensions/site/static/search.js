@@ -25,7 +25,7 @@ function score([, , title, text], words) {
 
 function excerpt(text, words) {
   const at = Math.max(Math.min(...words.map((word) => plain(text).indexOf(word)).filter((i) => i >= 0)), 0);
-  const start = Number.isFinite(at) ? Math.max(at - AROUND, 0) : 0;
+  const start = Number.isFinite(at) && at > AROUND ? text.indexOf(" ", at - AROUND) + 1 : 0; // with a whole word
   return `${start ? "… " : ""}${text.slice(start, start + 3 * AROUND)}${text.length > start + 3 * AROUND ? " …" : ""}`;
 }
 
