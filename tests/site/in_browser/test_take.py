@@ -19,13 +19,24 @@ def saved(page: "Page", kind: str, nth: int = 0) -> Path:
 
 def test_a_figure_is_saved_with_its_style_inside(visit: Callable[[str], "Page"]) -> None:
     page = visit("core.html")
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text))
     drawing = ElementTree.fromstring(saved(page, "SVG").read_text("utf-8"))
     points = [each for each in drawing.iter() if each.get("class", "").startswith("method")]
     assert len(points) >= 2
-    assert all("fill:rgb(" in point.get("style", "") for point in points)
+    assert all(point.get("fill", "").startswith("rgb(") for point in points)
     content = saved(page, "PNG").read_bytes()
     assert content.startswith(b"\x89PNG")
     assert int.from_bytes(content[16:20]) == 3 * int(float(drawing.get("width", "0")))
+    assert said == []
+
+
+def test_a_saved_line_has_the_place_that_the_page_gives_it(visit: Callable[[str], "Page"]) -> None:
+    page = visit("submissions/agile.html")
+    with page.expect_download() as download:
+        page.locator(".panels .take button").first.dispatch_event("click")
+    (line,) = [e for e in ElementTree.parse(download.value.path()).iter() if e.get("class") == "bold"]
+    assert line.get("transform") == "matrix(0.5, 0, 0, 0.5, 0, 0)"
 
 
 def test_a_table_is_saved_as_it_is_shown(visit: Callable[[str], "Page"]) -> None:

@@ -96,7 +96,7 @@ globalThis.figure = (() => {
         pen.stroke();
       } else if (role === "wall") {
         pen.fillStyle = colour("--cold");
-        pen.fillRect(X(x1), Y(y2), (x2 - x1) * scale, (y2 - y1) * scale);
+        pen.fillRect(X(x1), Y(y2), (x2 - x1) * scale, (y2 - Math.max(y1, 0)) * scale);
       } else if (role === "goal" || role === "object") {
         disc(X(x1), Y(y1), radius * scale, role === "goal" ? "--gain" : "--cold");
       } else {

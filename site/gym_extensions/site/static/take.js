@@ -2,7 +2,7 @@
 "use strict";
 (() => {
   const PROPERTIES = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin",
-    "stroke-opacity", "opacity", "font-family", "font-size", "font-weight", "text-anchor", "paint-order", "display", "r"];
+    "stroke-opacity", "opacity", "vector-effect", "font-family", "font-size", "font-weight", "text-anchor", "paint-order", "display", "r"];
   const SCALE = 3; // pixels of a PNG per unit of the drawing
   const here = location.pathname.split("/").pop().replace(/\.html$/, "") || "index";
 
@@ -17,7 +17,8 @@
     const copy = svg.cloneNode(true), [, , width, height] = svg.getAttribute("viewBox").split(" ");
     const styled = (from, to) => {
       const style = getComputedStyle(from);
-      to.setAttribute("style", PROPERTIES.map((name) => `${name}:${style.getPropertyValue(name)}`).filter((rule) => !rule.endsWith(":")).join(";"));
+      for (const name of PROPERTIES) to.setAttribute(name, style.getPropertyValue(name));
+      if (style.transform !== "none") to.setAttribute("transform", style.transform);
       [...from.children].forEach((child, i) => styled(child, to.children[i]));
     };
     styled(svg, copy);
