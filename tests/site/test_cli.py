@@ -126,6 +126,8 @@ def test_pages_name_the_commit_of_the_data_and_the_repository(
         assert f'"og:url" content="https://example.org/{path}"' in page
         assert '"og:image" content="https://example.org/pictures/hopper.webp"' in page
         assert "no public address" not in page
+    citation = (folder / "_site/submissions/alpha/citation.bib").read_text("utf-8")
+    assert r"\url{https://example.org/submissions/alpha.html}" in citation
     (folder / "submissions" / "alpha" / "README.md").write_text("More.", encoding="utf-8")
     assert main(["site"]) == 0
     page = (folder / "_site" / "index.html").read_text("utf-8")

@@ -54,7 +54,7 @@ COLUMNS = {
     "minutes": ("Minutes", "Processor time of one run of all groups."),
     "tuning": ("Tuning", "Training steps spent on choosing the settings."),
     "level": (
-        "Checked",
+        "Level",
         "Verified: its policies ran again on seeds that nobody knew before. Claimed: not yet.",
     ),
 }

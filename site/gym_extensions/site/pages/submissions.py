@@ -79,8 +79,9 @@ def bibtex(card: Scorecard, source: paths.Source) -> str:
     if card.accepted:
         fields["year"] = card.accepted.partition("-")[0]
     fields["howpublished"] = "Submission of the gym-extensions leaderboard"
-    if source.repository:
-        fields["howpublished"] += f", \\url{{{_escaped(source.repository)}}}"
+    if source.url or source.repository:
+        page = f"{source.url}/{paths.submission_path(card.name)}" if source.url else source.repository
+        fields["howpublished"] += f", \\url{{{_escaped(page)}}}"
     if source.version:
         fields["version"] = f"gym-extensions {_escaped(source.version)}"
     fields["note"] = f"Submission {_escaped(card.name)}"
