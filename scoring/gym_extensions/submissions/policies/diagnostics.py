@@ -8,7 +8,7 @@ import numpy as np
 from gym_extensions.catalog.protocol import IN_ORDER, task_order
 from gym_extensions.submissions.policies import mlp
 from gym_extensions.submissions.policies.files import AnyPolicy, Key
-from gym_extensions.submissions.policies.mlp_arrays import Array
+from gym_extensions.submissions.policies.mlp_arrays import Array, require_size
 
 SATURATED = 0.9
 """Absolute output from which a tanh unit counts as saturated: its slope is below .2, that at 0 is 1."""
@@ -66,6 +66,8 @@ def diagnose(
         before = [weights[stage] - each for each in weights[:stage] if each.size == weights[stage].size]
         distances = tuple(float(np.linalg.norm(each)) for each in before) if len(before) == stage else None
         if not isinstance(policy, mlp.Policy):
+            for part in observations:
+                require_size(part, policy.num_inputs)
             found.append(Diagnosis(parameters=weights[stage].size, distances=distances))
             continue
         masks = policy.masks or (None,) * len(policy.weights)

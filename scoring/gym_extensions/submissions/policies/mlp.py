@@ -262,9 +262,7 @@ def _flattened(policy: Policy, observations: Array) -> Array:
     """Observations (n, …) as the policy reads them, (n, o)."""
     seen = np.asarray(observations, policy.observation_dtype)
     seen = seen.reshape(len(seen), -1).astype(np.float64)
-    if policy.num_inputs not in (None, seen.shape[1]):
-        message = f"The observations have {seen.shape[1]} values; the policy has {policy.num_inputs} inputs."
-        raise BenchError("bad-observations", message, "act()", "Use a policy of the same group.")
+    mlp_arrays.require_size(seen, policy.num_inputs)
     return seen
 
 

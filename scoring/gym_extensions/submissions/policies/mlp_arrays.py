@@ -1,6 +1,7 @@
 """The arrays of a policy: their names, kinds and shapes, and what is wrong with them."""
 
 import itertools
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from gym_extensions.errors import BenchError
 from gym_extensions.submissions.problem import quote
 
 Array = NDArray[Any]
@@ -178,3 +180,11 @@ def _value_errors(arrays: Arrays) -> Iterator[str]:
     bounds = arrays.get("log_sigma_clip")
     if bounds is not None and bounds[0] > bounds[1]:
         yield "The lower bound in 'log_sigma_clip' is above the upper bound."
+
+
+def require_size(observations: Array, inputs: int | None) -> None:
+    """Raises ``BenchError`` if observations (n, …) have another size than a policy's inputs; None is any."""
+    size = math.prod(observations.shape[1:])
+    if inputs not in (None, size):
+        message = f"The observations have {size} values; the policy has {inputs} inputs."
+        raise BenchError("bad-observations", message, "act()", "Use a policy of the same group.")

@@ -15,7 +15,7 @@ import numpy as np
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.submissions.layout import MAX_FILE_BYTES, NETWORK, read_regular
-from gym_extensions.submissions.policies.mlp_arrays import Array
+from gym_extensions.submissions.policies.mlp_arrays import Array, require_size
 from gym_extensions.submissions.problem import escape, quote
 
 ONNX = "onnx"
@@ -311,10 +311,7 @@ class OnnxPolicy:
         if values.ndim == len(self.network.inputs["observation"].shape):
             return self.act(values[None], rng, task)[0]
         size, feeds = len(values), dict[str, Array]()
-        if math.prod(values.shape[1:]) != self.num_inputs:
-            message = f"The observations have {math.prod(values.shape[1:])} values; the policy has "
-            hint = "Use a policy of the same group."
-            raise BenchError("bad-observations", f"{message}{self.num_inputs} inputs.", "act()", hint)
+        require_size(values, self.num_inputs)
         for name, tensor in self.network.inputs.items():
             shape = (size, *tensor.shape)
             if name == "observation":
