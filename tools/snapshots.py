@@ -12,13 +12,11 @@ of stage s for another one. ``gym-extensions verify`` runs the policies and comp
 import argparse
 import hashlib
 from collections.abc import Sequence
-from dataclasses import fields
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 import tomli_w
 
 from gym_extensions.baselines.cli import parse_runs
@@ -36,21 +34,8 @@ from gym_extensions.submissions.policies.files import (
     run_arrays,
     write_policies,
 )
-from gym_extensions.submissions.policies.mlp_arrays import KEYS, LAYER_FIELDS
+from gym_extensions.submissions.policies.mlp import by_task
 from gym_extensions.submissions.run import PolicyFile, read_run, write_run
-
-
-def stacked(policies: Sequence[Policy]) -> Policy:
-    """One policy with a row per task, the policies of the tasks in order."""
-    values: dict[str, Any] = {}
-    for name in (field.name for field in fields(Policy)):
-        rows = [getattr(policy, name) for policy in policies]
-        if name in LAYER_FIELDS:  # a layer without a mask has None
-            layers = zip(*rows, strict=True)
-            values[name] = tuple(None if layer[0] is None else np.stack(layer) for layer in layers)
-        else:
-            values[name] = np.stack(rows) if KEYS[name].has_tasks and rows[0] is not None else rows[0]
-    return Policy(**values)
 
 
 def assembled_log(text: str, tasks: int) -> str:
@@ -72,7 +57,7 @@ def write_run_of(source: Path, group: TaskGroup, run: int, out: Path) -> None:
     if len(plain) < len(stored):
         raise SystemExit(f"{source} has networks in {group.name}; only plain policies can be stacked.")
     policies: dict[Key, AnyPolicy] = {
-        (stage, None): stacked(plain[1 : stage + 1]) if stage else plain[0] for stage in range(tasks + 1)
+        (stage, None): by_task(plain[1 : stage + 1]) if stage else plain[0] for stage in range(tasks + 1)
     }
 
     def place(folder: Path, suffix: str) -> Path:

@@ -6,7 +6,8 @@ import numpy as np
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.policies import Policy
-from tools.snapshots import assembled_log, stacked
+from gym_extensions.submissions.policies.mlp import by_task
+from tools.snapshots import assembled_log
 
 
 def policy(seed: int) -> Policy:
@@ -27,14 +28,14 @@ def policy(seed: int) -> Policy:
 def test_every_task_acts_as_its_policy_bit_by_bit_and_later_tasks_as_the_last() -> None:
     observations = np.random.default_rng(9).standard_normal((20, 3))
     policies = [policy(seed) for seed in range(3)]
-    found = stacked(policies)
+    found = by_task(policies)
     for task, each in enumerate([*policies, policies[-1]]):
         assert np.array_equal(found.act(observations, task=task), each.act(observations))
 
 
 def test_what_is_absent_stays_absent() -> None:
     bare = [replace(policy(seed), observation_mean=None, observation_scale=None) for seed in range(2)]
-    assert stacked(bare).observation_mean is None
+    assert by_task(bare).observation_mean is None
 
 
 def test_a_learned_task_has_the_episodes_of_its_own_stage_and_others_those_of_the_present_one() -> None:

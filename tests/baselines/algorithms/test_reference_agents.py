@@ -16,8 +16,8 @@ from gym_extensions.envs import make_vec
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies.mlp import Policy
 
-NUMPY = [name for name in algorithms.names() if name not in ("ppo", "sac", "sac-fresh-buffer")]
-"""The agents without optional packages; ``test_ppo_and_sac`` tests the others."""
+NUMPY = [name for name in algorithms.names() if name.partition("-")[0] not in ("ppo", "sac", "sac64")]
+"""The agents without optional packages; ``test_ppo_and_sac`` and ``test_additions`` test the others."""
 Spaces = tuple[Any, Any]
 
 

@@ -6,7 +6,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ import gymnasium as gym
 import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.callbacks import BaseCallback, ConvertCallback
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from gym_extensions.baselines import agent, generators
@@ -55,7 +55,7 @@ def sb3(
     normalize_rewards: bool = False,
     callback: Callback = None,
     **settings: Any,
-) -> agent.Factory:
+) -> "Sb3Factory":
     """A factory of agents that train a Stable-Baselines3 or SBX model. It needs the extra ``sb3`` or ``sbx``.
 
     An interrupted run resumes after its last finished stage and writes the same files. Each stage is one
@@ -112,8 +112,8 @@ class Sb3Factory:
     schedules do not start again, as for an agent that does not use task boundaries. The agents complete the
     card with their settings and what they store. The other fields are arguments of :func:`sb3`.
 
-    Calling it creates an agent. Keyword arguments change the model's settings, or one of the two
-    normalizations: ``make(observation_space, action_space, 0, learning_rate=1e-3, normalize_rewards=True)``.
+    Calling it creates an agent. Keyword arguments change settings of the model or of ``method``, or a
+    normalization: ``make(observation_space, action_space, 0, learning_rate=1e-3, normalize_rewards=True)``.
     """
 
     algorithm: type[BaseAlgorithm]
@@ -127,13 +127,17 @@ class Sb3Factory:
     fresh_buffer: bool = False  # whether the replay buffer is emptied at the start of a stage
     batch_settings: Callable[[int, int], Mapping[str, Any]] | None = None
     """Further settings, from the number of environments and the budget's batch size."""
+    kind: "type[Sb3Agent] | None" = None  # the class of its agents; ``Sb3Agent`` if None
+    method: Mapping[str, agent.Setting] = field(default_factory=dict)
+    """Settings of that class; the manifest has them beside those of the model."""
 
     def __call__(
         self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int, /, **changes: Any
     ) -> "Sb3Agent":
         own = {name: changes.pop(name) for name in NORMALIZATIONS if name in changes}
-        options = replace(self, settings={**self.settings, **changes}, **own)
-        return Sb3Agent((observation_space, action_space), seed, options)
+        method = {name: changes.pop(name, value) for name, value in self.method.items()}
+        options = replace(self, settings={**self.settings, **changes}, method=method, **own)
+        return (self.kind or Sb3Agent)((observation_space, action_space), seed, options)
 
     @property
     def __name__(self) -> str:
@@ -155,7 +159,7 @@ class Sb3Factory:
         """The hyperparameters as the manifest stores them; the normalizations only if they are used."""
         shown = {name: value for name, value in self.settings.items() if name not in NOT_HYPERPARAMETERS}
         rows = {name: to_manifest_value(value) for name, value in shown.items()}
-        rows |= self.card.hyperparameters
+        rows |= {**self.card.hyperparameters, **self.method}
         return rows | {name: True for name in NORMALIZATIONS if getattr(self, name)}
 
 
@@ -303,12 +307,20 @@ class Sb3Agent:
         if self._options.fresh_buffer:
             buffer: Any = self._model.replay_buffer  # type: ignore[attr-defined]
             buffer.reset()
-        wrapped, options = self._normalized(sb3_vec_env.BatchVecEnv(env)), self._options
-        restarts = not options.continue_counting
+        wrapped = self._normalized(sb3_vec_env.BatchVecEnv(env))
         self._trained = True
         with self._learning.active():
             self._model.set_env(wrapped)
-            self._model.learn(steps, callback=options.callback, reset_num_timesteps=restarts)
+            self._train(steps)
+
+    def _train(self, steps: int, *callbacks: Callable[..., bool]) -> None:
+        """Trains the model in its environment. Functions are called before the callback of the options."""
+        own = self._options.callback
+        if not isinstance(own, list):
+            own = [own if isinstance(own, BaseCallback) else ConvertCallback(own)]
+        callback = [*map(ConvertCallback, callbacks), *own]
+        restarts = not self._options.continue_counting
+        self._model.learn(steps, callback=callback, reset_num_timesteps=restarts)
 
     def card(self) -> agent.Card:
         """The agent's description in the manifest, with the name of its class and its settings."""

@@ -128,7 +128,7 @@ def exported(
         reason = f"{name} overrides {', '.join(own)}, which a network cannot follow."
     else:
         try:
-            parts = _plain_parts(model)
+            parts = plain_parts(model)
         except NOT_PLAIN as error:
             if hasattr(policy, "actor_state"):
                 reason = f"{name} is not one of PyTorch, nor a multilayer perceptron: {error}."
@@ -146,7 +146,7 @@ def exported(
     return mlp.Policy(**parts)
 
 
-def _plain_parts(model: BaseAlgorithm) -> Parts:
+def plain_parts(model: BaseAlgorithm) -> Parts:
     """Arguments of a ``Policy``. Raises ``NOT_PLAIN`` if the policy is not a multilayer perceptron."""
     policy: Any = model.policy
     parts = _flax(model) if hasattr(policy, "actor_state") else _torch(model)

@@ -27,9 +27,13 @@ SHARED_MODULES = {
     "snapshots": "multi_head:Snapshots",
     "trpo-2017": "trpo:Trpo2017",
     "zero": "floors:Zero",
+} | {
+    f"{base}-{addition}": f"{base}:make_{addition.replace('-', '_')}"
+    for base in ("ppo", "sac64")
+    for addition in ("reset", "snapshots", "cloning", "online-ewc", "packnet")
 }
 """The module and factory of agents that share a module with another one."""
-WITHOUT_AGENT = ("continual", "floors")
+WITHOUT_AGENT = ("additions", "continual", "floors")
 """Modules without a factory ``make``."""
 EXTRAS = {"sb3": ("torch", "stable_baselines3"), "sbx": ("sbx", "jax", "flax", "optax")}
 """The packages that an extra of ``pyproject.toml`` adds."""

@@ -209,6 +209,14 @@ def diagonal_fisher(architecture: policies.Architecture, theta: Array, inputs: A
     return total
 
 
+def accumulated(fisher: Array, importance: Array | None, decay: float) -> Array:
+    """The importance of online EWC after a task, γ (ω + F / mean F), from that before it, None at first."""
+    normalized = fisher / fisher.mean()
+    if importance is not None:
+        normalized += importance
+    return decay * normalized
+
+
 class OnlineEwc(QuadraticTrpo):
     """The agent ``online-ewc`` (Kirkpatrick et al. 2017; Schwarz et al. 2018).
 
@@ -225,10 +233,7 @@ class OnlineEwc(QuadraticTrpo):
 
     def _end_of_task(self, observations: Array) -> None:
         fisher = diagonal_fisher(self._architecture, self._theta, self._policy_inputs(observations))
-        importance = fisher / fisher.mean()
-        if self._stored:
-            importance += self._stored["importance"]
-        self._anchor(self.decay * importance)
+        self._anchor(accumulated(fisher, self._stored.get("importance"), self.decay))
 
     def _method_settings(self) -> Mapping[str, Setting]:
         states = {"states_per_task": self.states_per_task}
@@ -268,6 +273,13 @@ class Divergence:
         return update.Curvature(lambda vector: coefficient * product(vector))
 
 
+def appended(stored: Mapping[str, Array], new: Mapping[str, Array]) -> dict[str, Array]:
+    """What is stored of all tasks: the rows of those before, if any, and the new ones."""
+    return {
+        name: np.concatenate([stored[name], part]) if stored else np.array(part) for name, part in new.items()
+    }
+
+
 class Cloning(RegularizedTrpo):
     """The agent ``cloning``: the policy is held to what earlier policies did in the states of their tasks.
 
@@ -293,7 +305,4 @@ class Cloning(RegularizedTrpo):
         means, log_sigma = policies.mean_and_log_sigma(self._architecture, self._theta, inputs)
         log_sigmas = np.broadcast_to(log_sigma, means.shape)
         new = {"observations": observations, "means": means, "log_sigmas": log_sigmas}
-        self._stored = {
-            name: np.concatenate([self._stored[name], part]) if self._stored else np.array(part)
-            for name, part in new.items()
-        }
+        self._stored = appended(self._stored, new)

@@ -1,8 +1,8 @@
 """TRPO with shared hidden layers and a head per task (Wolczyk et al. 2021), or with a network per task."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,7 +11,29 @@ from gym_extensions.baselines.algorithms.trpo import Trpo
 from gym_extensions.baselines.trust_region import policy as policies
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import Observes
-from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy, by_task
+
+Row = TypeVar("Row")
+
+
+def single_task(env: VectorEnv, name: str) -> int:
+    """The index of the task that the training environments run. Raises ``BenchError`` if they run several."""
+    tasks = np.unique(env.env_tasks)  # type: ignore[attr-defined]  # of the training environments
+    if len(tasks) > 1:
+        hint = "Use the protocol sequential, single or balanced, or an agent without heads, such as trpo."
+        message = f"The agent learns a single task at a time, but the environments run {len(tasks)} tasks."
+        raise BenchError("single-task-agent", message, name, hint)
+    return int(tasks[0])
+
+
+def rows_of(learned: Mapping[int, Row], present: int) -> list[Row]:
+    """What is published for each task, from what was learned by task: a list up to the last learned task.
+
+    A task that was not learned yet has what the present task has. One more row follows if the present task is
+    not the last one, because a policy uses its last row for all later tasks.
+    """
+    rows = [learned.get(task, learned[present]) for task in range(max(learned) + 1)]
+    return rows if present == max(learned) else [*rows, learned[present]]
 
 
 @dataclass(frozen=True)
@@ -58,14 +80,7 @@ class MultiHead(Trpo):
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
-        tasks = np.unique(env.env_tasks)  # type: ignore[attr-defined]  # of the training environments
-        if len(tasks) > 1:
-            hint = "Use the protocol sequential, single or balanced, or an agent without heads, such as trpo."
-            message = (
-                f"The agent learns a single task at a time, but the environments run {len(tasks)} tasks."
-            )
-            raise BenchError("single-task-agent", message, self.name, hint)
-        self._task = int(tasks[0])
+        self._task = single_task(env, self.name)
         self._begin(self._task)
         super().learn(env, steps)
         self._heads[self._task] = Head(self._theta[self._hidden :].copy(), self._moments, self._number)
@@ -92,35 +107,13 @@ class MultiHead(Trpo):
         """
         if not self._heads:
             return super().policy()
-        present = self._heads[self._task]
-        rows = [self._heads.get(task, present) for task in range(max(self._heads) + 1)]
-        if rows[-1] is not present:  # a policy uses its last row for all later tasks
-            rows.append(present)
-        sizes, box = self._architecture.sizes, (self._middle, self._half)
-        whole = [np.concatenate([self._theta[: self._hidden], row.parameters]) for row in rows]
-        is_deterministic = self._settings.deterministic_evaluation
-        policy = policies.exported(
-            self._architecture, whole[0], rows[0].moments, box, deterministic=is_deterministic
-        )
-        own = zip(*(policies.layers(sizes, theta)[self._shared :] for theta in whole), strict=True)
-        stacks = [[np.stack(part) for part in zip(*layer, strict=True)] for layer in own]
-        policy = replace(
-            policy,
-            weights=(*policy.weights[: self._shared], *(weights for weights, _ in stacks)),
-            biases=(*policy.biases[: self._shared], *(biases for _, biases in stacks)),
-            log_sigma=np.stack([theta[-sizes[-1] :] for theta in whole]),
-        )
-        if policy.observation_mean is not None:
-            means, scales = [row.moments.mean for row in rows], [policies.scale(row.moments) for row in rows]
-            policy = replace(policy, observation_mean=np.stack(means), observation_scale=np.stack(scales))
-        if (masks := self._masks(rows)) is None:
-            return policy
-        views = [[weights for weights, _ in policies.layers(sizes[:-1], mask)] for mask in masks]
-        return replace(policy, masks=(*(np.stack(layer) for layer in zip(*views, strict=True)), None))
+        return by_task([self._policy_of(head) for head in rows_of(self._heads, self._task)], self._shared)
 
-    def _masks(self, rows: Sequence[Head]) -> list[Array] | None:
-        """True for the hidden parameters that each row uses (h,); None if it uses all."""
-        return None
+    def _policy_of(self, head: Head) -> Policy:
+        """The policy in a finished task."""
+        theta = np.concatenate([self._theta[: self._hidden], head.parameters])
+        network, box = (self._architecture, theta, head.moments), (self._middle, self._half)
+        return policies.exported(*network, box, deterministic=self._settings.deterministic_evaluation)
 
     def card(self) -> Card:
         """The card of ``trpo`` with the parameters of all heads, and ``copy_head`` if it is used."""

@@ -1,6 +1,6 @@
 """PackNet on TRPO: prune, freeze, retrain (Mallya and Lazebnik 2018; Wolczyk et al. 2021)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.baselines.algorithms.multi_head import Head, MultiHead
 from gym_extensions.baselines.trust_region import policy, values
+from gym_extensions.submissions.policies.mlp import Policy
 
 RETRAIN_SHARE = 0.2  # this project; Wolczyk et al. 2021 retrain on stored transitions instead
 FREE, BIAS = 0, -1
@@ -108,8 +109,9 @@ class PackNet(MultiHead):
         hidden = np.where(visible(self._owners, head.number), self._theta[: self._hidden], 0)
         return np.concatenate([hidden.astype(self._theta.dtype), head.parameters])
 
-    def _masks(self, rows: Sequence[Head]) -> list[Array]:
-        return [visible(self._owners, row.number) for row in rows]
+    def _policy_of(self, head: Head) -> Policy:
+        layers = policy.layers(self._architecture.sizes[:-1], visible(self._owners, head.number))
+        return replace(super()._policy_of(head), masks=(*(weights for weights, _ in layers), None))
 
     def card(self) -> Card:
         """The card of ``multi-head`` with the share of a task's budget after pruning."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -214,6 +215,27 @@ class Policy:
         module, inputs = self.to_torch(task), self.weights[0].shape[-2:-1]
         noise = self.num_actions if self.head == "gaussian" else 0
         return from_torch(module, inputs, noise=noise, dtype=self.observation_dtype).to_onnx(path)
+
+
+def by_task(policies: Sequence[Policy], shared: int = 0) -> Policy:
+    """One policy with a row per task, the policies of the tasks in order.
+
+    The first ``shared`` layers have the same weights and biases in all policies, and no axis of tasks. Masks
+    always have one.
+    """
+    values: dict[str, Any] = {}
+    for name in (field.name for field in fields(Policy)):
+        rows = [getattr(policy, name) for policy in policies]
+        if name in LAYER_FIELDS:
+            layers = [list(layer) for layer in zip(*rows, strict=True)]
+            same = 0 if name == "masks" else shared
+            values[name] = tuple(
+                layer[0] if number < same or layer[0] is None else np.stack(layer)
+                for number, layer in enumerate(layers)
+            )
+        else:
+            values[name] = np.stack(rows) if KEYS[name].has_tasks and rows[0] is not None else rows[0]
+    return Policy(**values)
 
 
 def _copied(values: Any) -> Array:

@@ -1,0 +1,415 @@
+"""Additions to the actor of a Stable-Baselines3 model: reset, snapshots, cloning, online EWC and PackNet.
+
+The model trains as it is. An addition sees the parameters, the gradients and stored observations of its
+:class:`Actor`, not the learner: hooks around the steps of torch's optimizer add the gradient of a penalty, or
+mask gradients and restore values; a callback collects observations. So the same addition fits PPO, SAC and
+every algorithm whose actor is a Gaussian perceptron. Only the actor is held; critics, entropy coefficient and
+replay buffer belong to the learner. TRPO has its own form of a penalty (``continual``), because its step
+needs the curvature; both read the same formulas.
+
+Example:
+    >>> from stable_baselines3 import PPO
+    >>> from gym_extensions.baselines import sb3
+    >>> with_addition(sb3(PPO, n_steps=250), "cloning", coefficient=0.5).card.algorithm
+    'sb3-ppo-cloning'
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from torch.distributions import Normal, kl_divergence
+
+from gym_extensions.baselines.adapters import sb3_policy
+from gym_extensions.baselines.adapters.sb3 import Sb3Agent, Sb3Factory
+from gym_extensions.baselines.agent import Array, Card, Context, Setting, VectorEnv
+from gym_extensions.baselines.algorithms import continual, multi_head, packnet
+from gym_extensions.baselines.generators import spawn_seeds
+from gym_extensions.baselines.trust_region.policy import layers
+from gym_extensions.errors import BenchError, require_known
+from gym_extensions.submissions.manifest import Observes
+from gym_extensions.submissions.policies.mlp import Policy, by_task
+
+STATES_PER_STEP = 256
+"""Stored states on which ``cloning`` compares policies in one step of the optimizer, drawn anew for each."""
+
+
+def flat(tensors: Iterable[torch.Tensor]) -> Array:
+    """Tensors as one vector, weights as (in, out): the order of :mod:`.trust_region.policy`."""
+    return np.concatenate([each.detach().t().numpy().ravel() for each in tensors])
+
+
+def write(values: Array, tensors: Iterable[torch.Tensor]) -> None:
+    """Sets tensors to the values of such a vector."""
+    start = 0
+    for each in tensors:
+        part = torch.as_tensor(values[start : start + each.numel()])
+        each.detach().t().copy_(part.view(each.t().shape))
+        start += each.numel()
+
+
+class Actor:
+    """The Gaussian policy of a model: hidden layers, and a head of the layer of the mean and log σ.
+
+    ``parts`` are its parameters, those of the hidden layers first, and ``sizes`` the widths of all layers.
+
+    Raises ``BenchError`` (``no-actor``) if the model has no such policy; it names ``name``.
+    """
+
+    def __init__(self, model: BaseAlgorithm, name: str) -> None:
+        self.policy: Any = model.policy
+        plain = dict[str, Any]()
+        with suppress(*sb3_policy.NOT_PLAIN):
+            plain = sb3_policy.plain_parts(model)
+        is_flax, uses_sde = hasattr(self.policy, "actor_state"), getattr(model, "use_sde", False)
+        if "log_sigma" not in plain or is_flax or uses_sde:
+            message = f"{type(model).__name__} has no actor network that an addition can see: a multilayer "
+            message += "perceptron of PyTorch with the mean and log σ of a Gaussian."
+            hint = "Use PPO, A2C or SAC of Stable-Baselines3 with MlpPolicy, without use_sde, or no addition."
+            raise BenchError("no-actor", message, name, hint)
+        owner: Any = self.policy.actor if self.policy.squash_output else self.policy
+        if self.policy.squash_output:  # SAC and TQC
+            hidden, head = owner.latent_pi, [*owner.mu.parameters(), *owner.log_std.parameters()]
+        else:
+            hidden, head = owner.mlp_extractor.policy_net, [*owner.action_net.parameters(), owner.log_std]
+        self.parts: list[torch.Tensor] = [*hidden.parameters(), *head]
+        self.optimizer: torch.optim.Optimizer = owner.optimizer  # that of PPO and A2C has the critic, too
+        self.num_hidden = sum(each.numel() for each in hidden.parameters())
+        self.sizes = (len(plain["weights"][0]), *(weights.shape[1] for weights in plain["weights"]))
+
+    @property
+    def theta(self) -> Array:
+        """The parameters (p,)."""
+        return flat(self.parts)
+
+    @property
+    def gradients(self) -> list[torch.Tensor]:
+        """Those of the parts, in a step of the optimizer."""
+        return [each.grad for each in self.parts if each.grad is not None]
+
+    def gaussian(self, inputs: torch.Tensor) -> Normal:
+        """The distributions of the actions for inputs (n, o).
+
+        SAC's are those before its tanh, which changes neither KL nor Fisher matrix.
+        """
+        if not self.policy.squash_output:
+            return self.policy.get_distribution(inputs).distribution
+        mean, log_sigma, _ = self.policy.actor.get_action_dist_params(inputs)
+        return Normal(mean, log_sigma.exp())
+
+    def fisher(self, inputs: torch.Tensor) -> Array:
+        """The diagonal of the Fisher matrix (p,), a mean over inputs (n, o), exact over actions.
+
+        It is Σₐ (∂μₐ/∂θᵢ)² / σₐ² + 2 (∂ log σₐ/∂θᵢ)², as of ``continual.diagonal_fisher``.
+        """
+        total = np.zeros(sum(each.numel() for each in self.parts))
+        for state in inputs:
+            normal = self.gaussian(state[None])
+            scaled = torch.cat([normal.mean / normal.stddev.detach(), math.sqrt(2) * normal.stddev.log()], 1)
+            for each in scaled[0]:
+                slope = torch.autograd.grad(each, self.parts, retain_graph=True, materialize_grads=True)
+                total += flat(slope) ** 2
+        return total / len(inputs)
+
+
+class Addition(Sb3Agent):
+    """An SB3 agent whose actor has an addition. Subclasses override the methods that theirs needs."""
+
+    title: ClassVar[str]
+    text: ClassVar[str]
+    settings: ClassVar[dict[str, Setting]] = {}  # the defaults
+    observed: ClassVar[Observes] = Observes(boundaries=True)
+
+    def __init__(self, spaces: Any, seed: int, options: Sb3Factory) -> None:
+        super().__init__(spaces, seed, options)
+        self.observes, self._method = self.observed, dict[str, Any](options.method)
+        self._stored, self._most_stored = dict[str, Array](), 0
+        self._actor()  # refused before training
+
+    def _actor(self) -> Actor:
+        return Actor(self._model, self._options.card.algorithm)
+
+    def _train(self, steps: int, *callbacks: Callable[..., bool]) -> None:
+        actor, taken = self._actor(), 0
+        sample = continual.StateSample(self._method.get("states_per_task", 0), steps)
+
+        def watch(local: dict[str, Any], _: object) -> bool:
+            nonlocal taken
+            seen = self._normalizer.get_original_obs() if self._normalizer else local["new_obs"]
+            taken += len(seen)
+            sample.add(np.asarray(seen))
+            self._after_observing(actor, taken)
+            return True
+
+        self._begin(actor, steps)
+        hooks = (  # a saved optimizer has none, so every stage sets its own
+            actor.optimizer.register_step_pre_hook(lambda *_: self._before_step(actor)),
+            actor.optimizer.register_step_post_hook(lambda *_: self._after_step(actor)),
+        )
+        try:
+            super()._train(steps, watch, *callbacks)
+        finally:
+            for hook in hooks:
+                hook.remove()
+        held = len(sample.observations) + len(self._stored.get("observations", ()))
+        self._most_stored = max(self._most_stored, held)
+        self._end(actor, sample.observations)
+
+    def _begin(self, actor: Actor, steps: int) -> None:
+        """The start of a task."""
+
+    def _after_observing(self, actor: Actor, taken: int) -> None:
+        """After a step of all environments, when so many steps of the task are taken."""
+
+    def _before_step(self, actor: Actor) -> None:
+        """Before a step of the optimizer: changes the gradients."""
+
+    def _after_step(self, actor: Actor) -> None:
+        """After a step of the optimizer: changes the parameters."""
+
+    def _end(self, actor: Actor, observations: Array) -> None:
+        """The end of a task, of which these observations (n, o) were sampled."""
+
+    def _inputs(self, observations: Array) -> torch.Tensor:
+        """The inputs of the actor, with the present statistics of the observations."""
+        if self._normalizer is not None:
+            observations = np.asarray(self._normalizer.normalize_obs(observations))
+        return torch.as_tensor(observations, dtype=torch.float32)
+
+    def _fresh(self, number: int) -> Sb3Agent:
+        """An untrained agent without the addition, with other random numbers for every number from 1 on."""
+        return Sb3Agent(self._spaces, spawn_seeds(self._seed, number)[-1], self._options)
+
+    def card(self) -> Card:
+        card = super().card()
+        return replace(card, stored_steps=card.stored_steps + self._most_stored)
+
+
+class Reset(Addition):
+    """A fresh model for every task after the first, with its critics, statistics and replay buffer."""
+
+    title, text = "reset", "a fresh model for every task: no transfer and no memory"
+
+    def learn(self, env: VectorEnv, steps: int) -> None:
+        if self._trained:
+            fresh = vars(self._fresh(1))
+            names = ("_seed", "_model", "_size", "_learning", "_normalizer", "_trained")
+            vars(self).update({name: fresh[name] for name in names})
+        super().learn(env, steps)
+
+
+class Penalized(Addition):
+    """A penalty. Its gradient is added before each step of the optimizer, after SB3 clipped the learner's."""
+
+    settings: ClassVar[dict[str, Setting]] = {
+        "coefficient": 0.1,
+        "states_per_task": continual.STATES_PER_TASK,
+    }
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._draws = np.random.default_rng(self._seed)
+
+    def _before_step(self, actor: Actor) -> None:
+        if self._method["coefficient"] and self._stored:
+            write(flat(actor.gradients) + self._penalty_gradient(actor), actor.gradients)
+
+    def _penalty_gradient(self, actor: Actor) -> Array:
+        """The gradient of the penalty (p,)."""
+        raise NotImplementedError
+
+
+class Cloning(Penalized):
+    """Penalty c · mean KL(old ‖ new) over stored states of earlier tasks, of which each step draws some."""
+
+    title, text = "behavioral cloning", "a penalty on KL(old ‖ new policy) in stored states of each task"
+
+    def _penalty_gradient(self, actor: Actor) -> Array:
+        rows = self._draws.integers(len(self._stored["observations"]), size=STATES_PER_STEP)
+        means, sigmas = (torch.as_tensor(self._stored[name][rows]) for name in ("means", "sigmas"))
+        old = Normal(means, sigmas)
+        new = actor.gaussian(self._inputs(self._stored["observations"][rows]))
+        penalty = self._method["coefficient"] * kl_divergence(old, new).sum(1).mean()
+        return flat(torch.autograd.grad(penalty, actor.parts))
+
+    def _end(self, actor: Actor, observations: Array) -> None:
+        with torch.no_grad():
+            policy = actor.gaussian(self._inputs(observations))
+        new = {"means": policy.mean.numpy(), "sigmas": policy.stddev.numpy(), "observations": observations}
+        self._stored = continual.appended(self._stored, new)
+
+
+class OnlineEwc(Penalized):
+    """Penalty c/2 · Σᵢ ωᵢ (θᵢ − θ*ᵢ)² of ``online-ewc``."""
+
+    title, text = "online EWC", "online elastic weight consolidation of its actor"
+    settings: ClassVar[dict[str, Setting]] = Penalized.settings | {"decay": continual.OnlineEwc.decay}
+
+    def _penalty_gradient(self, actor: Actor) -> Array:
+        stored = self._stored["importance"], self._stored["anchor"]
+        return continual.Quadratic(self._method["coefficient"], *stored).gradient(actor.theta)
+
+    def _end(self, actor: Actor, observations: Array) -> None:
+        fisher, before = actor.fisher(self._inputs(observations)), self._stored.get("importance")
+        importance = continual.accumulated(fisher, before, self._method["decay"])
+        self._stored = {"anchor": actor.theta, "importance": importance}
+
+
+class Snapshots(Addition):
+    """A copy of the policy per task. It learns as its base does; the task label picks the copy."""
+
+    title, text = "snapshots", "a copy of its policy per learned task; it observes the task"
+    observed = multi_head.MultiHead.observes
+    shares_hidden_layers = False
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._task, self._kept = 0, dict[int, Policy]()
+
+    def learn(self, env: VectorEnv, steps: int) -> None:
+        """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
+        self._task = multi_head.single_task(env, self._options.card.algorithm)
+        self._num_tasks = int(env.num_tasks)  # type: ignore[attr-defined]  # of the training environments
+        super().learn(env, steps)
+        self._kept[self._task] = self._present()
+
+    def _present(self) -> Policy:
+        """The model's policy. It is plain, because the model has an ``Actor``."""
+        policy = super().policy()
+        assert isinstance(policy, Policy)
+        return policy
+
+    def _policy_of(self, task: int) -> Policy:
+        """The policy in a finished task."""
+        return self._kept[task]
+
+    def policy(self) -> Policy:
+        """The policy as plain arrays, with a row per task as that of ``multi-head``."""
+        if not self._kept:
+            return self._present()
+        rows = multi_head.rows_of({task: self._policy_of(task) for task in self._kept}, self._task)
+        return by_task(rows, len(rows[0].weights) - 1 if self.shares_hidden_layers else 0)
+
+    def act(self, observations: Array, context: Context | None = None) -> Array:
+        """Acts as in the context's task; without a context, as in the present one."""
+        if context is not None and context.task in self._kept:
+            return self._policy_of(context.task).act(observations)
+        return super().act(observations, context)
+
+    def card(self) -> Card:
+        """The card with the parameters of all copies."""
+        card, actor = super().card(), self._actor()
+        copied = len(actor.theta) - (actor.num_hidden if self.shares_hidden_layers else 0)
+        return replace(card, parameters=card.parameters + max(len(self._kept) - 1, 0) * copied)
+
+
+class PackNet(Snapshots):
+    """The schedule and the ownership of weights of ``packnet``, in the hidden layers of the actor.
+
+    A task has its own head, the layer of the mean and log σ (SAC's layer of it), which starts as in a new
+    model, and its own statistics of the observations. The critics have no heads and no owners, as the value
+    function of ``packnet``. When a task begins or prunes, the optimizer's moments of the actor are those of
+    other weights, so they start anew. After each step, what is not trainable gets its value back.
+    """
+
+    title, text = "PackNet", "PackNet: tasks own weights of its actor and a head; it observes the task"
+    settings: ClassVar[dict[str, Setting]] = {"retrain_share": packnet.RETRAIN_SHARE}
+    shares_hidden_layers = True
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._owners = packnet.no_owners(self._actor().sizes)
+        self._numbers: dict[int, int] = {}  # by task: 1 for the one that was learned first
+
+    def _begin(self, actor: Actor, steps: int) -> None:
+        self._numbers[self._task] = number = len(self._numbers) + 1
+        self._left = max(self._num_tasks - number, 0)
+        self._prune_at = (1 - self._method["retrain_share"]) * steps if self._left else math.inf
+        if number > 1:
+            fresh = Actor(self._fresh(number)._model, "").theta[actor.num_hidden :]
+            write(np.concatenate([actor.theta[: actor.num_hidden], fresh]), actor.parts)
+        self._train_only(actor, pruned=False)
+
+    def _train_only(self, actor: Actor, pruned: bool) -> None:
+        """What a task may train before or after it prunes; the optimizer forgets its moments."""
+        own = packnet.trainable(self._owners, self._numbers[self._task], pruned)
+        head = np.ones(len(actor.theta) - actor.num_hidden, bool)
+        self._pruned, self._trainable = pruned, np.concatenate([own, head])
+        for each in actor.parts:
+            actor.optimizer.state.pop(each, None)
+
+    def _after_observing(self, actor: Actor, taken: int) -> None:
+        # In the first step of a rollout: the update before it used what was collected.
+        if taken > self._prune_at and not self._pruned:
+            self._prune(actor)
+
+    def _prune(self, actor: Actor) -> None:
+        theta, number, share = actor.theta, self._numbers[self._task], 1 / (self._left + 1)
+        hidden = theta[: actor.num_hidden]
+        self._owners = packnet.claimed(actor.sizes, self._owners, hidden, number, share)
+        hidden[self._owners == packnet.FREE] = 0
+        write(theta, actor.parts)
+        self._train_only(actor, pruned=True)
+
+    def _before_step(self, actor: Actor) -> None:
+        self._before = actor.theta
+        write(flat(actor.gradients) * self._trainable, actor.gradients)
+
+    def _after_step(self, actor: Actor) -> None:
+        write(np.where(self._trainable, actor.theta, self._before), actor.parts)
+
+    def _end(self, actor: Actor, observations: Array) -> None:
+        if not self._pruned:
+            self._prune(actor)
+
+    def _policy_of(self, task: int) -> Policy:
+        """The head of the task on the present hidden layers, without the weights of later tasks."""
+        own, present = self._kept[task], self._present()
+        mask = packnet.visible(self._owners, self._numbers[task])
+        return replace(
+            own,
+            weights=(*present.weights[:-1], own.weights[-1]),
+            biases=(*present.biases[:-1], own.biases[-1]),
+            masks=(*(weights for weights, _ in layers(self._actor().sizes[:-1], mask)), None),
+        )
+
+
+ADDITIONS: Mapping[str, type[Addition]] = {
+    "reset": Reset,
+    "snapshots": Snapshots,
+    "cloning": Cloning,
+    "online-ewc": OnlineEwc,
+    "packnet": PackNet,
+}
+"""The additions by name."""
+
+
+def with_addition(base: Sb3Factory, addition: str, **settings: Setting) -> Sb3Factory:
+    """The factory of the same agents with an addition to their actor.
+
+    Args:
+        base: of :func:`gym_extensions.baselines.sb3`, or of the agent ``ppo`` or ``sac64``.
+        addition: a key of ``ADDITIONS``.
+        settings: of the addition: ``coefficient``, ``states_per_task``, ``decay``, ``retrain_share``.
+
+    Raises:
+        BenchError: there is no such addition or setting. The factory raises it (``no-actor``) if the
+            algorithm has no actor network that the addition can see.
+    """
+    require_known("addition", addition, ADDITIONS, "with_addition()")
+    kind, name = ADDITIONS[addition], base.card.algorithm
+    for each in settings:
+        require_known("setting", each, kind.settings, f"with_addition(), {addition}")
+    card = replace(
+        base.card,
+        algorithm=f"{name}-{addition}",
+        title=f"{base.card.title or name} + {kind.title}",
+        description=f"The agent {name} with {kind.text}.",
+        parent="" if kind is PackNet else name,  # the first task's weights are pruned
+    )
+    return replace(base, card=card, kind=kind, method={**kind.settings, **settings})
