@@ -12,6 +12,7 @@ import importlib
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ import pytest
 from gym_extensions.catalog import protocol as prescribed
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import TaskGroup, group
+from gym_extensions.errors import BenchError
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.submissions import run as documents
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
@@ -30,6 +32,17 @@ from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.review import Review, Verification, write_review
+
+
+@contextmanager
+def refused(code: str, *facts: str, where: str | None = None) -> Iterator[None]:
+    """What is done inside raises a ``BenchError`` with this code, whose text has these facts."""
+    with pytest.raises(BenchError) as error:
+        yield
+    assert error.value.code == code
+    assert where is None or error.value.where == where
+    for fact in facts:
+        assert fact in str(error.value)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

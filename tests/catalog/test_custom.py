@@ -20,6 +20,8 @@ from gym_extensions.catalog.variations import (
 )
 from gym_extensions.errors import BenchError
 
+from ..conftest import refused
+
 WORD: Any = "no"
 
 
@@ -88,9 +90,8 @@ def test_a_value_that_no_simulation_can_have_is_refused(make: Callable[[], objec
 def test_a_limb_is_named_and_has_a_mass_that_mujoco_simulates() -> None:
     parts: Any = ["Foot", "Leg"]
     for variation, code in ((LimbScale(parts, 1.2), "bad-value"), (LimbScale("Foot", 1e-9), "bad-model")):
-        with pytest.raises(BenchError) as caught:
+        with refused(code):
             envs.make("Hopper", variations=[variation])
-        assert caught.value.code == code
 
 
 @pytest.mark.parametrize(

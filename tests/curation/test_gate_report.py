@@ -10,9 +10,9 @@ import pytest
 
 from gym_extensions.curation import gate_report
 from gym_extensions.curation.cli import check_pr as main
-from gym_extensions.errors import BenchError
 from gym_extensions.submissions.problem import Problem
 
+from ..conftest import refused
 from .repositories import commit
 
 REPORT = gate_report.GateReport(
@@ -55,16 +55,14 @@ def test_a_report_is_read_back_as_it_was() -> None:
 def test_a_value_that_the_gate_never_writes_is_refused(key: str, value: object) -> None:
     values = {**json.loads(REPORT.to_json()), key: value}
     text = json.dumps(values, sort_keys=True, ensure_ascii=False, indent=1) + "\n"
-    with pytest.raises(BenchError) as error:
+    with refused("malformed-report"):
         gate_report.read_report(text.encode())
-    assert error.value.code == "malformed-report"
 
 
 @pytest.mark.parametrize("data", [b"", b"[]", b"\xff", b"x" * (gate_report.MAX_BYTES + 1)])
 def test_bytes_that_are_not_a_report_are_refused(data: bytes) -> None:
-    with pytest.raises(BenchError) as error:
+    with refused("malformed-report"):
         gate_report.read_report(data)
-    assert error.value.code == "malformed-report"
 
 
 def test_the_comment_says_what_was_proven() -> None:

@@ -14,8 +14,8 @@ from gym_extensions.envs import customize, make, make_vec
 from gym_extensions.envs.effects import move
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.range_beams import beam_noise, disturb
-from gym_extensions.errors import BenchError
 
+from ..conftest import refused
 from .resets import assert_uniform, states_after_reset
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
@@ -116,9 +116,8 @@ def test_a_variation_that_does_not_fit_raises_an_error(
     base: str, variations: list[Variation], code: str
 ) -> None:
     for make_one in (make, lambda *args: make_vec(customize(*args), 2)):
-        with pytest.raises(BenchError) as caught:
+        with refused(code):
             make_one(base, variations)
-        assert caught.value.code == code
 
 
 @pytest.mark.parametrize("body", BODIES)

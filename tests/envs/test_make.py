@@ -18,6 +18,7 @@ from gym_extensions.envs import Gravity, MovingGoal, RangeSensor, Wall, make, ma
 from gym_extensions.envs.make import construct
 from gym_extensions.errors import BenchError
 
+from ..conftest import refused
 from .mujoco.test_vector_env import KINDS
 
 ID = "gym_extensions/HopperGravityHalf-v0"
@@ -58,9 +59,8 @@ def test_no_keyword_makes_another_task_under_a_published_id() -> None:
     for make_one in (gym.make, gym.make_vec):
         with pytest.raises(TypeError):
             make_one(ID, task="Hopper")
-    with pytest.raises(BenchError) as caught:
+    with refused("changed-task", where=ID):
         make(Task("HopperGravityHalf", "Hopper", (Gravity(0.1),)))
-    assert (caught.value.code, caught.value.where) == ("changed-task", ID)
 
 
 @pytest.mark.parametrize(
@@ -70,9 +70,8 @@ def test_no_keyword_makes_another_task_under_a_published_id() -> None:
 def test_environments_that_are_stepped_together_have_their_limit_and_no_pictures(
     keywords: Any, code: str
 ) -> None:
-    with pytest.raises(BenchError) as caught:
+    with refused(code, where=ID):
         gym.make_vec(ID, 2, **keywords)
-    assert (caught.value.code, caught.value.where) == (code, ID)
 
 
 def test_ids_are_found_by_the_prefix_form() -> None:
@@ -170,10 +169,8 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
 
 @pytest.mark.parametrize(("mistake", "code", "fact"), MISTAKES)
 def test_a_mistake_is_named(mistake: Callable[[], object], code: str, fact: str) -> None:
-    with pytest.raises(BenchError) as caught:
+    with refused(code, fact):
         mistake()
-    assert caught.value.code == code
-    assert fact in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["Hopper", "State-Based-Navigation-2d-Map0-Goal0"])

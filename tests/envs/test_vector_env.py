@@ -19,6 +19,8 @@ from gym_extensions.catalog.tasks import FAMILIES, customize
 from gym_extensions.envs import Wall, make, make_vec as typed_make_vec
 from gym_extensions.errors import BenchError
 
+from ..conftest import refused
+
 HOPPERS = ["HopperGravityHalf", "Hopper", "HopperGravityOneAndHalf"]
 MAPS = [pattern.format(map=0, goal=0) for pattern in FAMILIES.values()]
 
@@ -251,10 +253,8 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
 
 @pytest.mark.parametrize(("mistake", "code", "fact"), MISTAKES)
 def test_a_mistake_is_named(mistake: Callable[[], object], code: str, fact: str) -> None:
-    with pytest.raises(BenchError) as caught:
+    with refused(code, fact):
         mistake()
-    assert caught.value.code == code
-    assert fact in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["Hopper", MAPS[0]])

@@ -8,12 +8,13 @@ import pytest
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
-from gym_extensions.errors import BenchError
 from gym_extensions.references import References, path_of
 from gym_extensions.scoring.pipeline import Scorer, make_scorer, score_folders, scorecard_document, scorecards
 from gym_extensions.submissions import reader
 from gym_extensions.submissions.layout import submission_folders
 from gym_extensions.submissions.reader import read
+
+from ..conftest import refused
 
 Write = Callable[..., Path]
 PROTOCOLS = ("sequential", "single", "joint")
@@ -69,6 +70,5 @@ def test_workers_do_not_matter(many: Path, references: References) -> None:
 def test_every_task_of_a_custom_group_needs_a_reference(tmp_path: Path) -> None:
     group = TaskGroup("mine", (Task("MyHopper", "Hopper"),))
     path = path_of("1")
-    with pytest.raises(BenchError, match="MyHopper") as raised:
+    with refused("missing-reference", "MyHopper", where=str(path)):
         make_scorer([group], path)
-    assert (raised.value.code, raised.value.where) == ("missing-reference", str(path))

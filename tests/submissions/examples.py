@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from gym_extensions.submissions.problem import Problem
 
@@ -41,17 +40,6 @@ class Example:
     group: str = GROUP
     count: int = 1
     """The number of problems of the rule."""
-
-
-Check = Callable[[Example], None]
-"""Changes a valid submission and compares its problems with the expected ones."""
-
-
-def parametrize(examples: tuple[Example, ...]) -> pytest.MarkDecorator:
-    """One test per example, named after its rule and title."""
-    return pytest.mark.parametrize(
-        "example", examples, ids=lambda example: f"{example.rule}: {example.title}"
-    )
 
 
 def found(problems: tuple[Problem, ...]) -> list[tuple[str, str]]:

@@ -6,12 +6,8 @@ from pathlib import Path
 from gym_extensions.submissions.problem import PROBLEMS_LISTED, Problem, escape, summarize
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import VERIFIED, level
-from gym_extensions.submissions.rules import RULES
 
 from .examples import DOCUMENT, GROUP, LOG, TOML, CopySubmission, cell, edit, put, remove, rules
-from .rules import test_agent, test_folder, test_log, test_manifest, test_policies, test_run_document
-
-TABLES = (test_agent, test_folder, test_manifest, test_run_document, test_log, test_policies)
 
 
 def test_a_submission_has_its_logs_documents_and_review(make_submission: Callable[..., Path]) -> None:
@@ -29,12 +25,6 @@ def test_a_submission_has_its_logs_documents_and_review(make_submission: Callabl
     assert len(read_.documents) == 10
     assert read_.memory is not None
     assert read_.memory.parameters_last == 100
-
-
-def test_every_rule_has_an_example() -> None:
-    elsewhere = {"unreadable-file"}  # test_an_unreadable_file_is_named
-    examples = [example.rule for module in TABLES for example in module.EXAMPLES]
-    assert {*examples, *elsewhere} == set(RULES)
 
 
 def test_the_only_run_without_its_document_is_a_problem(make_submission: Callable[..., Path]) -> None:

@@ -248,267 +248,221 @@ class Agent:
             env.step(self.act(numpy.zeros(env.num_envs)))
 
 """
-FRAMES = "from gym_extensions.baselines.isolated import frames; writer = int(sys.argv[2])\n"
+FRAMES = """
+from gym_extensions.baselines import Card, Policy
+from gym_extensions.baselines.isolated import frames
+
+writer, ones = int(sys.argv[2]), numpy.ones(3)
+
+
+def policy(offset=0, packs=None, **arrays):
+    if packs:
+        frames.packed = lambda _: ([("weight_0", *packs)], bytes(8))
+    return Policy(action_offset=offset * ones, action_scale=ones, **arrays)
+
+"""
+METHODS = {
+    "make": "make(self)",
+    "act": "act(self, observations)",
+    "learn": "learn(self, env, steps)",
+    "policy": "policy(self)",
+    "save": "save(self, path)",
+    "card": "card(self)",
+}
 
 
 class Ending(NamedTuple):
-    """What an agent does in one of its methods, the code of the error of the world, and words in it."""
+    """What an agent does in one of its methods, words in the error of the world, and its code."""
 
     name: str
-    method: str
     program: str
-    code: str
     words: str
+    code: str = "agent-failed"
+    method: str = "make"
+    """Empty for what the file does when it is imported."""
 
 
 ENDINGS = (
     Ending(
         "does not import",
-        "",
         "import no_such_package",
-        "agent-failed",
         "ModuleNotFoundError: No module named 'no_such_package' (agent.py, line",
+        method="",
     ),
-    Ending("has a syntax error", "", "def (:", "agent-failed", "SyntaxError"),
-    Ending("has no such factory", "", "del Agent", "agent-failed", "no attribute 'Agent'"),
-    Ending("needs MuJoCo", "", "import mujoco", "agent-failed", "No module named 'mujoco'"),
-    Ending(
-        "fails",
-        "make(self)",
-        "print('before the end'); 1 / 0",
-        "agent-failed",
-        "ZeroDivisionError: division by zero (agent.py, line",
-    ),
-    Ending(
-        "prints what a terminal obeys",
-        "make(self)",
-        r"print('\x1b[2Jred'); 1 / 0",
-        "agent-failed",
-        r"| \x1b[2Jred",
-    ),
-    Ending("ends Python", "make(self)", "sys.exit(7)", "agent-failed", "SystemExit: 7"),
+    Ending("has a syntax error", "def (:", "SyntaxError", method=""),
+    Ending("has no such factory", "del Agent", "no attribute 'Agent'", method=""),
+    Ending("needs MuJoCo", "import mujoco", "No module named 'mujoco'", method=""),
+    Ending("fails", "print('before the end'); 1 / 0", "ZeroDivisionError: division by zero (agent.py, line"),
+    Ending("prints what a terminal obeys", r"print('\x1b[2Jred'); 1 / 0", r"| \x1b[2Jred"),
+    Ending("ends Python", "sys.exit(7)", "SystemExit: 7"),
     Ending(
         "ends its process",
-        "make(self)",
         "print('bye', flush=True); os._exit(3)",
-        "agent-ended",
         "ended with status 3. It printed last:\n  | bye",
-    ),
-    Ending("crashes", "make(self)", "ctypes.string_at(0)", "agent-ended", "status 139"),
-    Ending(
-        "calls the kernel as x32",
-        "make(self)",
-        "libc.syscall(0x40000000 + 39)",
         "agent-ended",
-        "made a system call of x32",
     ),
-    Ending("loops", "make(self)", "while True: pass", "agent-cpu", "used up its 2 seconds of processor time"),
+    Ending("crashes", "ctypes.string_at(0)", "status 139", "agent-ended"),
+    Ending(
+        "calls the kernel as x32", "libc.syscall(0x40000000 + 39)", "made a system call of x32", "agent-ended"
+    ),
+    Ending("loops", "while True: pass", "used up its 2 seconds of processor time", "agent-cpu"),
     Ending(
         "loops in threads",
-        "make(self)",
         "for _ in range(3): threading.Thread(target=lambda: [0 for _ in iter(int, 1)]).start()",
-        "agent-cpu",
         "used up its 2 seconds",
+        "agent-cpu",
     ),
     Ending(
         "loops and ignores the signal",
-        "make(self)",
         "import signal; signal.signal(signal.SIGXCPU, signal.SIG_IGN)\n        while True: pass",
-        "agent-ended",
         "was killed",
+        "agent-ended",
     ),
-    Ending("sleeps", "make(self)", "import time; time.sleep(99)", "agent-slow", "wait for 3 seconds"),
+    Ending("sleeps", "import time; time.sleep(99)", "wait for 3 seconds", "agent-slow"),
     Ending(
         "prints gigabytes",
-        "make(self)",
         "while True: os.write(1, b'x' * 65536)",
-        "agent-output",
         "printed more than 1,048,576 bytes",
+        "agent-output",
     ),
-    Ending("forks for ever", "make(self)", "while True: os.fork()", "agent-failed", "PermissionError"),
-    Ending(
-        "sends garbage",
-        "make(self)",
-        "os.write(writer, b'?' * 99)",
-        "agent-frames",
-        "the unexpected byte b'?'",
-    ),
+    Ending("forks for ever", "while True: os.fork()", "PermissionError"),
+    Ending("sends garbage", "os.write(writer, b'?' * 99)", "the unexpected byte b'?'", "agent-frames"),
     Ending(
         "sends 4 GiB",
-        "make(self)",
-        ("os.write(writer, frames.REPLY + frames.LENGTHS.pack(9, 2**32)); os.write(writer, bytes(99))"),
-        "agent-frames",
+        "os.write(writer, frames.REPLY + frames.LENGTHS.pack(9, 2**32)); os.write(writer, bytes(99))",
         "a reply of 4,294,967,296 bytes; the limit is 0",
+        "agent-frames",
     ),
     Ending(
         "sends a long text",
-        "make(self)",
         r"os.write(writer, frames.ERROR + b'\xff' * 12)",
-        "agent-frames",
         "a text of 4,294,967,295 bytes; the limit is 65,536",
+        "agent-frames",
     ),
     Ending(
         "sends deep JSON",
-        "make(self)",
-        ("text = b'[' * 60000; os.write(writer, frames.REPLY + frames.LENGTHS.pack(len(text), 0) + text)"),
-        "agent-frames",
+        "text = b'[' * 60000; os.write(writer, frames.REPLY + frames.LENGTHS.pack(len(text), 0) + text)",
         "not JSON",
+        "agent-frames",
     ),
     Ending(
         "closes its pipes",
-        "make(self)",
         "os.closerange(0, 99)\n        while True: pass",
-        "agent-ended",
         "closed its pipes",
+        "agent-ended",
     ),
     Ending(
         "returns too large a policy",
-        "policy(self)",
-        (
-            "return Policy(action_offset=numpy.zeros(3), action_scale=numpy.ones(3), "
-            "weights=(numpy.zeros((11, 3)),) * 1, biases=(numpy.zeros(3),), "
-            "observation_mean=numpy.zeros((9999, 11)), observation_scale=numpy.ones((9999, 11)))"
-        ),
-        "agent-frames",
+        "many = numpy.ones((9999, 11)); return policy(weights=(many[:11, :3],), biases=(ones,), "
+        "observation_mean=many, observation_scale=many)",
         "the limit is 1,000,000",
+        "agent-frames",
+        method="policy",
     ),
-    Ending(
-        "returns a pickle as policy", "policy(self)", "return object()", "agent-failed", "Expected a Policy"
-    ),
+    Ending("returns a pickle as policy", "return object()", "Expected a Policy", method="policy"),
     Ending(
         "sends an array of objects",
-        "policy(self)",
-        (
-            "frames.packed = lambda _: ([('weight_0', '|O', [1])], bytes(8)); return "
-            "Policy(action_offset=numpy.zeros(3), action_scale=numpy.ones(3))"
-        ),
-        "agent-frames",
+        "return policy(packs=('|O', [1]))",
         "arrays that cannot be read",
+        "agent-frames",
+        method="policy",
     ),
     Ending(
         "sends a huge shape",
-        "policy(self)",
-        (
-            "frames.packed = lambda _: ([('weight_0', '<f8', [10**6, 10**6])], bytes(8)); return "
-            "Policy(action_offset=numpy.zeros(3), action_scale=numpy.ones(3))"
-        ),
-        "agent-frames",
+        "return policy(packs=('<f8', [10**6, 10**6]))",
         "do not fit their bytes",
+        "agent-frames",
+        method="policy",
     ),
     Ending(
-        "sends no policy",
-        "policy(self)",
-        (
-            "frames.packed = lambda _: ([('weight_0', '<f8', [1])], bytes(8)); return "
-            "Policy(action_offset=numpy.zeros(3), action_scale=numpy.ones(3))"
-        ),
-        "bad-policy",
-        "is missing",
+        "sends no policy", "return policy(packs=('<f8', [1]))", "is missing", "bad-policy", method="policy"
     ),
     Ending(
         "returns another policy each time",
-        "policy(self)",
-        (
-            "return Policy(action_offset=numpy.random.default_rng().uniform(-1, 1, 3), "
-            "action_scale=numpy.ones(3))"
-        ),
-        "policy-differs",
+        "return policy(offset=numpy.random.default_rng().uniform())",
         "differ from act()",
+        "policy-differs",
+        method="policy",
     ),
     Ending(
         "writes no checkpoint",
-        "save(self, path)",
         "pass\n    def load(self, path): pass",
-        "agent-failed",
         "save() did not write the file",
+        method="save",
     ),
     Ending(
         "cannot load what it saved",
-        "save(self, path)",
         "path.touch()\n    def load(self, path): 1 / 0",
-        "agent-failed",
         "load(): The agent raised BenchError",
+        method="save",
     ),
     Ending(
         "states a strange card",
-        "card(self)",
         "frames.json.dumps = lambda *_, **__: '{\"algorithm\": 1}'; return Card('x')",
-        "bad-card",
         "cannot be read",
+        "bad-card",
+        method="card",
     ),
     Ending(
         "returns NaN in training",
-        "learn(self, env, steps)",
         "env.reset(); env.step(numpy.full((env.num_envs, 3), numpy.nan))",
-        "bad-actions",
         "The agent returned nan as an action",
+        "bad-actions",
+        method="learn",
     ),
     Ending(
         "returns wrong shapes in training",
-        "learn(self, env, steps)",
         "env.reset(); env.step(numpy.zeros(7))",
-        "agent-failed",
         "numbers of shape (1, 3), one row per environment; they have the shape (7,)",
+        method="learn",
     ),
     Ending(
         "returns text in training",
-        "learn(self, env, steps)",
         "env.reset(); env.step('left')",
-        "agent-failed",
         "they have the shape () and the dtype <U4",
+        method="learn",
     ),
     Ending(
         "returns wrong shapes in evaluation",
-        "act(self, observations)",
         "return numpy.zeros(7)",
-        "agent-failed",
         "act(): The agent raised ValueError: Actions are numbers of shape (1, 3)",
+        method="act",
     ),
     Ending(
         "fails while it trains",
-        "learn(self, env, steps)",
-        (
-            "env.reset(); [env.step(numpy.zeros((env.num_envs, 3))) for _ in range(20)]; raise "
-            "ValueError('too late')"
-        ),
-        "agent-failed",
-        ("learn(), stage 1, after 20 of 1,000 steps: The agent raised ValueError: too late (agent.py, line"),
+        "env.reset(); [env.step(numpy.zeros((env.num_envs, 3))) for _ in range(20)]; raise "
+        "ValueError('too late')",
+        "learn(), stage 1, after 20 of 1,000 steps: The agent raised ValueError: too late (agent.py, line",
+        method="learn",
     ),
     Ending(
         "takes ten times the steps",
-        "learn(self, env, steps)",
         "env.reset(); [env.step(numpy.zeros((env.num_envs, 3))) for _ in range(10 * steps)]",
-        "budget-exceeded",
         "its budget is 1000",
+        "budget-exceeded",
+        method="learn",
     ),
     Ending(
         "hides steps behind resets",
-        "learn(self, env, steps)",
         "while True: env.reset(); env.step(numpy.zeros((env.num_envs, 3)))",
-        "budget-exceeded",
         "its budget is 1000",
+        "budget-exceeded",
+        method="learn",
     ),
     Ending(
         "resets for ever",
-        "learn(self, env, steps)",
         "while True: env.reset()",
-        "too-many-resets",
         "The agent reset 1,101 environments",
+        "too-many-resets",
+        method="learn",
     ),
-    Ending(
-        "asks for the stage unasked",
-        "learn(self, env, steps)",
-        "env.stage",
-        "agent-failed",
-        "observes.boundaries",
-    ),
+    Ending("asks for the stage unasked", "env.stage", "observes.boundaries", method="learn"),
 )
 """Agents that end with an error; each has a box of its own."""
 
 
 def agent_file(ending: Ending) -> str:
     """The file of an agent that does this."""
-    imports = f"{PREAMBLE}{FRAMES}from gym_extensions.baselines import Card, Policy\n{BODY}"
     if not ending.method:
-        return f"{imports}\n\n{ending.program}\n"
-    return f"{imports}    def {ending.method}:\n        {ending.program}\n"
+        return f"{PREAMBLE}{FRAMES}{BODY}\n\n{ending.program}\n"
+    return f"{PREAMBLE}{FRAMES}{BODY}    def {METHODS[ending.method]}:\n        {ending.program}\n"

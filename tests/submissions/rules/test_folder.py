@@ -7,20 +7,7 @@ import pytest
 from gym_extensions.submissions.layout import MAX_FILE_BYTES
 from gym_extensions.submissions.reader import read
 
-from ..examples import (
-    DOCUMENT,
-    GROUP,
-    LOG,
-    TOML,
-    Change,
-    Check,
-    CopySubmission,
-    Example,
-    edit,
-    parametrize,
-    put,
-    remove,
-)
+from ..examples import DOCUMENT, GROUP, LOG, TOML, Change, CopySubmission, Example, edit, put, remove
 
 
 def rename(old: str, new: str) -> Change:
@@ -113,11 +100,6 @@ EXAMPLES = (
     ),
     Example("malformed-review", "no such key", put("review.toml", b"rank = 1\n"), "review.toml", "rank"),
 )
-
-
-@parametrize(EXAMPLES)
-def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
-    check(example)
 
 
 def test_an_unreadable_file_is_named(

@@ -6,7 +6,7 @@ from shutil import copyfile
 
 from gym_extensions.submissions.reader import read
 
-from ..examples import HALF, LOG, Change, Check, Example, cell, lines, parametrize, redigest
+from ..examples import HALF, LOG, Change, Example, cell, lines, redigest
 
 
 def logged(number: int, column: int, value: str, path: str = LOG) -> Change:
@@ -119,11 +119,6 @@ EXAMPLES = (
         also=("different-log",),
     ),
 )
-
-
-@parametrize(EXAMPLES)
-def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
-    check(example)
 
 
 def test_many_bad_rows_are_counted_not_listed(make_submission: Callable[..., Path]) -> None:

@@ -10,7 +10,7 @@ from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.rules.manifest import findings, hyperparameter_error, skeleton
 
-from ..examples import GROUP, TOML, Change, Check, CopySubmission, Example, all_of, edit, parametrize, put
+from ..examples import GROUP, TOML, Change, CopySubmission, Example, all_of, edit, put
 
 SUBMISSIONS = Path(__file__).parents[3] / "submissions"
 README = "README.md"
@@ -117,11 +117,6 @@ EXAMPLES = (
     Example("readme-character", "stacked marks", put(README, STACKED.encode()), f"{README}, line 1", "cover"),
     Example("readme-character", "many", put(README, b"\x00\n" * 9), f"{README}, line 1", "U+0000", count=4),
 )
-
-
-@parametrize(EXAMPLES)
-def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
-    check(example)
 
 
 def test_all_mistakes_of_a_manifest_are_reported_at_once(good: CopySubmission, tmp_path: Path) -> None:

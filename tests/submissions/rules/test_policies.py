@@ -18,20 +18,7 @@ from gym_extensions.submissions.policies.files import (
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
 
-from ..examples import (
-    DOCUMENT,
-    POLICIES,
-    TOML,
-    Change,
-    Check,
-    Example,
-    all_of,
-    arrays,
-    document,
-    edit,
-    parametrize,
-    put,
-)
+from ..examples import DOCUMENT, POLICIES, TOML, Change, Example, all_of, arrays, document, edit, put
 
 NOT_A_ZIP = b"PK" * 500
 RUN = POLICIES.removesuffix(".npz")
@@ -131,11 +118,6 @@ EXAMPLES = (
     ),
     Example("sampled-policy", "a uniform one", DETERMINISTIC, f"{RUN}, stage0", "'uniform'", count=21),
 )
-
-
-@parametrize(EXAMPLES)
-def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
-    check(example)
 
 
 def test_runs_of_an_agent_without_parameters_may_have_equal_policies(

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ..examples import DOCUMENT, HALF, LOG, POLICIES, Check, Example, document, edit, parametrize, put, remove
+from ..examples import DOCUMENT, HALF, LOG, POLICIES, Example, document, edit, put, remove
 
 CURVE = {"stage": 1, "task": HALF, "steps": [100, 200], "returns": [1.0, 2.0]}
 EVALUATION = CURVE | {"episodes": 3}
@@ -111,8 +111,3 @@ EXAMPLES = (
         "impossible-evaluation", "at the end", evaluation(steps=[1, 10**4]), EVALUATIONS, "before the end"
     ),
 )
-
-
-@parametrize(EXAMPLES)
-def test_the_rule_reports_this_problem_and_no_other_rule_does(example: Example, check: Check) -> None:
-    check(example)
