@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from ..conftest import digests
 from .conftest import ROOT, Ordinary
 
 PAGE = (ROOT / "docs/agents.md").read_text(encoding="utf-8")
@@ -62,21 +63,6 @@ def climber() -> str:
     return f"{imports}{head.rstrip()}\n\n{body}\n\nif __name__{main}"
 
 
-def files(folder: Path) -> dict[str, bytes]:
-    """The files of a submission, but for what a document measures and when and how it was trained."""
-    found = {}
-    for path in sorted(folder.rglob("*")):
-        if path.is_file() and ".progress" not in path.parts:
-            data = path.read_bytes()
-            if path.suffix == ".json":
-                document = json.loads(data)
-                for key in ("command", "date", "cpu_seconds", "peak_memory_mb"):
-                    document.pop(key, None)
-                data = json.dumps(document).encode()
-            found[str(path.relative_to(folder))] = data
-    return found
-
-
 def command(agent: str, out: str, *more: str) -> list[str]:
     named = ["--groups", "pusher", "--budget", "smoke", "--jobs", "0", "--quiet", "--out", out]
     return [agent, *named, *more]
@@ -108,7 +94,7 @@ def home(ordinary: Ordinary) -> Path:
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_the_same_files_in_and_out_of_the_box(home: Path, name: str) -> None:
-    one, other = (files(home / f"{name}-{place}") for place in ("in", "out"))
+    one, other = (digests(home / f"{name}-{place}") for place in ("in", "out"))
     assert len(one) >= 3
     assert one == other
 
@@ -137,15 +123,15 @@ def test_a_machine_that_dies_repeats_no_finished_stage(ordinary: Ordinary) -> No
     assert "stage 1: trains" not in later
     assert not stage.exists() or stage.stat().st_mtime_ns == finished
     assert ordinary.run(TRAIN, json.dumps([command("trpo", "whole")])) == [0]
-    assert files(ordinary.home / "died") == files(ordinary.home / "whole")
+    assert digests(ordinary.home / "died") == digests(ordinary.home / "whole")
 
 
-def in_and_out(ordinary: Ordinary, inside: str, outside: str, *more: str) -> dict[str, bytes]:
-    """The files of an agent, which are the same in and out of the box."""
+def in_and_out(ordinary: Ordinary, inside: str, outside: str, *more: str) -> dict[str, str]:
+    """The digests of the files of an agent, which are the same in and out of the box."""
     name = outside.partition(":")[0]
     commands = [command(inside, f"{name}-in", "--isolated", *more), command(outside, f"{name}-out", *more)]
     assert ordinary.run(TRAIN, json.dumps(commands)) == [0, 0]
-    one, other = (files(ordinary.home / f"{name}-{place}") for place in ("in", "out"))
+    one, other = (digests(ordinary.home / f"{name}-{place}") for place in ("in", "out"))
     assert one == other
     return one
 

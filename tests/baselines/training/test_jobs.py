@@ -19,6 +19,8 @@ from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import Observes
 
+from ...conftest import refused
+
 GROUP = group("hopper-gravity")
 SMOKE = budget("smoke")
 SPEC = AgentSpec("zero", Zero, Card("zero"), Observes())
@@ -103,9 +105,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("changed", "code"), BAD)
 def test_an_argument_of_another_type_is_rejected(changed: dict[str, Any], code: str) -> None:
-    with pytest.raises(BenchError) as error:
+    with refused(code):
         parse_request(**(GOOD | changed))
-    assert error.value.code == code
 
 
 @pytest.mark.parametrize("runs", [[2, 0, 1, 0], range(3), np.arange(3), (run for run in range(3))])

@@ -124,27 +124,19 @@ def test_a_copy_follows_the_first_by_name_without_a_rank(enter: Enter) -> None:
     assert made.ranked == 2
 
 
-def test_of_identical_submissions_the_verified_one_counts(enter: Enter) -> None:
-    claimed = at_level(enter("a", 500), "claimed")
-    rows = board([claimed, enter("b", 500)], KEY).rows
-    assert [(submission.name, submission.duplicate_of) for submission in rows] == [("b", None), ("a", "b")]
-
-
-def test_of_identical_verified_submissions_the_one_that_was_accepted_first_counts(enter: Enter) -> None:
+def test_of_identical_submissions_the_verified_one_counts_then_the_one_accepted_first(enter: Enter) -> None:
     def accepted(name: str, date: str) -> Scorecard:
         return replace(
             enter(name, 500), decisions=(Decision(action="accepted", by="M.", date=date, reason=""),)
         )
 
-    for cards in (
-        [accepted("a", "2026-02-01"), accepted("b", "2026-01-01")],
-        [enter("a", 500), accepted("b", "2026-01-01")],
+    for first, second in (
+        (at_level(enter("a", 500), "claimed"), enter("b", 500)),
+        (accepted("a", "2026-02-01"), accepted("b", "2026-01-01")),
+        (enter("a", 500), accepted("b", "2026-01-01")),
     ):
-        rows = board(cards, KEY).rows
-        assert [(submission.name, submission.duplicate_of) for submission in rows] == [
-            ("b", None),
-            ("a", "b"),
-        ]
+        rows = board([first, second], KEY).rows
+        assert [(row.name, row.duplicate_of) for row in rows] == [("b", None), ("a", "b")]
 
 
 @pytest.mark.parametrize(("count", "expected"), [(16, True), (6, True), (5, False), (0, False)])

@@ -36,11 +36,6 @@ def normal(seed: int, mean: float, runs: int = 5, deviation: float = 0.1) -> dic
     return {group: tuple(rng.normal(mean, deviation, runs).tolist()) for group in GROUPS}
 
 
-def method(name: str, values: Values, parent: str = "", starts: object = None) -> core_boards.Method:
-    start = tuple(tuple([starts or name] * len(values[group])) for group in GROUPS)
-    return core_boards.Method(name, parent, {FINAL: tuple(tuple(values[group]) for group in GROUPS)}, start)
-
-
 def test_looks_are_prescribed() -> None:
     assert LOOKS == (5, 10, 20, 40, 80)
     assert [last_look(runs) for runs in (0, 4, 5, 19, 20, 99)] == [0, 0, 5, 10, 20, 80]
@@ -66,18 +61,6 @@ def test_one_group_is_welchs_test_or_the_paired_test_of_scipy() -> None:
         found = core_boards.pooled_difference([a], [b], 10, paired=paired)  # type: ignore[arg-type]
         assert found.mean / math.sqrt(found.squared_error) == pytest.approx(test.statistic, rel=1e-12)
         assert found.df == pytest.approx(test.df, rel=1e-12)
-
-
-def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone() -> None:
-    values = normal(1, 0.5), normal(2, 0.5)
-
-    def paired(parent: str, starts: str) -> bool:
-        (pair,) = core_boards.compared_pairs(
-            [method("a", values[0], "trpo", "s"), method("b", values[1], parent, starts)], FINAL
-        )
-        return pair.paired
-
-    assert [paired("trpo", "s"), paired("sac", "s"), paired("trpo", "t")] == [True, False, False]
 
 
 def compared(first: str, second: str, mean: float, p_value: float, half_width: float = 1.0) -> CorePair:
@@ -258,14 +241,16 @@ def test_a_missing_number_keeps_the_earlier_look(on_core: OnCore) -> None:
     assert (submission.look, submission.groups[GROUPS[0]].runs) == (5, 5)
 
 
-def test_submissions_are_paired_if_they_start_alike(on_core: OnCore) -> None:
+def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone(on_core: OnCore) -> None:
     cards = [
         on_core("base", normal(1, 0.5), parent="trpo"),
         on_core("alike", normal(2, 0.5), parent="trpo"),
-        on_core("other", normal(3, 0.5), parent="trpo", starts=1),
+        on_core("parent", normal(4, 0.5), parent="sac"),
+        on_core("start", normal(3, 0.5), parent="trpo", starts=1),
     ]
     board = board_of(cards)
-    assert [pair_of(board, "base", name).paired for name in ("alike", "other")] == [True, False]
+    paired = [pair_of(board, "base", name).paired for name in ("alike", "parent", "start")]
+    assert paired == [True, False, False]
 
 
 def test_runs_unusually_alike_on_one_group_are_marked_with_the_group_and_ranked(on_core: OnCore) -> None:
