@@ -16,14 +16,11 @@ from gym_extensions.catalog.groups import TaskGroup, resolve_group
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError, did_you_mean, require_known
-from gym_extensions.submissions.fetch import Fetcher, cache_folder
-from gym_extensions.submissions.layout import DOCUMENT, run_file
-from gym_extensions.submissions.policies import diagnostics, files
+from gym_extensions.submissions import fetch, layout
+from gym_extensions.submissions.policies import diagnostics, files, mlp_arrays
 from gym_extensions.submissions.policies.conversion import from_torch
 from gym_extensions.submissions.policies.diagnostics import Diagnosis
-from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.policies.mlp import Policy
-from gym_extensions.submissions.policies.mlp_arrays import Array, Arrays
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
 from gym_extensions.submissions.run import PolicyFile, read_run
 
@@ -39,7 +36,7 @@ def load(
     task: str | None = None,
     protocol: str = "sequential",
     sha256: str = "",
-) -> AnyPolicy:
+) -> files.AnyPolicy:
     """A policy of a run, whose ``act(observation)`` takes one observation or many.
 
     Args:
@@ -79,7 +76,7 @@ def load(
 
 
 def diagnose(
-    policies: Sequence[AnyPolicy], observations: str | Path | TaskGroup | Sequence[Array]
+    policies: Sequence[files.AnyPolicy], observations: str | Path | TaskGroup | Sequence[mlp_arrays.Array]
 ) -> tuple[Diagnosis, ...]:
     """What training did to the networks of an agent: ranks, inactive units, and what changed since each task.
 
@@ -101,7 +98,7 @@ def diagnose(
             hint = "Pass the observations of each of its tasks, an array (n, …) per task."
             raise BenchError("no-states", f"No observations of {group.name} are published.", "", hint)
         observations = known
-    if isinstance(policies, AnyPolicy) or not 0 < len(policies) <= len(observations) + 1:
+    if isinstance(policies, files.AnyPolicy) or not 0 < len(policies) <= len(observations) + 1:
         message = f"There are observations of {len(observations)} tasks."
         hint = "Pass a list: the untrained policy, then that after each task, in order."
         raise BenchError("bad-argument", message, "diagnose()", hint)
@@ -110,14 +107,14 @@ def diagnose(
     return diagnostics.diagnose(policies, observations)
 
 
-def _require(digest: str, arrays: Arrays, where: str) -> None:
+def _require(digest: str, arrays: mlp_arrays.Arrays, where: str) -> None:
     if (actual := files.content_sha256(arrays)) != digest:
         message = f"The policies have the digest {actual}, not {digest}."
         raise BenchError("other-policy", message, where, "Get the files of the run.")
 
 
-def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> Arrays:
-    path = folder / run_file(group.name, protocol, run, DOCUMENT)
+def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> mlp_arrays.Arrays:
+    path = folder / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
     if not path.is_file():
         found = f"{folder} has no run {run} of {group.name}, {protocol}."
         message = found if folder.is_dir() else f"There is no folder {folder}."
@@ -132,9 +129,9 @@ def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> A
     return arrays
 
 
-def _fetched(policies: PolicyFile) -> Arrays:
+def _fetched(policies: PolicyFile) -> mlp_arrays.Arrays:
     """The arrays at an address. A file with another content does not stay in the cache."""
-    path = Fetcher(cache_folder() / "policies").fetch(policies, policies.url)
+    path = fetch.Fetcher(fetch.cache_folder() / "policies").fetch(policies, policies.url)
     try:
         arrays = files.npz_arrays(path.read_bytes())
         _require(policies.sha256, arrays, policies.url)

@@ -11,11 +11,9 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gym_extensions.catalog import groups, tasks as task_module
 from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
 from gym_extensions.catalog.variations import KINDS, Variation
-from gym_extensions.envs import foreign
-from gym_extensions.envs.interfaces import Template
+from gym_extensions.envs import foreign, interfaces, vector_env
 from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.mujoco.vector_env import MujocoVectorEnv
-from gym_extensions.envs.vector_env import WHERE
 from gym_extensions.errors import BenchError
 
 HINT = "A task's reward, body and time limit are fixed. For another task use gym_extensions.envs.customize."
@@ -90,15 +88,15 @@ def make_vec(
     several = tasks.tasks if isinstance(tasks, groups.TaskGroup) else tasks
     requested = [several] if isinstance(several, str | Task) else list(several)
     if not requested:
-        raise BenchError("no-tasks", "There is no task.", WHERE, "Give at least 1.")
-    count = task_module.whole_number("num_envs", num_envs, "bad-count", WHERE)
-    threads = task_module.whole_number("num_threads", num_threads, "bad-count", WHERE)
+        raise BenchError("no-tasks", "There is no task.", vector_env.WHERE, "Give at least 1.")
+    count = task_module.whole_number("num_envs", num_envs, "bad-count", vector_env.WHERE)
+    threads = task_module.whole_number("num_threads", num_threads, "bad-count", vector_env.WHERE)
     try:
         mode = AutoresetMode(autoreset_mode)
     except ValueError:
         hint = f"Choose one of {', '.join(each.value for each in AutoresetMode)}."
         message = f"autoreset_mode is {autoreset_mode!r}."
-        raise BenchError("bad-autoreset-mode", message, WHERE, hint) from None
+        raise BenchError("bad-autoreset-mode", message, vector_env.WHERE, hint) from None
     distinct = [resolve(task) for task in requested][:count]
     copies = [distinct[index % len(distinct)] for index in range(count)]
     families = {task.body.family for task in distinct}
@@ -114,14 +112,16 @@ def make_vec(
     return MujocoVectorEnv([templates[task] for task in copies], threads, mode)
 
 
-def _check_spaces(environments: Mapping[Task, Template | gym.Env[Any, Any]]) -> None:
+def _check_spaces(environments: Mapping[Task, interfaces.Template | gym.Env[Any, Any]]) -> None:
     (first, reference), *others = environments.items()
     for task, other in others:
         for name in ("observation_space", "action_space"):
             expected, space = getattr(reference, name), getattr(other, name)
             if expected != space:
                 message = f"{first.id} has the {name} {expected}, {task.id} has {space}."
-                raise BenchError("different-spaces", message, WHERE, "Give tasks with equal spaces.")
+                raise BenchError(
+                    "different-spaces", message, vector_env.WHERE, "Give tasks with equal spaces."
+                )
 
 
 def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:

@@ -14,19 +14,16 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.errors import BenchError
 from gym_extensions.export import datasets
 from gym_extensions.files import write_text
-from gym_extensions.results import policies
-from gym_extensions.results.frames import columns_of
+from gym_extensions.results import frames, policies
 from gym_extensions.scoring.pipeline import find_submissions
-from gym_extensions.submissions.policies.files import read_policies
-from gym_extensions.submissions.policies.mlp import Policy
-from gym_extensions.submissions.policies.mlp_arrays import Array
+from gym_extensions.submissions.policies import files, mlp, mlp_arrays
 
 TEXTS = Path(__file__).with_name("zoo.toml")
 KEYS = ["submission", "group", "protocol"]
 NAMES = ("activation", "output_activation", "squash", "head")
 VALUES = "values"
 """The column of the weights."""
-Network = tuple[str, str, Array | None]
+Network = tuple[str, str, mlp_arrays.Array | None]
 """Of a policy: its network as JSON, the digest of its weights, and these, (n,); empty of ONNX."""
 SPLITS = ("train", "train", "train", "validation", "test")
 """By the number of the run modulo 5, so that equal seeds of different methods are in one split."""
@@ -62,7 +59,7 @@ def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] =
     )
     vectors = {digest: vector for _, digest, vector in rows if digest}
     weights = pd.DataFrame({"sha256": vectors.keys(), "values": vectors.values()})
-    columns = {"policies": [*columns_of(policies), *texts["policies"]]}
+    columns = {"policies": [*frames.columns_of(policies), *texts["policies"]]}
     columns |= {name: texts[name] for name in ("returns", "weights")}
     tables = [datasets.Table(f"{name}.parquet", each) for name, each in columns.items()]
     for table, content in zip(tables, (frame, returns_of(frame), weights), strict=True):
@@ -101,12 +98,12 @@ def write_parquet(path: Path, frame: pd.DataFrame, columns: Sequence[datasets.Co
 def networks(submission: Path, members: TaskGroup, protocol: str, run: int) -> list[Network]:
     """The networks of the policies of a run; none if they lie elsewhere."""
     try:
-        stored = read_policies(submission, members, protocol, run).values()
+        stored = files.read_policies(submission, members, protocol, run).values()
     except BenchError:
         return []
     found: list[Network] = []
     for policy in stored:
-        if not isinstance(policy, Policy):
+        if not isinstance(policy, mlp.Policy):
             found.append(("", "", None))
             continue
         arrays = {name: values for name, values in policy.arrays().items() if values.dtype.kind == "f"}

@@ -17,11 +17,9 @@ from gym_extensions.references import Reference, load_references
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, read_groups
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths
-from gym_extensions.submissions import diagnostics
-from gym_extensions.submissions.layout import run_key
+from gym_extensions.submissions import diagnostics, layout
+from gym_extensions.submissions.policies import files, mlp_arrays
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
-from gym_extensions.submissions.policies.files import policy_keys, read_policies
-from gym_extensions.submissions.policies.mlp_arrays import Array
 from gym_extensions.submissions.run import RunDocument
 
 POLICY_DTYPES = {"submission": "str", "method": "str", **KEY_DTYPES, "stage": "int64", "task": "str"}
@@ -86,7 +84,7 @@ def policies(submissions: Paths = "submissions", *, groups: CustomGroups = ()) -
 
 def _stages(document: RunDocument, group: TaskGroup) -> tuple[list[int], list[int | None]]:
     """The stage of every policy of a run, and the index of the task that it was trained on last."""
-    keys, count = policy_keys(document.protocol, group), len(group.tasks)
+    keys, count = files.policy_keys(document.protocol, group), len(group.tasks)
     order, numbers = task_order(document.protocol, document.run, count), [stage for stage, _ in keys]
     if document.protocol in IN_ORDER:
         return numbers, [order[stage - 1] if stage else None for stage in numbers]
@@ -107,17 +105,17 @@ def _diagnosed(
     for document in documents:
         diagnoses: Sequence[Diagnosis] = ()
         why = "" if observations else "No observations of its tasks are published."
-        if run := known.get(run_key(group.name, document.protocol, document.run)):
+        if run := known.get(layout.run_key(group.name, document.protocol, document.run)):
             diagnoses = run.diagnoses
         elif document.policies and document.policies.url:
             why = "Its policies lie elsewhere."
         elif observations:
             place = document.protocol, document.run
             try:
-                diagnoses = diagnose_run(read_policies(folder, group, *place), observations, *place)
+                diagnoses = diagnose_run(files.read_policies(folder, group, *place), observations, *place)
             except BenchError as error:
                 why = error.message
-        yield diagnoses or [Diagnosis()] * len(policy_keys(document.protocol, group)), why
+        yield diagnoses or [Diagnosis()] * len(files.policy_keys(document.protocol, group)), why
 
 
 PREDICTION_DTYPES = {"submission": "str", "predictor": "str", "kind": "str"}
@@ -180,7 +178,7 @@ def _changes(frame: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
     return tuple(table.pivot(index="run", columns="task", values=name) for name in table.columns[2:])
 
 
-def _correlation(first: Array, second: Array, *, is_within: bool) -> Summary | None:
+def _correlation(first: mlp_arrays.Array, second: mlp_arrays.Array, *, is_within: bool) -> Summary | None:
     """Spearman's ρ of (runs, tasks), over all values or over runs task by task; None if it is not defined.
 
     The standard error is that of the jackknife's pseudo-values, without each run.

@@ -10,8 +10,7 @@ import msgspec
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_named
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import diagnostics, reader
-from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions import diagnostics, fetch, reader
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.verification import episodes, limits, verify
 
@@ -43,7 +42,7 @@ def _rounded(value: Any) -> Any:
 
 
 def measure_all(
-    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
+    submissions: Sequence[Path], names: Sequence[str], fetcher: fetch.Fetcher, jobs: int, again: bool
 ) -> Iterator[str]:
     """Writes the diagnostics of submissions that are not up to date, or ``again``; yields a line about each.
 
@@ -66,7 +65,7 @@ def measure_all(
             yield from lines
 
 
-def _measure(submission: Path, group: TaskGroup, fetcher: Fetcher, again: bool) -> list[str]:
+def _measure(submission: Path, group: TaskGroup, fetcher: fetch.Fetcher, again: bool) -> list[str]:
     """Writes the diagnostics of one group and returns the lines about it."""
     found = reader.read(submission, only=[group.name])
     found.require_no_problems()

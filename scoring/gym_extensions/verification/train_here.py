@@ -22,11 +22,10 @@ from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes, write_text
-from gym_extensions.submissions import layout, reader
+from gym_extensions.submissions import layout, problem, reader
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
-from gym_extensions.submissions.problem import Problem, cut
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.submissions.training import Training, training_of, training_text
@@ -51,7 +50,7 @@ def wanted_runs(runs: int) -> dict[str, tuple[str, int]]:
     return {run_key(group, PROTOCOL, run): (group, run) for group in CORE_GROUPS for run in range(runs)}
 
 
-def problems_of(submission: Submission) -> tuple[Problem, ...]:
+def problems_of(submission: Submission) -> tuple[problem.Problem, ...]:
     """Its problems without those of runs here: a machine that died may have left half a run, which is trained
     again."""
     return tuple(each for each in submission.problems if not fnmatch(each.where, f"{TRAINED}/*/*"))
@@ -96,12 +95,7 @@ def boxed(submission: Path, entry: str, budget: str) -> agent.Factory:
 
 
 def train_here(
-    submission: Submission,
-    runs: int,
-    value: str = "",
-    *,
-    budget: str = STANDARD_BUDGET,
-    jobs: int = 1,
+    submission: Submission, runs: int, value: str = "", *, budget: str = STANDARD_BUDGET, jobs: int = 1
 ) -> Training:
     """Trains the runs 0 to ``runs`` − 1 of a submission's code that are missing, and records them.
 
@@ -129,7 +123,9 @@ def train_here(
 
     def keep(failed: Mapping[str, str]) -> None:
         nonlocal training
-        training = replace(training, failed=training.failed | {key: cut(why) for key, why in failed.items()})
+        training = replace(
+            training, failed=training.failed | {key: problem.cut(why) for key, why in failed.items()}
+        )
         write_text(folder.with_suffix(".toml"), training_text(training))
 
     def listen(event: Event) -> None:

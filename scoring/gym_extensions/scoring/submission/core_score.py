@@ -25,7 +25,6 @@ from gym_extensions.metrics.statistics import (
 )
 from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import Claim, CoreGroup, CoreScore, GroupScore, RunCost, Scorecard
 from gym_extensions.scoring.submission.suites import suite_expert_errors
 from gym_extensions.submissions.review import TRAINED_HERE
 from gym_extensions.submissions.run import consecutive
@@ -53,14 +52,14 @@ def next_look(look: int) -> int | None:
     return next((each for each in LOOKS if each > look), None)
 
 
-def is_trained_here(card: Scorecard) -> bool:
+def is_trained_here(card: scorecard.Scorecard) -> bool:
     """Whether the project trained the code of a submission often enough for the first look."""
     found = [log for name in CORES[CORE] if (log := card.trained.get(name)) and log.level == TRAINED_HERE]
     enough = [log for log in found if log.budget == STANDARD_BUDGET and len(log.runs) >= LOOKS[0]]
     return len(enough) == len(CORES[CORE])
 
 
-def core_logs(card: Scorecard, protocol: str = "sequential") -> dict[str, GroupScore]:
+def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[str, scorecard.GroupScore]:
     """The scores of a submission with runs on the groups of the core, by group id, in its order.
 
     Of sequential runs, those that the project trained itself, as soon as these are enough.
@@ -71,7 +70,7 @@ def core_logs(card: Scorecard, protocol: str = "sequential") -> dict[str, GroupS
     return {name: log for name, log in logs.items() if log is not None and log.runs}
 
 
-def claim(card: Scorecard) -> Claim | None:
+def claim(card: scorecard.Scorecard) -> scorecard.Claim | None:
     """The author's own runs on the core against those that were trained here, if there are both."""
     own = [card.groups.get(name, {}).get("sequential") for name in CORES[CORE]]
     if not is_trained_here(card) or any(log is None or log.level == TRAINED_HERE for log in own):
@@ -85,7 +84,7 @@ def claim(card: Scorecard) -> Claim | None:
     return claim_of(pairs)
 
 
-def claim_of(groups: Iterable[tuple[Sequence[float], Sequence[float]]]) -> Claim:
+def claim_of(groups: Iterable[tuple[Sequence[float], Sequence[float]]]) -> scorecard.Claim:
     """The test of a claim: by group, the values of the author's runs and of those that were trained here.
 
     It is about the mean over groups of the differences. The variance of a group is pooled over both samples,
@@ -103,15 +102,15 @@ def claim_of(groups: Iterable[tuple[Sequence[float], Sequence[float]]]) -> Claim
     found = mean_of_groups(differences)
     p_value = zero_mean_p(found) / 2
     p_value = p_value if found.mean > 0 else 1 - p_value
-    return Claim(found.mean, p_value, p_value > CLAIM_LEVEL)
+    return scorecard.Claim(found.mean, p_value, p_value > CLAIM_LEVEL)
 
 
-def verified_runs(log: GroupScore) -> int:
+def verified_runs(log: scorecard.GroupScore) -> int:
     """The number N of runs 0 to N − 1 that are all verified."""
     return consecutive([run for run in log.runs if run not in log.unverified])
 
 
-def counted_runs(log: GroupScore) -> int:
+def counted_runs(log: scorecard.GroupScore) -> int:
     """The number N of runs 0 to N − 1 that may be compared. Later ones wait until they are verified.
 
     A submission that has verified too few for the first look has no rank, and shows all of its runs.
@@ -120,34 +119,34 @@ def counted_runs(log: GroupScore) -> int:
     return verified if verified >= LOOKS[0] else consecutive(log.runs)
 
 
-def on_group(log: GroupScore, look: int, metric: Metric = FINAL) -> CoreGroup:
+def on_group(log: scorecard.GroupScore, look: int, metric: Metric = FINAL) -> scorecard.CoreGroup:
     """A metric on one group over the runs of a look; over all that may be compared if that is 0."""
     runs = counted_runs(log)
     values = log.metrics[metric.name].runs[: look or runs]
     if not values:
-        return CoreGroup(runs=runs)
+        return scorecard.CoreGroup(runs=runs)
     value = to_interval(summary(values), suite_expert_errors([log], metric))
     others = {
         name: fmean(found[: look or runs])
         for name in CORE_METRICS
         if name != metric.name and name in log.metrics and (found := log.metrics[name].runs)
     }
-    return CoreGroup(value.mean, value.low, value.high, len(values), others)
+    return scorecard.CoreGroup(value.mean, value.low, value.high, len(values), others)
 
 
-def over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> MetricValue:
+def over_groups(logs: Collection[scorecard.GroupScore], metric: Metric, runs: int) -> MetricValue:
     """The mean over groups of the first runs of each, with the errors of the experts."""
     mean = mean_of_groups([summary(log.metrics[metric.name].runs[:runs]) for log in logs])
     return MetricValue.of(to_interval(mean, suite_expert_errors(logs, metric)))
 
 
-def final_scores(logs: Collection[GroupScore], runs: int) -> list[NDArray[np.float64]]:
+def final_scores(logs: Collection[scorecard.GroupScore], runs: int) -> list[NDArray[np.float64]]:
     """The scores at the end of the first runs of each group, (runs, tasks), without open tasks."""
     scored = ([log.scores(at) for at in range(len(log.tasks))] for log in logs)
     return [np.array([[run[-1] for run in task[:runs]] for task in tasks if task]).T for tasks in scored]
 
 
-def retention(logs: Collection[GroupScore], runs: int) -> Estimate:
+def retention(logs: Collection[scorecard.GroupScore], runs: int) -> Estimate:
     """The score that is left of all tasks but the last, as a share of their score right after training.
 
     Both are means over tasks, then over groups, of the first runs. Empty if these tasks were not learned: the
@@ -165,7 +164,7 @@ def retention(logs: Collection[GroupScore], runs: int) -> Estimate:
     return Estimate(ratio.mean, ratio.low, ratio.high)
 
 
-def core_score(card: Scorecard) -> CoreScore | None:
+def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
     """The core score of a submission; None if it is withdrawn, or has no runs on the core with its budget."""
     logs = core_logs(card)
     if card.withdrawn or all(log.budget != STANDARD_BUDGET for log in logs.values()):
@@ -184,7 +183,7 @@ def core_score(card: Scorecard) -> CoreScore | None:
     metrics = dict.fromkeys(CORE_METRICS, MetricValue(why=why))
     if look:
         metrics = {name: over_groups(logs.values(), BY_NAME[name], look) for name in CORE_METRICS}
-    return CoreScore(
+    return scorecard.CoreScore(
         why=why,
         parent=(protocol.parent or protocol.algorithm) if protocol else "",
         look=look,
@@ -203,7 +202,7 @@ def core_score(card: Scorecard) -> CoreScore | None:
     )
 
 
-def _why(logs: Mapping[str, GroupScore], missing: Sequence[str], without: Sequence[str]) -> str:
+def _why(logs: Mapping[str, scorecard.GroupScore], missing: Sequence[str], without: Sequence[str]) -> str:
     for log in logs.values():
         if verified_runs(log) < min(LOOKS[0], consecutive(log.runs)):
             return f"Claimed: {log.why_claimed or 'not verified.'}"
@@ -214,7 +213,7 @@ def _why(logs: Mapping[str, GroupScore], missing: Sequence[str], without: Sequen
 
 
 def _notes(
-    logs: Mapping[str, GroupScore],
+    logs: Mapping[str, scorecard.GroupScore],
     counts: Mapping[str, int],
     missing: Sequence[str],
     look: int,
@@ -251,7 +250,7 @@ def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
     return ", ".join(f"{name} {' '.join(map(str, each))}" for name, each in ends.items())
 
 
-def _remarks(card: Scorecard, found: Claim | None) -> Iterator[str]:
+def _remarks(card: scorecard.Scorecard, found: scorecard.Claim | None) -> Iterator[str]:
     """What a reader should know of runs that were trained here, in words, with the name of the case."""
     if found:
         says = "agree with these" if found.agrees else f"claim {found.difference:.2f} more"
@@ -262,7 +261,7 @@ def _remarks(card: Scorecard, found: Claim | None) -> Iterator[str]:
         yield f"failed-runs: {len(card.training.failed)} runs failed and count as the floor."
 
 
-def _cost(logs: Mapping[str, GroupScore]) -> scorecard.CoreCost:
+def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
     """The cost of a run. Some runs state the largest memory of all groups; a group's least is its own."""
     documents = [log.provenance for log in logs.values()]
     if not all(documents):
@@ -278,7 +277,7 @@ def _cost(logs: Mapping[str, GroupScore]) -> scorecard.CoreCost:
     )
 
 
-def run_cost(card: Scorecard) -> RunCost | None:
+def run_cost(card: scorecard.Scorecard) -> scorecard.RunCost | None:
     """What a run of a submission takes; None where no run is documented."""
     names = list(card.core.groups if card.core else card.groups)
     protocol = min((each for name in names for each in card.groups[name]), key=PROTOCOLS.index, default="")
@@ -286,8 +285,8 @@ def run_cost(card: Scorecard) -> RunCost | None:
     return _total(logs) if logs else None
 
 
-def _total(groups: Sequence[Sequence[scorecard.RunProvenance]]) -> RunCost:
+def _total(groups: Sequence[Sequence[scorecard.RunProvenance]]) -> scorecard.RunCost:
     times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in groups]
     means = [fmean(seconds) for seconds in times if seconds]
     steps = sum(fmean(run.steps for run in runs) for runs in groups)
-    return RunCost(steps, len(groups), sum(means, 0.0), len(means))
+    return scorecard.RunCost(steps, len(groups), sum(means, 0.0), len(means))

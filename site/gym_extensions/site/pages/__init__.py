@@ -13,15 +13,14 @@ from markupsafe import Markup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.metrics import compute
 from gym_extensions.scoring.scorecard import ReferencesInfo
-from gym_extensions.site import paths
-from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages import changes, compare, data, groups, numbers, overview, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION
 
 
-def _play(site: Leaderboard, render: Render) -> Iterator[File]:
+def _play(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The page on which MuJoCo runs in the browser, and its files; without the simulator it says so."""
     watch = paths.task_path("Hopper-v0")
     simulator = render.simulator
@@ -40,7 +39,7 @@ ROOT_OF_SITE = (
 above the first of the site's own folders."""
 
 
-def _found_and_lost(_site: Leaderboard, render: Render) -> Iterator[File]:
+def _found_and_lost(_site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The page that hosts show for an address without a page, and, with the documentation, the search."""
     script = ROOT_OF_SITE.replace("URL", json.dumps(f"{render.source.url}/").replace("<", r"\u003c"))
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -60,7 +59,7 @@ SPREAD = 0.02
 """Distance of neighbouring episodes of a cell, which lie evenly around its mean."""
 
 
-def _metrics(site: Leaderboard, render: Render) -> Iterator[File]:
+def _metrics(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The definition of every number, with an anchor per metric and a worked example of three tasks."""
     offsets = [SPREAD * (at - (EVALUATION_EPISODES - 1) / 2) for at in range(EVALUATION_EPISODES)]
     found = compute(

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.site import board_views, paths
+from gym_extensions.site import board_views, paths, submission_results
 from gym_extensions.site.charts.task_pictures import group_picture
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.pages.tasks import measured
-from gym_extensions.site.submission_results import SEQUENTIAL
 
 SHOWN_ROWS = 20
 """Rows of a board on the page of its group, with drawings; the board's own table has all."""
@@ -57,7 +56,7 @@ class Group:
     @property
     def best(self) -> board_views.Row | None:
         """The first ranked submission of its first board of sequential training that has one."""
-        leaders = (board.leader for board in self.boards if board.protocol == SEQUENTIAL)
+        leaders = (board.leader for board in self.boards if board.protocol == submission_results.SEQUENTIAL)
         return next((row for row in leaders if row and row.submission.ranked), None)
 
 

@@ -11,15 +11,13 @@ from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import BoardRow, CoreBoard, CoreRow
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import core_logs
-from gym_extensions.site import board_views, paths
-from gym_extensions.site.pages import core
-from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.submission_results import SEQUENTIAL
+from gym_extensions.site import board_views, paths, submission_results
+from gym_extensions.site.pages import core, page
 from gym_extensions.site.text import ends, fixed, interval, mean, p_value, rank
 from gym_extensions.submissions.layout import POSES
 
 
-def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
+def publish(site: board_views.Leaderboard, render: page.Render) -> Iterator[page.File]:
     """The scripts of the rows of the boards, then of those of the core, with a badge each."""
     tests: dict[tuple[str, str, str], dict[str, str]] = {}  # by protocol, budget and name, then by group
     for view in site.boards:
@@ -33,7 +31,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     if board := site.scored.core:
         cards, compared = {card.name: card for card in site.submissions}, verdicts(board)
         for each in board.rows:
-            on_groups = tests.get((SEQUENTIAL, board.budget, each.name), {})
+            on_groups = tests.get((submission_results.SEQUENTIAL, board.budget, each.name), {})
             values = {"row": each, "runs": first_runs(each, cards[each.name]), "tests": on_groups}
             values |= {"verdicts": compared.get(each.name, {})}
             path, card, kept = paths.number_file(each.name), cards[each.name], each.metrics[core.FINAL]
@@ -43,7 +41,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
             yield badge, render("badge.svg", badge, said=said)
 
 
-def _script(template: str, path: str, card: Scorecard, render: Render, **values: object) -> File:
+def _script(template: str, path: str, card: Scorecard, render: page.Render, **values: object) -> page.File:
     folder = render.folders.get(card.name)
     watched = {file.stem for file in (folder / POSES).glob("*.json")} if folder else set()
     markup = render(template, path, card=card, core=core, watched=watched, **values)

@@ -17,8 +17,7 @@ from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import landscapes, line_charts, strips, task_pictures
 from gym_extensions.site.pages.landscapes import TITLES, Landscapes
 from gym_extensions.site.play import assets, mujoco_wasm, stroboscopes
-from gym_extensions.submissions import diagnostics
-from gym_extensions.submissions.review import REPORTED
+from gym_extensions.submissions import diagnostics, review
 
 TASK_LIST = "tasks.html"
 """The page that lists all tasks."""
@@ -75,7 +74,7 @@ def environment() -> Environment:
         FORGETTING=FORGETTING.name,
         LEARNING=LEARNING.name,
         paper_columns=PAPER_COLUMNS,
-        reported=REPORTED,
+        reported=review.REPORTED,
         TASKS=TASKS,
         play_group_link=assets.play_group_link,
     )

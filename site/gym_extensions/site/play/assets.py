@@ -27,9 +27,8 @@ from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.paths import slug
 from gym_extensions.site.play.mujoco_wasm import Simulator, license_of
 from gym_extensions.site.submission_results import SEQUENTIAL
+from gym_extensions.submissions.policies import mlp, mlp_arrays
 from gym_extensions.submissions.policies.files import has_policies, npz_bytes, read_policies, run_arrays
-from gym_extensions.submissions.policies.mlp import Policy
-from gym_extensions.submissions.policies.mlp_arrays import Arrays
 
 MODELS = "play/models/"
 FORMAT = 1
@@ -157,13 +156,13 @@ def _run_file(row: Row, group_id: str, nth: int, folders: Mapping[str, Path]) ->
         policies = read_policies(folder, group, SEQUENTIAL, run)
     except BenchError:
         return b"", NOT_ARRAYS
-    if not all(isinstance(policy, Policy) for policy in policies.values()):
+    if not all(isinstance(policy, mlp.Policy) for policy in policies.values()):
         return b"", NOT_ARRAYS
     content = policy_file(run_arrays(policies))
     return (content, "") if len(content) <= MAX_FILE_BYTES else (b"", TOO_LARGE)
 
 
-def policy_file(arrays: Arrays) -> bytes:
+def policy_file(arrays: mlp_arrays.Arrays) -> bytes:
     """An .npz file that ``static/play/policy.js`` can read: little-endian arrays in the order of C."""
     plain = {name: np.asarray(each, each.dtype.newbyteorder("<"), order="C") for name, each in arrays.items()}
     return npz_bytes(plain)
