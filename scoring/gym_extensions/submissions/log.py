@@ -15,8 +15,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import Budget
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
-from gym_extensions.submissions.layout import CLONE, LOG, max_bytes, read_regular
-from gym_extensions.submissions.problem import count
+from gym_extensions.submissions import layout, problem
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -139,7 +138,7 @@ def read_log(path: Path) -> pd.DataFrame:
         BenchError: the file cannot be read, or a line, which is named, is not one of a log.
     """
     try:
-        return log_frame(read_regular(path, max_bytes(LOG)))
+        return log_frame(layout.read_regular(path, layout.max_bytes(layout.LOG)))
     except TableError as error:
         hint = "Restore the file, or remove the files of this run and train it again."
         raise BenchError("bad-log", error.message, f"{path}, line {error.line}", hint) from None
@@ -153,7 +152,7 @@ def _first_error(data: bytes) -> TableError:
     if header != HEADER.encode():
         is_marked = "a byte order mark (EF BB BF) and " if data.startswith(BOM) else ""
         stated = f"{is_marked}{_quoted(header.removeprefix(BOM))}"
-        why = f" {CLONE}" if header.endswith(b"\r") else ""
+        why = f" {layout.CLONE}" if header.endswith(b"\r") else ""
         return TableError(1, f"The header is {stated}; expected {HEADER}.{why}")
     if not any(rows):
         return TableError(1, "The file has a header but no rows.")
@@ -171,7 +170,7 @@ def _row_error(row: bytes) -> str:
         return f"The row contains the character {character!r}."
     cells = row.decode("ascii").split(",")
     if len(cells) != len(LOG_COLUMNS):
-        return f"The row has {count(len(cells), 'cell')}; expected {len(LOG_COLUMNS)}."
+        return f"The row has {problem.count(len(cells), 'cell')}; expected {len(LOG_COLUMNS)}."
     for name, cell in zip(LOG_COLUMNS, cells, strict=True):
         expression, kind = CELLS[name]
         if not re.fullmatch(expression, cell):
