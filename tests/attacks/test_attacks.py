@@ -301,9 +301,12 @@ ATTACKS = (
 )
 
 
-def stop_of(submission: Path, cache: Path) -> str:
+STORES = Store(submissions.CACHE / "verify"), Fetcher(submissions.CACHE / "policies")
+
+
+def stop_of(submission: Path) -> str:
     """What stops a submission, or ``verified``."""
-    report = verify(read(submission), VALUE, Store(cache / "verify"), Fetcher(cache / "policies"))
+    report = verify(read(submission), VALUE, *STORES)
     if report.problems:
         return " ".join(problem.rule for problem in report.problems)
     found = report.verification
@@ -323,8 +326,7 @@ def stop_of(submission: Path, cache: Path) -> str:
 def test_an_attack_stops_where_its_row_says(attack: Attack, tmp_path: Path) -> None:
     submission = copy(honest(attack.head, attack.runs), tmp_path / "attack")
     if attack.reviewed:
-        cache = Store(tmp_path / "verify"), Fetcher(tmp_path / "policies")
-        report = verify(read(submission), VALUE, *cache)
+        report = verify(read(submission), VALUE, *STORES)
         assert report.verification is not None
         write_review(submission, Review(verifications=[report.verification]))
         assert submissions.level_of(submission) == VERIFIED
@@ -332,7 +334,7 @@ def test_an_attack_stops_where_its_row_says(attack: Attack, tmp_path: Path) -> N
         assert submissions.level_of(submission) == attack.stop
         return
     attack.forge(submission)
-    assert attack.stop in stop_of(submission, tmp_path)
+    assert attack.stop in stop_of(submission)
 
 
 def test_the_attacks_are_the_rows_that_name_them() -> None:

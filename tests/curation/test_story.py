@@ -65,7 +65,7 @@ class Project:
             shutil.copytree(original, folder, dirs_exist_ok=True)
             git(self.fork, "remote", "set-url", "origin", str(self.main))
         self.records = folder / "records"
-        self.options = ("--cache", str(folder / "cache"))
+        self.options = ("--cache", str(submissions.CACHE))
 
     def submit(self, submission: Path) -> GateReport:
         """The gate's report on a branch of the fork with a submission ``new``."""

@@ -79,6 +79,7 @@ def test_why_an_expert_is_provisional_is_kept() -> None:
     [
         (b"[1]", "object"),
         (b"{", "truncated"),
+        (b"[" * 100_000, ""),
         (a_file(format=3), "3"),
         (a_file(tasks=[]), "tasks"),
         (a_file(tasks={HOPPER: {"expert": EXPERT}}), "floor"),

@@ -122,17 +122,6 @@ def test_the_review_is_told(make_submission: Write, known: None, capsys: pytest.
     assert capsys.readouterr().out.splitlines()[1] == "  withdrawn from all boards on 2026-01-02: Too good."
 
 
-@pytest.mark.parametrize("text", ["[1]", "null", "{", "[" * 100_000])
-def test_a_references_file_that_holds_none_is_an_error_in_one_line(
-    make_submission: Write, tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "r.json").write_text(text)
-    assert cli.main([str(make_submission()), "--references", str(tmp_path / "r.json")]) == 2
-    told = capsys.readouterr().err
-    assert "r.json" in told
-    assert len(told.splitlines()) == 1
-
-
 def test_problems_are_told_with_rule_place_and_what_to_do(
     make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -30,6 +30,8 @@ RUNS = (0, 1, 2, 3, 4)
 VALUE = "3f" * 20
 """From it, the seeds of ``verify`` are drawn."""
 SCRATCH = tempfile.TemporaryDirectory(prefix="submissions-")
+CACHE = Path(SCRATCH.name, "cache")
+"""Episodes that another test has run with the same policies on the same seeds."""
 Row = dict[str, Any]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Card, Resumable, algorithms
+from gym_extensions.baselines import Resumable, algorithms
 from gym_extensions.baselines.agent import Described
 from gym_extensions.baselines.agent_spec import checked_card
 from gym_extensions.baselines.training.environment import TrainingEnv
@@ -28,21 +28,15 @@ def spaces() -> Spaces:
 
 
 @pytest.mark.parametrize("name", NUMPY)
-def test_each_describes_itself_and_can_be_saved(name: str, spaces: Spaces) -> None:
-    agent = algorithms.factory(name)(*spaces, 0)
-    assert isinstance(agent, Described)
-    assert isinstance(agent, Resumable)
-    card = checked_card(agent, "other")
-    assert isinstance(card, Card)
-    assert card.algorithm == name
-
-
-@pytest.mark.parametrize("name", NUMPY)
-def test_each_returns_one_action_per_environment_and_repeats_itself_with_the_same_seed(
+def test_each_describes_itself_can_be_saved_and_repeats_itself_with_the_same_seed(
     name: str, spaces: Spaces
 ) -> None:
+    agent, twin = (algorithms.factory(name)(*spaces, 7) for _ in range(2))
+    assert isinstance(agent, Described)
+    assert isinstance(twin, Resumable)
+    assert checked_card(agent, "other").algorithm == name
     observations = np.zeros((4, *spaces[0].shape))
-    first, second = (algorithms.factory(name)(*spaces, 7).act(observations) for _ in range(2))
+    first, second = (each.act(observations) for each in (agent, twin))
     assert first.shape == (4, *spaces[1].shape)
     assert np.array_equal(first, second)
 
