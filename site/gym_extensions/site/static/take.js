@@ -73,7 +73,7 @@
       PNG: () => png(svg, name),
     });
   });
-  document.querySelectorAll("main table, #differences").forEach((place, i) => { // those of the page Compare come later, and change
+  document.querySelectorAll("main table, .scroll#differences").forEach((place, i) => { // those of the page Compare come later, and change
     const name = `${here}-table-${i + 1}`, tables = () => (place.matches("table") ? [place] : [...place.querySelectorAll("table")]);
     offer(place.closest(".scroll") ?? place, name, { CSV: () => save(`${name}.csv`, new Blob(["\ufeff", tables().map(csv).join("\r\n")], { type: "text/csv" })) });
   });
