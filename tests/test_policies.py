@@ -20,16 +20,13 @@ def submission(make_submission: Callable[..., Path]) -> Path:
     return make_submission(runs=(0,))
 
 
-def test_a_policy_is_loaded_by_run_and_stage_and_the_last_stage_is_the_default(submission: Path) -> None:
+def test_a_policy_is_loaded_by_run_and_stage_by_default_the_last_one_or_by_task(submission: Path) -> None:
     policy = policies.load(submission, "hopper-gravity", run=0, stage=2)
     last = policies.load(str(submission), "hopper-gravity")
     assert policy.act(np.zeros(11), np.random.default_rng(0)).shape == (3,)
     assert last.act(np.zeros((4, 11)), np.random.default_rng(0)).shape == (4, 3)
-
-
-def test_the_policies_of_single_tasks_are_loaded_by_the_task(submission: Path) -> None:
-    policy = policies.load(submission, "hopper-gravity", task="HopperGravityHalf", protocol="single")
-    assert policy.num_actions == 3
+    single = policies.load(submission, "hopper-gravity", task="HopperGravityHalf", protocol="single")
+    assert single.num_actions == 3
 
 
 def test_an_address_needs_the_digest_of_its_content(

@@ -80,9 +80,7 @@ def test_the_logs_are_those_of_the_training_loop(recorded: Path, tmp_path: Path)
     assert not read(recorded, GROUPS).problems
 
 
-def test_the_document_says_that_nobody_counted_the_steps_and_nothing_was_measured(
-    recorded: Path,
-) -> None:
+def test_the_document_says_that_nobody_counted_the_steps_and_nothing_was_measured(recorded: Path) -> None:
     claimed = document(recorded)
     assert (claimed.steps, claimed.steps_counted) == (2000, False)
     assert (claimed.machine, claimed.cpu_seconds) == (None, None)

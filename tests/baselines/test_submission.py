@@ -72,12 +72,6 @@ def test_a_run_can_be_added_to_a_submission_that_has_a_review(
     validate(out)
 
 
-def test_runs_without_a_manifest_are_rejected(random_submission: Path, tmp_path: Path) -> None:
-    out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
-    (out / "submission.toml").unlink()
-    assert training_error(out).code == "manifest-lost"
-
-
 @pytest.mark.parametrize("name", ["run0.csv", "run0.json"])
 def test_a_damaged_run_is_named_before_training(name: str, random_submission: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine"
@@ -105,11 +99,15 @@ def test_a_run_in_the_place_of_another_order_is_named_before_training(
     assert not (out / QUICK_GROUP.name / target / "run0.csv").exists()
 
 
-def test_a_manifest_that_is_not_toml_is_rejected(random_submission: Path, tmp_path: Path) -> None:
+def test_runs_without_a_manifest_or_with_one_that_is_not_toml_are_rejected(
+    random_submission: Path, tmp_path: Path
+) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
     (out / "submission.toml").write_text("title =\n")
     error = training_error(out)
     assert (error.code, "line 1" in error.message) == ("bad-manifest", True)
+    (out / "submission.toml").unlink()
+    assert training_error(out).code == "manifest-lost"
 
 
 def settings(card: Card = CARD, observes: Observes = NOTHING, **changes: Any) -> Settings:

@@ -56,12 +56,9 @@ def problem(rule: str, where: str) -> Problem:
     return Problem(rule, where, "It is wrong.", "Mend it.")
 
 
-def test_unprintable_characters_are_escaped() -> None:
+def test_unprintable_characters_are_escaped_in_problems_too() -> None:
     assert escape("plain: ü 強") == "plain: ü 強"
     assert escape("a\n\x1b[31m\u202e\udcff") == "a\\n\\x1b[31m\\u202e\\udcff"
-
-
-def test_a_problem_is_printable() -> None:
     escaped = Problem("rule", "a\nb", "\x1b[31m", "\u202e")
     assert (escaped.where, escaped.message, escaped.hint) == ("a\\nb", "\\x1b[31m", "\\u202e")
 
