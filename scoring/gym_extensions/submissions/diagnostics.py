@@ -65,11 +65,15 @@ def load(submission: Path, group: TaskGroup) -> dict[str, DiagnosedRun]:
         return {}
     paths = {name: submission / f"{name}{DOCUMENT}" for name in found.runs}
     stated = {name: read_run(path).policies for name, path in paths.items() if path.is_file()}
-    return {name: run for name, run in found.runs.items() if (at := stated.get(name)) and at.sha256 == run.policies}
+    return {
+        name: run
+        for name, run in found.runs.items()
+        if (at := stated.get(name)) and at.sha256 == run.policies
+    }
 
 
 class Change(NamedTuple):
-    """A number of the last hidden layer: means over runs at three stages, and the change from first to last."""
+    """A number of the last hidden layer: means over runs at three stages, the change from first to last."""
 
     untrained: float
     first: float

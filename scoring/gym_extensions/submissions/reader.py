@@ -145,7 +145,7 @@ class _Reader:
     def _group(self, group: TaskGroup, policies: bool) -> SubmittedGroup:
         before = len(self.problems)
         documents: dict[str, dict[int, RunDocument]] = {}
-        frames: "dict[str, dict[int, pd.DataFrame]]" = {}
+        frames: dict[str, dict[int, pd.DataFrame]] = {}
         for protocol in PROTOCOLS:
             for run in self.folder.runs.get((group.name, protocol), {}):
                 document, frame = self._run(group, protocol, run, documents)

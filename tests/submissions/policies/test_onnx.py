@@ -17,8 +17,8 @@ from gym_extensions.submissions import layout
 from gym_extensions.submissions.policies.diagnostics import diagnose
 from gym_extensions.submissions.policies.onnx import MISSING, OnnxPolicy, network_errors
 
-from .networks import FLOAT, endless, graph, model, value
 from ...conftest import refused
+from .networks import FLOAT, endless, graph, model, value
 
 BATCH = "batch"
 
