@@ -105,11 +105,8 @@ def main(argv: list[str] | None = None) -> int:
         print("Refused (not on a board until all problems are fixed):")
     for card in refused:
         show_line(console(), card)
-    wanted = {
-        "repository (--repository ADDRESS)": options.repository,
-        "address of their own (--url ADDRESS)": options.url,
-    }
-    if absent := [what for what, given in wanted.items() if not given]:
+    absent = [] if options.repository else ["repository (--repository ADDRESS)"]
+    if absent := absent + ([] if options.url else ["address of their own (--url ADDRESS)"]):
         print(f"These pages name no {' and no '.join(absent)}.")
     print(options.out / "index.html")
     return 1 if refused else 0

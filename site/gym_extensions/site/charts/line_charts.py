@@ -4,7 +4,7 @@ A performance profile is the share of runs and tasks that score above each value
 RL at the Edge of the Statistical Precipice, NeurIPS 2021.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import date
 from functools import lru_cache
 from operator import sub
@@ -12,6 +12,8 @@ from statistics import fmean
 
 from markupsafe import Markup, escape
 
+from gym_extensions.metrics.formulas import FINAL
+from gym_extensions.scoring.ranking.boards import CoreRow
 from gym_extensions.site import board_views, submission_results
 from gym_extensions.site.charts import svg
 from gym_extensions.site.text import fixed, grouped, short, variation
@@ -192,8 +194,8 @@ def panels(rows: Sequence[board_views.Row]) -> list[tuple[Markup, Markup]]:
 
 PROFILE_X, PROFILE_Y = (40.0, 372.0), (164.0, 24.0)
 """Left and right, bottom and top of a profile."""
-RECORDS_X, RECORDS_Y, DAY_WIDTH = (34.0, 346.0), (130.0, 14.0), 66.0
-"""The same of the best scores over time, and the width of a label below them."""
+RECORDS_X, RECORDS_Y = (34.0, 346.0), (130.0, 14.0)
+"""The same of the best scores over time."""
 DESCRIBED = (0.0, 0.5, 1.0, 2.0)
 """The scores whose shares the description names, where the profile has them."""
 
@@ -240,33 +242,22 @@ def _profiles(lines: Sequence[tuple[str, submission_results.Points]], label: str
     return svg.picture("profile", "384", "196", label, "".join(body))
 
 
-def records(lines: Sequence[tuple[str, Sequence[tuple[str, float]]]], until: str) -> Markup:
-    """A step line per list: its best score from each day on.
-
-    Args:
-        lines: the name of a list, and its steps as (YYYY-MM-DD, score), oldest first.
-        until: the day on which the lines end.
-    """
-    days = {day: float(date.fromisoformat(day).toordinal()) for _, steps in lines for day, _ in steps}
-    end = float(date.fromisoformat(until).toordinal())
-    x = svg.Scale(min(days.values()), max(end, *days.values()), *RECORDS_X)
-    y = svg.scale_around((score for _, steps in lines for _, score in steps), *RECORDS_Y, always=(0.0,))
+def records(best: Mapping[str, Sequence[tuple[str, CoreRow]]], until: str) -> Markup:
+    """A step line per list, by its title: its best score from each YYYY-MM-DD on, oldest first."""
+    days = {day: date.fromisoformat(day).toordinal() for steps in best.values() for day, _ in steps}
+    x = svg.Scale(min(days.values()), max(date.fromisoformat(until).toordinal(), *days.values()), *RECORDS_X)
+    means = {row.name: row.metrics[FINAL.name].mean or 0.0 for steps in best.values() for _, row in steps}
+    y = svg.scale_around(means.values(), *RECORDS_Y, always=(0.0,))
     body = _ground(x, y, None, y.ticks(4), y.ticks(4))
-    labelled: list[float] = []
-    for day in sorted(days):
-        if all(abs(x.at(days[day]) - other) > DAY_WIDTH for other in labelled):
-            labelled.append(x.at(days[day]))
-            body.append(svg.text("tick", labelled[-1], y.start + 16, day))
-    for number, (_, steps) in enumerate(lines, 1):
-        ends = [*(days[day] for day, _ in steps[1:]), x.high]
-        corners = [
-            (at, score) for (day, score), last in zip(steps, ends, strict=True) for at in (days[day], last)
-        ]
-        body.append(f'<polyline class="line p{number}" points="{svg.points(corners, x, y)}"/>')
-        body += [
-            svg.text("tick name", x.at(days[day]) + 4, y.at(score) - 6, fixed(score)) for day, score in steps
-        ]
-    said = "; ".join(
-        f"{name}: {', '.join(f'{fixed(score)} since {day}' for day, score in steps)}" for name, steps in lines
-    )
-    return svg.picture("profile", "384", "150", said, "".join(body))
+    body += [svg.text("tick", x.start, y.start + 16, min(days)), svg.text("tick", x.end, y.start + 16, until)]
+    said = []
+    for number, (title, steps) in enumerate(best.items(), 1):
+        at = [(x.at(days[day]), y.at(means[row.name])) for day, row in steps]
+        way = "".join(f"H{svg.px(across)}V{svg.px(up)}" for across, up in at)
+        body.append(
+            f'<path class="line p{number}" d="M{svg.px(at[0][0])} {svg.px(at[0][1])}{way}H{x.end:g}"/>'
+        )
+        texts = [fixed(means[row.name]) for _, row in steps]
+        body += [svg.text("tick name", at[i][0] + 4, at[i][1] - 6, text) for i, text in enumerate(texts)]
+        said += [f"{title}: {text} since {day}" for text, (day, _) in zip(texts, steps, strict=True)]
+    return svg.picture("profile", "384", "150", "; ".join(said), "".join(body))

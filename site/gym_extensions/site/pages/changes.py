@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from operator import attrgetter
 
-from markupsafe import Markup
-
 from gym_extensions.scoring.ranking.boards import CoreRow
 from gym_extensions.site import paths
 from gym_extensions.site.board_views import Leaderboard
@@ -35,11 +33,6 @@ class Change:
     text: str
     title: str = ""  # of the submission
 
-    @property
-    def path(self) -> str:
-        """The page of the submission."""
-        return paths.submission_path(self.name)
-
 
 def changes(site: Leaderboard) -> list[Change]:
     """All decisions, verifications and records, newest first. Those of a day, kind and submission are one."""
@@ -61,34 +54,30 @@ def changes(site: Leaderboard) -> list[Change]:
             found.setdefault((card.training.date, TRAINED_HERE), []).append("The project trained its code.")
         for (date, kind), texts in found.items():
             rows.append(Change(date, card.name, kind, " ".join(texts), card.title))
-    for has_label, steps in records(site).items():
+    for title, steps in records(site).items():
         for day, row in steps:
-            said = f"{mean(row.metrics[core.FINAL])} by today's runs, {overview.LISTS[has_label][0].lower()}."
+            said = f"{mean(row.metrics[core.FINAL])} by today's runs, {title.lower()}."
             rows.append(Change(day, row.name, "highest core score", said, row.title))
     return sorted(rows, reverse=True)
 
 
-def records(site: Leaderboard) -> dict[bool, list[tuple[str, CoreRow]]]:
+def records(site: Leaderboard) -> dict[str, list[tuple[str, CoreRow]]]:
     """By list of the core, the methods whose score was above those of all before them, oldest first.
 
     A method counts from the day on which every group of the core had a verified run of it, or on which it was
     trained here. Scores are those of today: nothing states those of a day that has passed.
     """
-    cards, found = {card.name: card for card in site.submissions}, dict[bool, list[tuple[str, CoreRow]]]()
+    cards, found = {card.name: card for card in site.submissions}, dict[str, list[tuple[str, CoreRow]]]()
     for each in site.scored.core.lists if site.scored.core else ():
-        best: list[tuple[str, CoreRow]] = []
+        best = found.setdefault(overview.LISTS[each.task_conditioned][0], [])
         for row in filter(attrgetter("ranked"), each.rows):  # best first
             card, logs = cards[row.name], [f"{split_version(group)[0]}/{SEQUENTIAL}" for group in row.groups]
             passed = [part for part in card.verifications if part.passed]
-            days = [[part.date for part in passed if log in part.logs] for log in logs]
-            day = max(map(min, days)) if days and all(days) else ""
-            if row.trained_here and card.training:
-                day = card.training.date
+            days = [min((part.date for part in passed if log in part.logs), default="") for log in logs]
+            day = card.training.date if row.trained_here and card.training else all(days) and max(days)
             if day and (not best or day < best[0][0]):
                 best.insert(0, (day, row))
-        if best:
-            found[each.task_conditioned] = best
-    return found
+    return {title: best for title, best in found.items() if best}
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
@@ -96,25 +85,9 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     rows, merged = changes(site), dict[tuple[str, str, str], list[Change]]()
     for row in rows[:MOST]:
         merged.setdefault((row.date, row.kind, row.text), []).append(row)
-    best, drawing = records(site), Markup("")
-    if len({day for steps in best.values() for day, _ in steps}) > 1:
-        lines = [
-            (overview.LISTS[key][0], [(day, row.metrics[core.FINAL].mean or 0.0) for day, row in steps])
-            for key, steps in best.items()
-        ]
-        drawing = line_charts.records(lines, rows[0].date)
-    yield (
-        "changes.html",
-        render(
-            "changes.html",
-            "changes.html",
-            merged=merged,
-            shown=MOST,
-            total=len(rows),
-            best=best,
-            lists=overview.LISTS,
-            final=core.FINAL,
-            drawing=drawing,
-        ),
-    )
+    best = records(site)
+    is_drawn = len({day for steps in best.values() for day, _ in steps}) > 1
+    drawing = line_charts.records(best, rows[0].date) if is_drawn else ""
+    values = {"merged": merged, "shown": MOST, "total": len(rows), "best": best, "drawing": drawing}
+    yield "changes.html", render("changes.html", "changes.html", final=core.FINAL, **values)
     yield paths.FEED, render("feed.xml", paths.FEED, changes=rows[:MOST])

@@ -227,11 +227,6 @@ class Overview:
         """The number of methods whose runs were logged in the first arithmetic."""
         return sum(self.cards[row.name].arithmetic == 1 for row in self.board.rows)
 
-    @property
-    def wanted_names(self) -> set[str]:
-        """The submissions whose missing runs anybody can train."""
-        return {each.name for each in self.wanted}
-
     def minutes(self, row: CoreRow) -> str:
         """The processor time of a run of the core in minutes; a dash where a group does not state it."""
         return "–" if row.cost.cpu_seconds is None else text.fixed(row.cost.cpu_seconds / 60, 0)
