@@ -45,7 +45,7 @@ def test_the_section_appears_with_runs_in_other_orders(make_submission: Callable
     assert found.shares["a"][0][0].mean == pytest.approx(1)
     assert math.isnan(found.ends["a"][1].mean)
     text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
-    part = text[text.index("{% if orders %}") : text.index("### What choosing")]
+    part = text[text.index("{% if orders %}") : text.index("### The same additions")]
     environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
     environment.globals.update(fmt=partial(fixed, digits=2), percent=tables.percent)
     page = environment.from_string(part)

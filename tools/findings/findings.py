@@ -20,12 +20,12 @@ from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board
-from gym_extensions.scoring.submission.core_score import retention
+from gym_extensions.scoring.submission.core_score import core_logs, retention
 from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank
 from gym_extensions.submissions.landscapes import best, landscapes_of
-from tools.findings import claims, tables
+from tools.findings import bases, claims, tables
 from tools.findings.costs import hours
 from tools.findings.figures import draw_groups, draw_retention, write_picture
 from tools.findings.orders import orders
@@ -140,6 +140,14 @@ def main() -> None:
             if group.id in SUITES["gravity"]
         },
         orders=orders(metrics, results.order_effects(submissions)),
+        bases=bases.base_by_addition(
+            {
+                card.name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}
+                for card in cards
+            }
+        ),
+        BASES=bases.BASES,
+        BASE_GROUPS=[name.rpartition("-v")[0] for name in bases.GROUPS],
         landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
         predictors=tables.predictors(policies),
         networks=tables.network_changes(policies),

@@ -40,6 +40,20 @@ class Orders:
         return "" if math.isnan(mean) else f"{1 + above}. "
 
 
+def agreement(names: Sequence[str], rows: Sequence[Sequence[float]]) -> dict[tuple[str, str], float]:
+    """Kendall's τ of every two columns, over the rows that have both, where these are three or more.
+
+    ``rows`` has a value, or NaN, for each of the names.
+    """
+    found = {}
+    for first, second in combinations(range(len(names)), 2):
+        both = [(row[first], row[second]) for row in rows]
+        both = [pair for pair in both if not any(map(math.isnan, pair))]
+        if len(both) > 2:
+            found[names[first], names[second]] = float(kendalltau(*zip(*both, strict=True)).statistic)
+    return found
+
+
 def orders(metrics: pd.DataFrame, effects: pd.DataFrame) -> list[Orders]:
     """Every group that has such runs, from ``results.metrics`` and ``results.order_effects``."""
     found = []
@@ -52,13 +66,7 @@ def orders(metrics: pd.DataFrame, effects: pd.DataFrame) -> list[Orders]:
         ends = {
             name: [value(metrics, name, group.id, FINAL.name, order) for order in IN_ORDER] for name in names
         }
-        agreement = {}
-        for first, second in combinations(range(len(IN_ORDER)), 2):
-            both = [(row[first].mean, row[second].mean) for row in ends.values()]
-            both = [pair for pair in both if not any(map(math.isnan, pair))]
-            if len(both) > 2:
-                tau = kendalltau(*zip(*both, strict=True)).statistic
-                agreement[IN_ORDER[first], IN_ORDER[second]] = float(tau)
+        agree = agreement(IN_ORDER, [[each.mean for each in row] for row in ends.values()])
 
         def part(name: str, metric: str, kind: str, known: str = group.id) -> list[Value]:
             rows = effects[(effects["submission"] == name) & (effects["group"] == known)]
@@ -69,5 +77,5 @@ def orders(metrics: pd.DataFrame, effects: pd.DataFrame) -> list[Orders]:
         shares = {
             name: [part(name, metric.name, "share") for metric in (FINAL, FORGETTING)] for name in positions
         }
-        found.append(Orders(group.name, ends, agreement, positions, shares))
+        found.append(Orders(group.name, ends, agree, positions, shares))
     return found

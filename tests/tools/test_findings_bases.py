@@ -1,0 +1,74 @@
+"""The part of the findings on additions to other learners: it claims nothing of agents without runs."""
+
+import math
+from functools import partial
+from pathlib import Path
+
+import pytest
+from jinja2 import Environment, FileSystemLoader
+
+from gym_extensions.site.text import fixed
+from tools.findings import bases, findings
+from tools.findings.bases import GROUPS, agent, base_by_addition
+
+
+def runs(*means: float) -> dict[str, list[float]]:
+    """Two runs of each group, .1 above and below its mean."""
+    return {group: [mean - 0.1, mean + 0.1] for group, mean in zip(GROUPS, means, strict=True)}
+
+
+TRPO = {
+    "trpo": runs(0.3, 0.4, 0.5),
+    "reset": runs(0.1, 0.1, 0.1),
+    "cloning": runs(0.6, 0.6, 0.6),
+}
+PPO = {
+    "ppo": runs(0.2, 0.2, 0.2),
+    "ppo-reset": runs(0.4, 0.4, 0.4),
+    "ppo-cloning": runs(0.3, 0.3, 0.3),
+}
+
+
+def test_an_agent_has_the_name_of_its_base_and_addition() -> None:
+    assert [agent(*each) for each in (("trpo",), ("trpo", "reset"), ("sac64",), ("sac64", "reset"))] == [
+        "trpo",
+        "reset",
+        "sac64",
+        "sac64-reset",
+    ]
+
+
+def test_an_effect_is_the_mean_difference_from_the_base_over_the_groups() -> None:
+    table = base_by_addition(TRPO | PPO | {"sac64": {GROUPS[0]: [0.5, 0.5]}})
+    assert table.ends["trpo"].mean == pytest.approx(0.4)
+    assert table.effects["cloning"]["trpo"].mean == pytest.approx(0.2)
+    # Each mean of two runs has the standard error .1; a difference .1 √2, a mean over three .1 √(2 / 3).
+    half = table.effects["cloning"]["trpo"].high - 0.2
+    assert half == pytest.approx(0.1 * math.sqrt(2 / 3) * 2.447, rel=1e-3)  # t(.975, 6)
+    assert table.effects["reset"]["ppo"].mean == pytest.approx(0.2)
+    assert table.smallest("reset") == ("TRPO", table.effects["reset"]["trpo"])
+    assert table.smallest("cloning") == ("PPO", table.effects["cloning"]["ppo"])
+    # Effects of reset differ by .5, of cloning by .1: t of 12 degrees of freedom, standard error .1 √(4 / 3).
+    assert table.same == pytest.approx({"reset": 2 * 0.0009785, "cloning": 0.40346}, rel=1e-3)
+    # TRPO: reset < none < cloning; PPO: none < cloning < reset. One pair of three has the same order.
+    assert table.agreement == pytest.approx({("trpo", "ppo"): -1 / 3})
+    assert {"sac64", "sac64-reset", "packnet", "ppo-snapshots"} < set(table.missing)
+    assert not {"trpo", "ppo-reset"} & set(table.missing)
+
+
+def test_the_section_names_what_has_no_runs_and_claims_nothing_of_it() -> None:
+    text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
+    part = text[text.index("### The same additions") : text.index("### What choosing")]
+    environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
+    environment.globals.update(fmt=partial(fixed, digits=2), BASES=bases.BASES, BASE_GROUPS=["a"])
+    page = environment.from_string(part)
+    one, two = (page.render(bases=base_by_addition(each)) for each in (TRPO, TRPO | PPO))
+    rows = [line for line in one.splitlines() if line.startswith("|")]
+    assert {line.count("|") for line in rows} == {6}
+    assert rows[3].endswith("| – | – | – |")
+    assert "`ppo-cloning`" in one
+    assert "smallest" not in one
+    assert "τ" not in one
+    assert "The smallest effect of cloning is 0.10" in two
+    assert "Kendall's τ between the orders of the additions on TRPO and PPO" in two
+    assert "`ppo-cloning`" not in two

@@ -1,0 +1,90 @@
+"""What docs/findings.md says of the same additions to TRPO, PPO and SAC, from the runs that there are."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gym_extensions.metrics.statistics import (
+    equal_means_p,
+    holm_adjusted,
+    mean_of_groups,
+    subtract,
+    summary,
+    to_interval,
+)
+from tools.findings.claims import GroupRuns
+from tools.findings.orders import agreement
+from tools.findings.tables import Value
+
+GROUPS = ("hopper-gravity-v0", "halfcheetah-gravity-v0", "walker2d-wall-v0")
+BASES = {"trpo": "TRPO", "ppo": "PPO", "sac64": "SAC 64-64"}
+"""The learners by the name of their agent."""
+ADDITIONS = ("reset", "snapshots", "cloning", "online-ewc", "packnet")
+NONE = Value(math.nan, math.nan, math.nan)
+
+
+def agent(base: str, addition: str = "") -> str:
+    """The agent of a base with an addition, if any; those of ``trpo`` have the name of the addition."""
+    return "-".join(part for part in ("" if base == "trpo" and addition else base, addition) if part)
+
+
+@dataclass(frozen=True)
+class BaseByAddition:
+    """The score at the end, as a mean over ``GROUPS``, of bases with additions.
+
+    Attributes:
+        ends: by base, its score without an addition; NaN without runs, as everywhere here.
+        effects: by addition and base, the score with the addition minus the score without.
+        same: by addition that two or more bases have, the p value of equal effects, Welch's test of 1951 with
+            Holm's correction over additions. Runs of different bases are independent.
+        agreement: Kendall's τ of the scores on two bases, over the additions, and none, that both have, where
+            these are three or more.
+        missing: the agents without two runs in each group.
+    """
+
+    ends: Mapping[str, Value]
+    effects: Mapping[str, Mapping[str, Value]]
+    same: Mapping[str, float]
+    agreement: Mapping[tuple[str, str], float]
+    missing: tuple[str, ...]
+
+    def smallest(self, addition: str) -> tuple[str, Value] | None:
+        """The base on which an addition has its smallest effect, if two or more bases have it."""
+        known = [(value, base) for base, value in self.effects[addition].items() if value.mean == value.mean]
+        value, base = min(known, default=(NONE, ""))
+        return (BASES[base], value) if len(known) > 1 else None
+
+
+def base_by_addition(finals: Mapping[str, GroupRuns]) -> BaseByAddition:
+    """The table, from the score at the end of every run, by submission and group id."""
+    complete = {
+        name: [summary(runs[group]) for group in GROUPS]
+        for name, runs in finals.items()
+        if all(len(runs.get(group, ())) > 1 for group in GROUPS)
+    }
+    ends, effects = dict.fromkeys(BASES, NONE), {each: dict.fromkeys(BASES, NONE) for each in ADDITIONS}
+    scores, found = {base: [math.nan] * (1 + len(ADDITIONS)) for base in BASES}, {}
+    for base in BASES:
+        alone = complete.get(agent(base))
+        for place, addition in enumerate(("", *ADDITIONS)):
+            if parts := complete.get(agent(base, addition)):
+                scores[base][place] = mean_of_groups(parts).mean
+                if not addition:
+                    ends[base] = Value.of(to_interval(mean_of_groups(parts)))
+                elif alone:
+                    pairs = zip(parts, alone, strict=True)
+                    found[addition, base] = effect = mean_of_groups([subtract(*pair) for pair in pairs])
+                    effects[addition][base] = Value.of(to_interval(effect))
+    several = {each: [found[each, base] for base in BASES if (each, base) in found] for each in ADDITIONS}
+    several = {each: parts for each, parts in several.items() if len(parts) > 1}
+    adjusted = holm_adjusted(np.array([equal_means_p(parts) for parts in several.values()]))
+    every = [agent(base, addition) for base in BASES for addition in ("", *ADDITIONS)]
+    return BaseByAddition(
+        ends,
+        effects,
+        dict(zip(several, adjusted.tolist(), strict=True)),
+        agreement(list(BASES), list(zip(*scores.values(), strict=True))),
+        tuple(name for name in every if name not in complete),
+    )
