@@ -59,10 +59,6 @@ def contents(agent: Any) -> list[bytes]:
     return [each.detach().numpy().tobytes() for each in agent._model.policy.state_dict().values()]
 
 
-def actor_of(agent: Any) -> Actor:
-    return Actor(agent._model, "test")
-
-
 @each_base
 @pytest.mark.parametrize("addition", PENALTIES)
 def test_a_coefficient_of_zero_is_the_base_bit_by_bit(base: str, addition: str) -> None:
@@ -95,9 +91,9 @@ def test_a_strong_penalty_holds_the_policy_of_the_first_task(base: str, addition
 @each_base
 def test_reset_starts_from_fresh_parameters_statistics_and_an_empty_buffer(base: str) -> None:
     agent = learned(create(base, "reset"), 0)
-    first = actor_of(create(base)).theta
+    first = Actor(create(base)).theta
     agent.learn(Goals(1), 20)  # too few steps for an update
-    fresh = actor_of(agent).theta
+    fresh = Actor(agent).theta
     assert not np.array_equal(fresh, first)
     assert np.linalg.norm(fresh) == pytest.approx(np.linalg.norm(first), rel=0.2)
     if base == "ppo":
@@ -138,7 +134,7 @@ def test_packnet_acts_with_its_network_in_the_present_task_and_shares_the_hidden
 @each_base
 def test_packnet_retrains_what_it_kept_after_it_pruned(base: str) -> None:
     agents = [learned(create(base, "packnet", retrain_share=share), 0) for share in (0.0, 0.5)]
-    weights = [actor_of(agent).theta for agent in agents]
+    weights = [Actor(agent).theta for agent in agents]
     assert not np.array_equal(weights[0], weights[1])
     for agent, theta in zip(agents, weights, strict=True):
         assert (theta[: len(agent._owners)][agent._owners == 0] == 0).all()
@@ -175,12 +171,12 @@ def test_the_card_states_settings_stored_states_and_copies() -> None:
 
 def test_fisher_matrix_and_penalty_of_ppo_s_actor_are_those_of_trpo() -> None:
     agent = learned(create("ppo", "cloning", coefficient=3.0), 0)
-    actor, inputs = actor_of(agent), agent._inputs(SEEN)
-    exact = continual.diagonal_fisher(Architecture(actor.sizes), actor.theta, inputs.numpy())
-    np.testing.assert_allclose(actor.fisher(inputs), exact, rtol=1e-4, atol=1e-6)
+    actor, inputs = Actor(agent), agent._normalizer.normalize_obs(SEEN).astype(np.float32)
+    exact = continual.diagonal_fisher(Architecture(actor.sizes), actor.theta, inputs)
+    np.testing.assert_allclose(actor.fisher(SEEN), exact, rtol=1e-4, atol=1e-6)
     learned(agent, 1)
     agent._draws = Mock(integers=lambda number, size: np.arange(number))
-    inputs = agent._inputs(agent._stored["observations"]).numpy()
+    inputs = agent._normalizer.normalize_obs(agent._stored["observations"]).astype(np.float32)
     targets = agent._stored["means"], np.log(agent._stored["sigmas"])
     penalty = continual.Divergence(3.0, Architecture(actor.sizes), inputs, *targets)
     found = agent._penalty_gradient(actor)
@@ -188,7 +184,7 @@ def test_fisher_matrix_and_penalty_of_ppo_s_actor_are_those_of_trpo() -> None:
 
 
 def test_the_fisher_matrix_of_sac_s_actor_is_the_mean_squared_score() -> None:
-    actor, state = actor_of(learned(create("sac"), 0)), torch.as_tensor(SEEN[:1])
+    actor, state = Actor(learned(create("sac"), 0)), SEEN[:1]
     with torch.no_grad():
         policy = actor.gaussian(state)
     total = np.zeros(len(actor.theta))

@@ -6,23 +6,16 @@ mask gradients and restore values; a callback collects observations. So the same
 every algorithm whose actor is a Gaussian perceptron. Only the actor is held; critics, entropy coefficient and
 replay buffer belong to the learner. TRPO has its own form of a penalty (``continual``), because its step
 needs the curvature; both read the same formulas.
-
-Example:
-    >>> from stable_baselines3 import PPO
-    >>> from gym_extensions.baselines import sb3
-    >>> with_addition(sb3(PPO, n_steps=250), "cloning", coefficient=0.5).card.algorithm
-    'sb3-ppo-cloning'
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 import torch
-from stable_baselines3.common.base_class import BaseAlgorithm
 from torch.distributions import Normal, kl_divergence
 
 from gym_extensions.baselines.adapters import sb3_policy
@@ -35,8 +28,7 @@ from gym_extensions.errors import BenchError, require_known
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.mlp import Policy, by_task
 
-STATES_PER_STEP = 256
-"""Stored states on which ``cloning`` compares policies in one step of the optimizer, drawn anew for each."""
+STATES_PER_STEP = 256  # stored states that ``cloning`` draws for each step of the optimizer
 
 
 def flat(tensors: Iterable[torch.Tensor]) -> Array:
@@ -54,24 +46,29 @@ def write(values: Array, tensors: Iterable[torch.Tensor]) -> None:
 
 
 class Actor:
-    """The Gaussian policy of a model: hidden layers, and a head of the layer of the mean and log σ.
+    """The Gaussian policy of an agent's model: hidden layers, and a head of the layer of the mean and log σ.
 
     ``parts`` are its parameters, those of the hidden layers first, and ``sizes`` the widths of all layers.
 
-    Raises ``BenchError`` (``no-actor``) if the model has no such policy; it names ``name``.
+    Raises ``BenchError`` (``no-actor``) if the model has no such policy; it names agent and algorithm.
     """
 
-    def __init__(self, model: BaseAlgorithm, name: str) -> None:
+    def __init__(self, agent: Sb3Agent) -> None:
+        model, plain = agent._model, dict[str, Any]()
         self.policy: Any = model.policy
-        plain = dict[str, Any]()
+        self.normalizer = agent._normalizer
         with suppress(*sb3_policy.NOT_PLAIN):
             plain = sb3_policy.plain_parts(model)
-        is_flax, uses_sde = hasattr(self.policy, "actor_state"), getattr(model, "use_sde", False)
-        if "log_sigma" not in plain or is_flax or uses_sde:
-            message = f"{type(model).__name__} has no actor network that an addition can see: a multilayer "
-            message += "perceptron of PyTorch with the mean and log σ of a Gaussian."
+        if (
+            "log_sigma" not in plain
+            or hasattr(self.policy, "actor_state")
+            or getattr(model, "use_sde", False)
+        ):
+            message = (
+                f"{type(model).__name__} has no Gaussian actor that is a multilayer perceptron of PyTorch."
+            )
             hint = "Use PPO, A2C or SAC of Stable-Baselines3 with MlpPolicy, without use_sde, or no addition."
-            raise BenchError("no-actor", message, name, hint)
+            raise BenchError("no-actor", message, agent._options.card.algorithm, hint)
         owner: Any = self.policy.actor if self.policy.squash_output else self.policy
         if self.policy.squash_output:  # SAC and TQC
             hidden, head = owner.latent_pi, [*owner.mu.parameters(), *owner.log_std.parameters()]
@@ -92,34 +89,38 @@ class Actor:
         """Those of the parts, in a step of the optimizer."""
         return [each.grad for each in self.parts if each.grad is not None]
 
-    def gaussian(self, inputs: torch.Tensor) -> Normal:
-        """The distributions of the actions for inputs (n, o).
+    def gaussian(self, observations: Array) -> Normal:
+        """The distributions of the actions for observations (n, o), with their present statistics.
 
         SAC's are those before its tanh, which changes neither KL nor Fisher matrix.
         """
+        if self.normalizer is not None:
+            observations = np.asarray(self.normalizer.normalize_obs(observations))
+        inputs = torch.as_tensor(observations, dtype=torch.float32)
         if not self.policy.squash_output:
             return self.policy.get_distribution(inputs).distribution
         mean, log_sigma, _ = self.policy.actor.get_action_dist_params(inputs)
         return Normal(mean, log_sigma.exp())
 
-    def fisher(self, inputs: torch.Tensor) -> Array:
-        """The diagonal of the Fisher matrix (p,), a mean over inputs (n, o), exact over actions.
+    def fisher(self, observations: Array) -> Array:
+        """The diagonal of the Fisher matrix (p,), a mean over observations (n, o), exact over actions.
 
         It is Σₐ (∂μₐ/∂θᵢ)² / σₐ² + 2 (∂ log σₐ/∂θᵢ)², as of ``continual.diagonal_fisher``.
         """
-        total = np.zeros(sum(each.numel() for each in self.parts))
-        for state in inputs:
+        total = np.zeros(len(self.theta))
+        for state in observations:
             normal = self.gaussian(state[None])
             scaled = torch.cat([normal.mean / normal.stddev.detach(), math.sqrt(2) * normal.stddev.log()], 1)
             for each in scaled[0]:
                 slope = torch.autograd.grad(each, self.parts, retain_graph=True, materialize_grads=True)
                 total += flat(slope) ** 2
-        return total / len(inputs)
+        return total / len(observations)
 
 
 class Addition(Sb3Agent):
     """An SB3 agent whose actor has an addition. Subclasses override the methods that theirs needs."""
 
+    name: ClassVar[str]
     title: ClassVar[str]
     text: ClassVar[str]
     settings: ClassVar[dict[str, Setting]] = {}  # the defaults
@@ -129,21 +130,17 @@ class Addition(Sb3Agent):
         super().__init__(spaces, seed, options)
         self.observes, self._method = self.observed, dict[str, Any](options.method)
         self._stored, self._most_stored = dict[str, Array](), 0
-        self._actor()  # refused before training
-
-    def _actor(self) -> Actor:
-        return Actor(self._model, self._options.card.algorithm)
+        self._draws = np.random.default_rng(self._seed)
+        Actor(self)  # refused before training
 
     def _train(self, steps: int, *callbacks: Callable[..., bool]) -> None:
-        actor, taken = self._actor(), 0
+        actor = Actor(self)
         sample = continual.StateSample(self._method.get("states_per_task", 0), steps)
 
         def watch(local: dict[str, Any], _: object) -> bool:
-            nonlocal taken
             seen = self._normalizer.get_original_obs() if self._normalizer else local["new_obs"]
-            taken += len(seen)
             sample.add(np.asarray(seen))
-            self._after_observing(actor, taken)
+            self._after_observing(actor, sample.seen)
             return True
 
         self._begin(actor, steps)
@@ -167,19 +164,19 @@ class Addition(Sb3Agent):
         """After a step of all environments, when so many steps of the task are taken."""
 
     def _before_step(self, actor: Actor) -> None:
-        """Before a step of the optimizer: changes the gradients."""
+        """Before a step of the optimizer: adds the gradient of the penalty, after SB3 clipped its own."""
+        if self._method.get("coefficient") and self._stored:
+            write(flat(actor.gradients) + self._penalty_gradient(actor), actor.gradients)
+
+    def _penalty_gradient(self, actor: Actor) -> Array:
+        """The gradient of the penalty (p,), for additions with a coefficient."""
+        raise NotImplementedError
 
     def _after_step(self, actor: Actor) -> None:
         """After a step of the optimizer: changes the parameters."""
 
     def _end(self, actor: Actor, observations: Array) -> None:
         """The end of a task, of which these observations (n, o) were sampled."""
-
-    def _inputs(self, observations: Array) -> torch.Tensor:
-        """The inputs of the actor, with the present statistics of the observations."""
-        if self._normalizer is not None:
-            observations = np.asarray(self._normalizer.normalize_obs(observations))
-        return torch.as_tensor(observations, dtype=torch.float32)
 
     def _fresh(self, number: int) -> Sb3Agent:
         """An untrained agent without the addition, with other random numbers for every number from 1 on."""
@@ -193,77 +190,62 @@ class Addition(Sb3Agent):
 class Reset(Addition):
     """A fresh model for every task after the first, with its critics, statistics and replay buffer."""
 
-    title, text = "reset", "a fresh model for every task: no transfer and no memory"
+    name, title, text = "reset", "reset", "a fresh model for every task: no transfer and no memory"
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         if self._trained:
-            fresh = vars(self._fresh(1))
-            names = ("_seed", "_model", "_size", "_learning", "_normalizer", "_trained")
-            vars(self).update({name: fresh[name] for name in names})
+            kept = {name: getattr(self, name) for name in ("_acting", "observes")}
+            vars(self).update(vars(self._fresh(1)) | kept)
         super().learn(env, steps)
 
 
-class Penalized(Addition):
-    """A penalty. Its gradient is added before each step of the optimizer, after SB3 clipped the learner's."""
-
-    settings: ClassVar[dict[str, Setting]] = {
-        "coefficient": 0.1,
-        "states_per_task": continual.STATES_PER_TASK,
-    }
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._draws = np.random.default_rng(self._seed)
-
-    def _before_step(self, actor: Actor) -> None:
-        if self._method["coefficient"] and self._stored:
-            write(flat(actor.gradients) + self._penalty_gradient(actor), actor.gradients)
-
-    def _penalty_gradient(self, actor: Actor) -> Array:
-        """The gradient of the penalty (p,)."""
-        raise NotImplementedError
-
-
-class Cloning(Penalized):
+class Cloning(Addition):
     """Penalty c · mean KL(old ‖ new) over stored states of earlier tasks, of which each step draws some."""
 
-    title, text = "behavioral cloning", "a penalty on KL(old ‖ new policy) in stored states of each task"
+    name, title = "cloning", "behavioral cloning"
+    text = "a penalty on KL(old ‖ new policy) in stored states of each task"
+    settings: ClassVar[dict[str, Setting]] = {
+        "coefficient": 0.1,  # that of trpo, whose surrogate has the same scale as PPO's
+        "states_per_task": continual.STATES_PER_TASK,
+    }
 
     def _penalty_gradient(self, actor: Actor) -> Array:
         rows = self._draws.integers(len(self._stored["observations"]), size=STATES_PER_STEP)
         means, sigmas = (torch.as_tensor(self._stored[name][rows]) for name in ("means", "sigmas"))
         old = Normal(means, sigmas)
-        new = actor.gaussian(self._inputs(self._stored["observations"][rows]))
+        new = actor.gaussian(self._stored["observations"][rows])
         penalty = self._method["coefficient"] * kl_divergence(old, new).sum(1).mean()
         return flat(torch.autograd.grad(penalty, actor.parts))
 
     def _end(self, actor: Actor, observations: Array) -> None:
         with torch.no_grad():
-            policy = actor.gaussian(self._inputs(observations))
+            policy = actor.gaussian(observations)
         new = {"means": policy.mean.numpy(), "sigmas": policy.stddev.numpy(), "observations": observations}
         self._stored = continual.appended(self._stored, new)
 
 
-class OnlineEwc(Penalized):
+class OnlineEwc(Addition):
     """Penalty c/2 · Σᵢ ωᵢ (θᵢ − θ*ᵢ)² of ``online-ewc``."""
 
-    title, text = "online EWC", "online elastic weight consolidation of its actor"
-    settings: ClassVar[dict[str, Setting]] = Penalized.settings | {"decay": continual.OnlineEwc.decay}
+    name, title = "online-ewc", "online EWC"
+    text = "online elastic weight consolidation of its actor"
+    settings: ClassVar[dict[str, Setting]] = Cloning.settings | {"decay": continual.OnlineEwc.decay}
 
     def _penalty_gradient(self, actor: Actor) -> Array:
         stored = self._stored["importance"], self._stored["anchor"]
         return continual.Quadratic(self._method["coefficient"], *stored).gradient(actor.theta)
 
     def _end(self, actor: Actor, observations: Array) -> None:
-        fisher, before = actor.fisher(self._inputs(observations)), self._stored.get("importance")
-        importance = continual.accumulated(fisher, before, self._method["decay"])
+        before = self._stored.get("importance")
+        importance = continual.accumulated(actor.fisher(observations), before, self._method["decay"])
         self._stored = {"anchor": actor.theta, "importance": importance}
 
 
 class Snapshots(Addition):
     """A copy of the policy per task. It learns as its base does; the task label picks the copy."""
 
-    title, text = "snapshots", "a copy of its policy per learned task; it observes the task"
+    name, title = "snapshots", "snapshots"
+    text = "a copy of its policy per learned task; it observes the task"
     observed = multi_head.MultiHead.observes
     shares_hidden_layers = False
 
@@ -279,10 +261,8 @@ class Snapshots(Addition):
         self._kept[self._task] = self._present()
 
     def _present(self) -> Policy:
-        """The model's policy. It is plain, because the model has an ``Actor``."""
-        policy = super().policy()
-        assert isinstance(policy, Policy)
-        return policy
+        """The model's policy, which is plain, because the model has an ``Actor``."""
+        return cast(Policy, super().policy())
 
     def _policy_of(self, task: int) -> Policy:
         """The policy in a finished task."""
@@ -303,7 +283,7 @@ class Snapshots(Addition):
 
     def card(self) -> Card:
         """The card with the parameters of all copies."""
-        card, actor = super().card(), self._actor()
+        card, actor = super().card(), Actor(self)
         copied = len(actor.theta) - (actor.num_hidden if self.shares_hidden_layers else 0)
         return replace(card, parameters=card.parameters + max(len(self._kept) - 1, 0) * copied)
 
@@ -317,13 +297,14 @@ class PackNet(Snapshots):
     other weights, so they start anew. After each step, what is not trainable gets its value back.
     """
 
-    title, text = "PackNet", "PackNet: tasks own weights of its actor and a head; it observes the task"
+    name, title = "packnet", "PackNet"
+    text = "PackNet: tasks own weights of its actor and a head; it observes the task"
     settings: ClassVar[dict[str, Setting]] = {"retrain_share": packnet.RETRAIN_SHARE}
     shares_hidden_layers = True
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._owners = packnet.no_owners(self._actor().sizes)
+        self._owners = packnet.no_owners(Actor(self).sizes)
         self._numbers: dict[int, int] = {}  # by task: 1 for the one that was learned first
 
     def _begin(self, actor: Actor, steps: int) -> None:
@@ -331,7 +312,7 @@ class PackNet(Snapshots):
         self._left = max(self._num_tasks - number, 0)
         self._prune_at = (1 - self._method["retrain_share"]) * steps if self._left else math.inf
         if number > 1:
-            fresh = Actor(self._fresh(number)._model, "").theta[actor.num_hidden :]
+            fresh = Actor(self._fresh(number)).theta[actor.num_hidden :]
             write(np.concatenate([actor.theta[: actor.num_hidden], fresh]), actor.parts)
         self._train_only(actor, pruned=False)
 
@@ -375,31 +356,22 @@ class PackNet(Snapshots):
             own,
             weights=(*present.weights[:-1], own.weights[-1]),
             biases=(*present.biases[:-1], own.biases[-1]),
-            masks=(*(weights for weights, _ in layers(self._actor().sizes[:-1], mask)), None),
+            masks=(*(weights for weights, _ in layers(Actor(self).sizes[:-1], mask)), None),
         )
 
 
-ADDITIONS: Mapping[str, type[Addition]] = {
-    "reset": Reset,
-    "snapshots": Snapshots,
-    "cloning": Cloning,
-    "online-ewc": OnlineEwc,
-    "packnet": PackNet,
-}
-"""The additions by name."""
+KINDS: tuple[type[Addition], ...] = (Reset, Snapshots, Cloning, OnlineEwc, PackNet)
+ADDITIONS = {kind.name: kind for kind in KINDS}
 
 
 def with_addition(base: Sb3Factory, addition: str, **settings: Setting) -> Sb3Factory:
     """The factory of the same agents with an addition to their actor.
 
-    Args:
-        base: of :func:`gym_extensions.baselines.sb3`, or of the agent ``ppo`` or ``sac64``.
-        addition: a key of ``ADDITIONS``.
-        settings: of the addition: ``coefficient``, ``states_per_task``, ``decay``, ``retrain_share``.
+    ``base`` is that of ``ppo`` or ``sac64``, or your own of :func:`gym_extensions.baselines.sb3`.
+    ``addition`` is a key of ``ADDITIONS``; ``settings`` change the defaults of its class.
 
-    Raises:
-        BenchError: there is no such addition or setting. The factory raises it (``no-actor``) if the
-            algorithm has no actor network that the addition can see.
+    Raises ``BenchError`` if there is no such addition or setting. The factory raises it (``no-actor``) if the
+    algorithm has no actor that the addition can see.
     """
     require_known("addition", addition, ADDITIONS, "with_addition()")
     kind, name = ADDITIONS[addition], base.card.algorithm

@@ -24,19 +24,19 @@ class StateSample:
 
     The last half is many episodes long, also where all environments reset together, and its states are near
     those of the final policy. No random number is drawn. k is odd, so that it is not a multiple of an even
-    number of environments. The task has ``steps`` transitions.
+    number of environments. The task has ``steps`` transitions, of which ``seen`` were added.
     """
 
     def __init__(self, size: int, steps: int) -> None:
-        self._size, self._start, self._seen = size, steps // 2, 0
+        self._size, self._start, self.seen = size, steps // 2, 0
         stride = max(1, (steps - self._start) // max(size, 1))
         self._stride = stride - 1 if stride > 1 and stride % 2 == 0 else stride
         self._parts: list[Array] = []
 
     def add(self, observations: Array) -> None:
         """Samples from the next observations (n, o) of the task."""
-        rows = np.arange(self._seen, self._seen + len(observations)) - self._start
-        self._seen += len(observations)
+        rows = np.arange(self.seen, self.seen + len(observations)) - self._start
+        self.seen += len(observations)
         chosen = (rows >= 0) & (rows % self._stride == 0) & (rows < self._size * self._stride)
         self._parts.append(observations[chosen])
 

@@ -27,10 +27,9 @@ def single_task(env: VectorEnv, name: str) -> int:
 
 
 def rows_of(learned: Mapping[int, Row], present: int) -> list[Row]:
-    """What is published for each task, from what was learned by task: a list up to the last learned task.
+    """What is published for each task, from what was learned: that of the present task for one that was not.
 
-    A task that was not learned yet has what the present task has. One more row follows if the present task is
-    not the last one, because a policy uses its last row for all later tasks.
+    A policy uses its last row for all later tasks, so it is that of the present task.
     """
     rows = [learned.get(task, learned[present]) for task in range(max(learned) + 1)]
     return rows if present == max(learned) else [*rows, learned[present]]
@@ -90,7 +89,7 @@ class MultiHead(Trpo):
         if task in self._heads:
             head = self._heads[task]
             parameters, self._moments = head.parameters, head.moments
-        elif self._heads and not self._copy_head:
+        elif self._heads and self.shares_hidden_layers and not self._copy_head:
             parameters = self._initial_policy()[self._hidden :]
         else:
             return
@@ -153,15 +152,6 @@ class Snapshots(MultiHead):
     name, title = "snapshots", "TRPO + snapshots"
     description = "The reference agent with a copy of its policy per learned task; it observes the task."
     shares_hidden_layers = False
-
-    def __init__(self, *arguments: Any, **settings: Any) -> None:
-        super().__init__(*arguments, copy_head=True, **settings)
-
-    def card(self) -> Card:
-        """The card of ``trpo`` with the parameters of all copies."""
-        card = super().card()
-        settings = {key: value for key, value in card.hyperparameters.items() if key != "copy_head"}
-        return replace(card, hyperparameters=settings)
 
 
 make = MultiHead

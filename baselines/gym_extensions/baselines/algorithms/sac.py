@@ -9,30 +9,27 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 
 from sbx import SAC
 
-from gym_extensions.baselines.adapters.sb3 import Sb3Factory
-from gym_extensions.baselines.agent import Card
-from gym_extensions.baselines.algorithms.sac64 import SETTINGS, TUNING, quarter_of_an_update_per_step
+from gym_extensions.baselines.algorithms import sac64
 
-make = Sb3Factory(
-    SAC,
-    SETTINGS,
-    Card(
-        "sac",
-        "SAC",
-        "SBX's SAC: 64-64 ReLU, a quarter of an update per step, one replay buffer for all tasks.",
-        hyperparameters={"updates_per_step": 0.25},
-        **TUNING,
-    ),
+make = replace(
+    sac64.make,
+    algorithm=SAC,
     continue_counting=True,
-    batch_settings=quarter_of_an_update_per_step,
+    fresh_buffer=False,
+    card=replace(
+        sac64.make.card,
+        algorithm="sac",
+        title="SAC",
+        description="SBX's SAC: 64-64 ReLU, a quarter of an update per step, "
+        "one replay buffer for all tasks.",
+    ),
 )
 
 make_fresh_buffer = replace(
-    make,
-    continue_counting=False,
-    fresh_buffer=True,
+    sac64.make,
+    algorithm=SAC,
     card=replace(
-        make.card,
+        sac64.make.card,
         algorithm="sac-fresh-buffer",
         title="SAC (buffer emptied per task)",
         description="SBX's SAC as in the submission of sac, "

@@ -24,8 +24,6 @@ SETTINGS: dict[str, Any] = {
     "policy_kwargs": {"net_arch": [64, 64]},  # this project, for speed; Haarnoja et al. use 256-256
 }
 """The hyperparameters."""
-TUNING: dict[str, Any] = {"tuning_steps": 200_000, "tuning_tasks": ("HalfCheetah",)}
-"""The trials of ``sac``, as its card states them: docs/learners.md."""
 
 
 def quarter_of_an_update_per_step(num_envs: int, batch_steps: int) -> dict[str, Any]:
@@ -42,7 +40,8 @@ make = Sb3Factory(
         "Stable-Baselines3's SAC: 64-64 ReLU, a quarter of an update per step, "
         "with a replay buffer that is emptied for each task.",
         hyperparameters={"updates_per_step": 0.25},
-        **TUNING,
+        tuning_steps=200_000,  # of sac: docs/learners.md
+        tuning_tasks=("HalfCheetah",),
     ),
     fresh_buffer=True,
     batch_settings=quarter_of_an_update_per_step,

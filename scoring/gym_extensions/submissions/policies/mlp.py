@@ -220,19 +220,15 @@ class Policy:
 def by_task(policies: Sequence[Policy], shared: int = 0) -> Policy:
     """One policy with a row per task, the policies of the tasks in order.
 
-    The first ``shared`` layers have the same weights and biases in all policies, and no axis of tasks. Masks
-    always have one.
+    The first ``shared`` layers have the same weights and biases in all policies, and no axis of tasks.
     """
     values: dict[str, Any] = {}
     for name in (field.name for field in fields(Policy)):
         rows = [getattr(policy, name) for policy in policies]
         if name in LAYER_FIELDS:
-            layers = [list(layer) for layer in zip(*rows, strict=True)]
-            same = 0 if name == "masks" else shared
-            values[name] = tuple(
-                layer[0] if number < same or layer[0] is None else np.stack(layer)
-                for number, layer in enumerate(layers)
-            )
+            layers, same = list(zip(*rows, strict=True)), 0 if name == "masks" else shared
+            own = [None if layer[0] is None else np.stack(layer) for layer in layers[same:]]
+            values[name] = (*rows[0][:same], *own)
         else:
             values[name] = np.stack(rows) if KEYS[name].has_tasks and rows[0] is not None else rows[0]
     return Policy(**values)
