@@ -11,6 +11,7 @@ import functools
 import importlib
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import product
@@ -43,6 +44,13 @@ def refused(code: str, *facts: str, where: str | None = None) -> Iterator[None]:
     assert where is None or error.value.where == where
     for fact in facts:
         assert fact in str(error.value)
+
+
+def loaded(program: str, heavy: str) -> list[str]:
+    """Those of the modules that a program loads, in a process of its own."""
+    code = f"{program}\nimport sys\nprint(*sorted({set(heavy.split())} & set(sys.modules)), sep='\\n')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return [line for line in done.stdout.splitlines() if line in heavy.split()]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -13,6 +13,8 @@ from gym_extensions.references import load_references
 from gym_extensions.scoring import score_folder
 from gym_extensions.submissions.reader import read
 
+from .conftest import loaded
+
 ROOT = Path(__file__).resolve().parents[1]
 PUBLIC = {
     "gym_extensions.envs": " ".join(
@@ -85,3 +87,36 @@ def test_the_examples_of_the_docstrings_run(module: str, monkeypatch: pytest.Mon
         pytest.importorskip(package)
     monkeypatch.chdir(ROOT)
     assert doctest.testmod(importlib.import_module(module)).failed == 0
+
+
+AGENT = """from gym_extensions.baselines import Card, Observes, OnnxPolicy, Policy
+import gym_extensions.baselines.agent, gym_extensions.baselines.isolated.guest, gym_extensions.policies"""
+
+
+@pytest.mark.parametrize(
+    ("program", "heavy"),
+    [
+        (
+            "import gymnasium, gym_extensions.envs as envs; envs.group('nav-range').tasks\n"
+            "gymnasium.make('gym_extensions/HopperGravityHalf-v0').reset(seed=0)",
+            "numba",
+        ),
+        (
+            "import numpy, gym_extensions.scoring.pipeline, gym_extensions.policies as policies\n"
+            "policies.Policy(numpy.zeros(1), numpy.ones(1))",
+            "numba",
+        ),
+        (AGENT, "numba"),
+        (
+            f"{AGENT}\nimport gym_extensions.baselines.algorithms.trpo",
+            "mujoco torch gym_extensions.envs gym_extensions.references",
+        ),
+        (
+            "from gym_extensions.scoring.cli import parser; parser().format_help()",
+            "pandas numpy gymnasium mujoco torch rich msgspec",
+        ),
+    ],
+    ids=["environments", "policies", "agent", "reference agent", "score --help"],
+)
+def test_what_a_program_does_not_need_is_not_loaded(program: str, heavy: str) -> None:
+    assert loaded(program, heavy) == []

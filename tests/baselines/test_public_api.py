@@ -4,6 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from ..conftest import loaded
+
 
 def test_a_missing_extra_is_named_with_the_command_that_installs_it() -> None:
     code = "import sys; sys.modules['torch'] = None; from gym_extensions.baselines import sb3"
@@ -12,15 +14,9 @@ def test_a_missing_extra_is_named_with_the_command_that_installs_it() -> None:
     assert done.stderr.splitlines()[-1] == f"ModuleNotFoundError: {message}"
 
 
-def loaded(code: str) -> str:
-    heavy = "{'mujoco', 'torch', 'stable_baselines3'}"
-    code = f"import sys; {code}; print(sorted({heavy} & set(sys.modules)))"
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-
-
 def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
     code = (
-        "sys.modules['torch'] = sys.modules['stable_baselines3'] = None;"
+        "import sys; sys.modules['torch'] = sys.modules['stable_baselines3'] = None;"
         "from gym_extensions.baselines import Agent, Card, Factory, Resumable, algorithms, train;"
         "others = ('ppo', 'sac', 'sac64');"
         "names = [name for name in algorithms.names() if name.partition('-')[0] not in others];"
@@ -29,5 +25,5 @@ def test_reference_agents_train_without_torch(tmp_path: Path) -> None:
         "train('trpo', 'pusher', 'joint', 'smoke', 0, out=out, progress=False);"
         "del sys.modules['torch'], sys.modules['stable_baselines3']"
     )
-    assert loaded(code) == "['mujoco']\n"
+    assert loaded(code, "mujoco torch stable_baselines3") == ["mujoco"]
     assert (tmp_path / "mine/pusher/joint/run0.csv").exists()

@@ -2,7 +2,6 @@
 
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +11,7 @@ from gym_extensions.__main__ import main
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import score_folders
 
+from ..conftest import loaded
 from .made_submissions import REFERENCES, make_submission
 
 NO_ADDRESSES = (
@@ -96,12 +96,8 @@ def test_an_output_folder_that_is_not_a_built_site_is_a_usage_error(
 
 def test_the_command_needs_no_simulator(folder: Path) -> None:
     make_submission(folder / "submissions", "submission")
-    program = (
-        "import sys; from gym_extensions.__main__ import main; status = main(['site']);"
-        "print(sorted({'mujoco', 'gymnasium', 'torch'} & set(sys.modules))); sys.exit(status)"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
+    program = "from gym_extensions.__main__ import main; assert main(['site']) == 0"
+    assert loaded(program, "mujoco gymnasium torch") == []
 
 
 def test_pages_name_the_commit_of_the_data_and_the_repository(

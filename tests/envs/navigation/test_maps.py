@@ -2,8 +2,6 @@
 
 import itertools
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -33,13 +31,3 @@ def test_the_first_line_of_a_map_is_its_top() -> None:
     grid = parse(["####", "#.##", "#..#", "####"])
     assert grid.cells[1].tolist() == [True, False, False, True]
     assert grid.cells[2].tolist() == [True, False, True, True]
-
-
-def test_importing_the_environments_and_a_gravity_task_loads_no_compiler() -> None:
-    code = (
-        "import sys, gym_extensions.envs as envs, gymnasium as gym\n"
-        "gym.make('gym_extensions/HopperGravityHalf-v0').reset(seed=0)\n"
-        "envs.group('nav-range').tasks\n"
-        "raise SystemExit('numba' in sys.modules)"
-    )
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
