@@ -143,7 +143,6 @@ class Addition(Sb3Agent):
             self._after_observing(actor, sample.seen)
             return True
 
-        self._begin(actor, steps)
         hooks = (  # a saved optimizer has none, so every stage sets its own
             actor.optimizer.register_step_pre_hook(lambda *_: self._before_step(actor)),
             actor.optimizer.register_step_post_hook(lambda *_: self._after_step(actor)),
@@ -156,9 +155,6 @@ class Addition(Sb3Agent):
         held = len(sample.observations) + len(self._stored.get("observations", ()))
         self._most_stored = max(self._most_stored, held)
         self._end(actor, sample.observations)
-
-    def _begin(self, actor: Actor, steps: int) -> None:
-        """The start of a task."""
 
     def _after_observing(self, actor: Actor, taken: int) -> None:
         """After a step of all environments, when so many steps of the task are taken."""
@@ -307,7 +303,8 @@ class PackNet(Snapshots):
         self._owners = packnet.no_owners(Actor(self).sizes)
         self._numbers: dict[int, int] = {}  # by task: 1 for the one that was learned first
 
-    def _begin(self, actor: Actor, steps: int) -> None:
+    def _train(self, steps: int, *callbacks: Callable[..., bool]) -> None:
+        actor = Actor(self)
         self._numbers[self._task] = number = len(self._numbers) + 1
         self._left = max(self._num_tasks - number, 0)
         self._prune_at = (1 - self._method["retrain_share"]) * steps if self._left else math.inf
@@ -315,6 +312,9 @@ class PackNet(Snapshots):
             fresh = Actor(self._fresh(number)).theta[actor.num_hidden :]
             write(np.concatenate([actor.theta[: actor.num_hidden], fresh]), actor.parts)
         self._train_only(actor, pruned=False)
+        super()._train(steps, *callbacks)
+        if not self._pruned:
+            self._prune(actor)
 
     def _train_only(self, actor: Actor, pruned: bool) -> None:
         """What a task may train before or after it prunes; the optimizer forgets its moments."""
@@ -343,10 +343,6 @@ class PackNet(Snapshots):
 
     def _after_step(self, actor: Actor) -> None:
         write(np.where(self._trainable, actor.theta, self._before), actor.parts)
-
-    def _end(self, actor: Actor, observations: Array) -> None:
-        if not self._pruned:
-            self._prune(actor)
 
     def _policy_of(self, task: int) -> Policy:
         """The head of the task on the present hidden layers, without the weights of later tasks."""
