@@ -120,9 +120,7 @@ class Actor:
 class Addition(Sb3Agent):
     """An SB3 agent whose actor has an addition. Subclasses override the methods that theirs needs."""
 
-    name: ClassVar[str]
-    title: ClassVar[str]
-    text: ClassVar[str]
+    name = title = text = ""
     settings: ClassVar[dict[str, Setting]] = {}  # the defaults
     observed: ClassVar[Observes] = Observes(boundaries=True)
 
@@ -174,10 +172,6 @@ class Addition(Sb3Agent):
     def _end(self, actor: Actor, observations: Array) -> None:
         """The end of a task, of which these observations (n, o) were sampled."""
 
-    def _fresh(self, number: int) -> Sb3Agent:
-        """An untrained agent without the addition, with other random numbers for every number from 1 on."""
-        return Sb3Agent(self._spaces, spawn_seeds(self._seed, number)[-1], self._options)
-
     def card(self) -> Card:
         card = super().card()
         return replace(card, stored_steps=card.stored_steps + self._most_stored)
@@ -190,8 +184,9 @@ class Reset(Addition):
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         if self._trained:
+            fresh = Sb3Agent(self._spaces, spawn_seeds(self._seed, 1)[0], self._options)
             kept = {name: getattr(self, name) for name in ("_acting", "observes")}
-            vars(self).update(vars(self._fresh(1)) | kept)
+            vars(self).update(vars(fresh) | kept)
         super().learn(env, steps)
 
 
@@ -208,8 +203,7 @@ class Cloning(Addition):
     def _penalty_gradient(self, actor: Actor) -> Array:
         rows = self._draws.integers(len(self._stored["observations"]), size=STATES_PER_STEP)
         means, sigmas = (torch.as_tensor(self._stored[name][rows]) for name in ("means", "sigmas"))
-        old = Normal(means, sigmas)
-        new = actor.gaussian(self._stored["observations"][rows])
+        old, new = Normal(means, sigmas), actor.gaussian(self._stored["observations"][rows])
         penalty = self._method["coefficient"] * kl_divergence(old, new).sum(1).mean()
         return flat(torch.autograd.grad(penalty, actor.parts))
 
@@ -300,17 +294,18 @@ class PackNet(Snapshots):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self._owners = packnet.no_owners(Actor(self).sizes)
+        self._owners, self._number = packnet.no_owners(Actor(self).sizes), 0
         self._numbers: dict[int, int] = {}  # by task: 1 for the one that was learned first
 
     def _train(self, steps: int, *callbacks: Callable[..., bool]) -> None:
-        actor = Actor(self)
-        self._numbers[self._task] = number = len(self._numbers) + 1
+        actor, number = Actor(self), self._number + 1
+        self._number = self._numbers[self._task] = number
         self._left = max(self._num_tasks - number, 0)
         self._prune_at = (1 - self._method["retrain_share"]) * steps if self._left else math.inf
         if number > 1:
-            fresh = Actor(self._fresh(number)).theta[actor.num_hidden :]
-            write(np.concatenate([actor.theta[: actor.num_hidden], fresh]), actor.parts)
+            fresh = Sb3Agent(self._spaces, spawn_seeds(self._seed, number)[-1], self._options)
+            whole = actor.theta[: actor.num_hidden], Actor(fresh).theta[actor.num_hidden :]
+            write(np.concatenate(whole), actor.parts)
         self._train_only(actor, pruned=False)
         super()._train(steps, *callbacks)
         if not self._pruned:
@@ -318,7 +313,7 @@ class PackNet(Snapshots):
 
     def _train_only(self, actor: Actor, pruned: bool) -> None:
         """What a task may train before or after it prunes; the optimizer forgets its moments."""
-        own = packnet.trainable(self._owners, self._numbers[self._task], pruned)
+        own = packnet.trainable(self._owners, self._number, pruned)
         head = np.ones(len(actor.theta) - actor.num_hidden, bool)
         self._pruned, self._trainable = pruned, np.concatenate([own, head])
         for each in actor.parts:
@@ -330,9 +325,9 @@ class PackNet(Snapshots):
             self._prune(actor)
 
     def _prune(self, actor: Actor) -> None:
-        theta, number, share = actor.theta, self._numbers[self._task], 1 / (self._left + 1)
+        theta, share = actor.theta, 1 / (self._left + 1)
         hidden = theta[: actor.num_hidden]
-        self._owners = packnet.claimed(actor.sizes, self._owners, hidden, number, share)
+        self._owners = packnet.claimed(actor.sizes, self._owners, hidden, self._number, share)
         hidden[self._owners == packnet.FREE] = 0
         write(theta, actor.parts)
         self._train_only(actor, pruned=True)
@@ -356,7 +351,7 @@ class PackNet(Snapshots):
         )
 
 
-KINDS: tuple[type[Addition], ...] = (Reset, Snapshots, Cloning, OnlineEwc, PackNet)
+KINDS: list[type[Addition]] = [Reset, Snapshots, Cloning, OnlineEwc, PackNet]
 ADDITIONS = {kind.name: kind for kind in KINDS}
 
 

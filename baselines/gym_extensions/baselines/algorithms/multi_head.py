@@ -27,10 +27,7 @@ def single_task(env: VectorEnv, name: str) -> int:
 
 
 def rows_of(learned: Mapping[int, Row], present: int) -> list[Row]:
-    """What is published for each task, from what was learned: that of the present task for one that was not.
-
-    A policy uses its last row for all later tasks, so it is that of the present task.
-    """
+    """What is published for each task: what was learned, or what the present task has, as all later tasks."""
     rows = [learned.get(task, learned[present]) for task in range(max(learned) + 1)]
     return rows if present == max(learned) else [*rows, learned[present]]
 

@@ -218,10 +218,7 @@ class Policy:
 
 
 def by_task(policies: Sequence[Policy], shared: int = 0) -> Policy:
-    """One policy with a row per task, the policies of the tasks in order.
-
-    The first ``shared`` layers have the same weights and biases in all policies, and no axis of tasks.
-    """
+    """One policy with a row per task. The first ``shared`` layers are equal, and have no axis of tasks."""
     values: dict[str, Any] = {}
     for name in (field.name for field in fields(Policy)):
         rows = [getattr(policy, name) for policy in policies]
