@@ -151,7 +151,7 @@ def test_each_method_has_eight_settings_and_the_same_tasks_and_steps(path: Path)
     plan, trials = tune.read(path)
     first, _ = tune.read(PLANS[0])
     assert plan.method == path.stem
-    assert len(plan.settings) == 8
+    assert len(plan.settings) == (1 if plan.method == "trpo" else 8)  # trpo is there to compare
     assert plan == msgspec.structs.replace(first, method=plan.method, settings=plan.settings)
     assert len({(trial.setting, trial.body) for trial in trials}) == len(trials)
     for each in trials:

@@ -143,7 +143,7 @@ def report(path: Path) -> str:
             end = f"{means[index]:.3f}"
             learned = f"{fmean(trial.learned_score for trial in found.values()):.3f}"
         lines.append("  ".join([f"{described(setting):{width}}", f"{end:>9}", *cells, f"{learned:>7}"]))
-    if not missing(plan, trials):
+    if len(means) == len(plan.settings) > 1:
         best = max(means, key=means.__getitem__)  # the first of equal ones
         lines.append(f"chosen: {described(plan.settings[best])}")
     return "\n".join(lines)
