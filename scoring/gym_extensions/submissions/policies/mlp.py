@@ -205,14 +205,15 @@ class Policy:
     def to_onnx(self, path: str | Path | None = None, task: int = 0) -> bytes:
         """The policy as an ONNX network, which ``OnnxPolicy`` describes; needs torch and the extra ``onnx``.
 
-        The network is also written to ``path``, if any. It has the arrays of one task.
+        The network is also written to ``path``, if any. It has the arrays of one task, in float64, in which
+        the policy computes and draws its noise.
 
         Raises:
             BenchError: the policy has no layers or is uniform, or torch or onnx is not installed.
         """
         from gym_extensions.submissions.policies.conversion import from_torch
 
-        module, inputs = self.to_torch(task), self.weights[0].shape[-2:-1]
+        module, inputs = self.to_torch(task).double(), self.weights[0].shape[-2:-1]
         noise = self.num_actions if self.head == "gaussian" else 0
         return from_torch(module, inputs, noise=noise, dtype=self.observation_dtype).to_onnx(path)
 
