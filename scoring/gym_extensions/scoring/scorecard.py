@@ -383,7 +383,7 @@ class Scorecard:
     level: Annotated[Level | None, about("the lowest level of its logs; null with problems")]
     arithmetic: Annotated[int, about("1 if other processors do not repeat a verified episode; else 2")] = 2
     steps_counted: Annotated[
-        bool, about("whether the training loop counted the training steps of all runs; false without runs")
+        bool, about("whether the loop counted the training steps of all runs; false for a printed table")
     ] = True
     problems: Annotated[tuple[Problem, ...], about("broken rules of docs/rollout-log.md")] = ()
     manifest: Annotated[ManifestSummary | None, about("`submission.toml`; null if it has problems")]

@@ -155,7 +155,7 @@ class Addition(Sb3Agent):
         self._end(actor, sample.observations)
 
     def _after_observing(self, actor: Actor, taken: int) -> None:
-        """After a step of all environments, when so many steps of the task are taken."""
+        """After each step of the environments; ``taken`` is the number of steps of the task so far."""
 
     def _before_step(self, actor: Actor) -> None:
         """Before a step of the optimizer: adds the gradient of the penalty, after SB3 clipped its own."""
