@@ -1,6 +1,7 @@
-"""Assembles the submission ``snapshots`` from the stages that another one stored, without simulating.
+"""Assembles a submission of ``snapshots`` from the stages that another one stored, without simulating.
 
     python -m tools.snapshots submissions/trpo --groups core --runs 0-9 --out submissions/snapshots
+    python -m tools.snapshots submissions/ppo-tuned --out submissions/ppo-snapshots
 
 After stage s, a task that was learned has the policy that the source stored right after learning it; every
 other task has the source's present policy. That is what the agent ``snapshots`` has after it learned as the
@@ -81,16 +82,17 @@ def write_run_of(source: Path, group: TaskGroup, run: int, out: Path) -> None:
     write_text(place(out, LOG), log)
 
 
-def manifest_from(tables: dict[str, Any]) -> dict[str, Any]:
-    """The manifest of the snapshots of a submission, with its settings and its tuning."""
+def manifest_from(tables: dict[str, Any], source: str) -> dict[str, Any]:
+    """The manifest of the snapshots of the submission ``source``, with its settings and its tuning."""
     protocol, title = tables["protocol"], tables["title"]
+    algorithm = "snapshots" if protocol["algorithm"] == "trpo" else f"{protocol['algorithm']}-snapshots"
     if protocol["evaluation"] != "deterministic":
         raise SystemExit("Sampled actions differ between stages; these episodes have to be simulated.")
-    return tables | {
+    return {key: table for key, table in tables.items() if key != "agent"} | {
         "title": f"{title} + snapshots (assembled)",
         "description": f"{title} with a copy of its policy per learned task, picked by the task label; "
-        f"not trained: assembled from the stages that the submission {protocol['algorithm']} stored.",
-        "protocol": protocol | {"algorithm": "snapshots", "parent": protocol["algorithm"]},
+        f"not trained: assembled from the stages that the submission {source} stored.",
+        "protocol": protocol | {"algorithm": algorithm, "parent": protocol["algorithm"]},
         "observes": {"task_in_training": True, "task_in_evaluation": True, "boundaries": True},
     }
 
@@ -103,9 +105,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("source", type=Path, help="the submission that stored the policies")
     parser.add_argument("--groups", default="core")
     parser.add_argument("--runs", default="0-9")
-    parser.add_argument("--out", type=Path, default=Path("submissions/snapshots"))
+    parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args(argv)
-    tables = manifest_from(parse((options.source / MANIFEST).read_bytes()))
+    tables = manifest_from(parse((options.source / MANIFEST).read_bytes()), options.source.name)
     write_text(options.out / MANIFEST, tomli_w.dumps(tables))
     for run in parse_runs(options.runs):
         for group in parse_groups(options.groups.split(",")):

@@ -9,7 +9,7 @@ from jinja2 import Environment, FileSystemLoader
 
 from gym_extensions.site.text import fixed
 from tools.findings import bases, findings
-from tools.findings.bases import GROUPS, agent, base_by_addition
+from tools.findings.bases import GROUPS, base_by_addition, submission
 
 
 def runs(*means: float) -> dict[str, list[float]]:
@@ -23,19 +23,15 @@ TRPO = {
     "cloning": runs(0.6, 0.6, 0.6),
 }
 PPO = {
-    "ppo": runs(0.2, 0.2, 0.2),
+    "ppo-tuned": runs(0.2, 0.2, 0.2),
     "ppo-reset": runs(0.4, 0.4, 0.4),
     "ppo-cloning": runs(0.3, 0.3, 0.3),
 }
 
 
-def test_an_agent_has_the_name_of_its_base_and_addition() -> None:
-    assert [agent(*each) for each in (("trpo",), ("trpo", "reset"), ("sac64",), ("sac64", "reset"))] == [
-        "trpo",
-        "reset",
-        "sac64",
-        "sac64-reset",
-    ]
+def test_a_submission_has_the_name_of_its_base_and_addition() -> None:
+    pairs = (("trpo",), ("trpo", "reset"), ("ppo",), ("ppo", "reset"))
+    assert [submission(*each) for each in pairs] == ["trpo", "reset", "ppo-tuned", "ppo-reset"]
 
 
 def test_an_effect_is_the_mean_difference_from_the_base_over_the_groups() -> None:

@@ -21,13 +21,17 @@ from tools.findings.tables import Value
 GROUPS = ("hopper-gravity-v0", "halfcheetah-gravity-v0", "walker2d-wall-v0")
 BASES = {"trpo": "TRPO", "ppo": "PPO", "sac64": "SAC 64-64"}
 """The learners by the name of their agent."""
+ALONE = {"trpo": "trpo", "ppo": "ppo-tuned", "sac64": "sac64"}
+"""Their submissions without an addition. The additions to PPO have its tuned settings."""
 ADDITIONS = ("reset", "snapshots", "cloning", "online-ewc", "packnet")
 NONE = Value(math.nan, math.nan, math.nan)
 
 
-def agent(base: str, addition: str = "") -> str:
-    """The agent of a base with an addition, if any; those of ``trpo`` have the name of the addition."""
-    return "-".join(part for part in ("" if base == "trpo" and addition else base, addition) if part)
+def submission(base: str, addition: str = "") -> str:
+    """The submission of a base with an addition, if any; those of ``trpo`` have the name of the addition."""
+    if not addition:
+        return ALONE[base]
+    return addition if base == "trpo" else f"{base}-{addition}"
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class BaseByAddition:
             Holm's correction over additions. Runs of different bases are independent.
         agreement: Kendall's τ of the scores on two bases, over the additions, and none, that both have, where
             these are three or more.
-        missing: the agents without two runs in each group.
+        missing: the submissions without two runs in each group.
     """
 
     ends: Mapping[str, Value]
@@ -67,9 +71,9 @@ def base_by_addition(finals: Mapping[str, GroupRuns]) -> BaseByAddition:
     ends, effects = dict.fromkeys(BASES, NONE), {each: dict.fromkeys(BASES, NONE) for each in ADDITIONS}
     scores, found = {base: [math.nan] * (1 + len(ADDITIONS)) for base in BASES}, {}
     for base in BASES:
-        alone = complete.get(agent(base))
+        alone = complete.get(submission(base))
         for place, addition in enumerate(("", *ADDITIONS)):
-            if parts := complete.get(agent(base, addition)):
+            if parts := complete.get(submission(base, addition)):
                 scores[base][place] = mean_of_groups(parts).mean
                 if not addition:
                     ends[base] = Value.of(to_interval(mean_of_groups(parts)))
@@ -80,7 +84,7 @@ def base_by_addition(finals: Mapping[str, GroupRuns]) -> BaseByAddition:
     several = {each: [found[each, base] for base in BASES if (each, base) in found] for each in ADDITIONS}
     several = {each: parts for each, parts in several.items() if len(parts) > 1}
     adjusted = holm_adjusted(np.array([equal_means_p(parts) for parts in several.values()]))
-    every = [agent(base, addition) for base in BASES for addition in ("", *ADDITIONS)]
+    every = [submission(base, addition) for base in BASES for addition in ("", *ADDITIONS)]
     return BaseByAddition(
         ends,
         effects,

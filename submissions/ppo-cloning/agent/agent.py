@@ -1,0 +1,8 @@
+"""PPO of Stable-Baselines3 with behavioral cloning of its actor, from this project. The settings are those of ppo-tuned and cloning-tuned."""
+
+from functools import partial
+
+from gym_extensions.baselines.algorithms.additions import with_addition
+from gym_extensions.baselines.algorithms.ppo import make as ppo
+
+make = partial(with_addition(ppo, "cloning", coefficient=0.01), learning_rate=0.001, normalize_rewards=True)
