@@ -1,17 +1,18 @@
-"""The boards as pages show them: submissions, rows, the first submission and how certain its lead is."""
+"""Boards and groups as pages show them: rows with the scores of their submissions, who is first."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from gym_extensions.catalog.groups import SUITES
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics import formulas, values
 from gym_extensions.references import load_references
 from gym_extensions.scoring.ranking import boards as model, group_board
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
-from gym_extensions.site.submission_results import SubmissionResult, group_order
+from gym_extensions.site.submission_results import SEQUENTIAL, SubmissionResult, group_order
 from gym_extensions.submissions.review import REPORTED
 
 
@@ -135,6 +136,32 @@ def board_views(scored: Sequence[model.Board], cards: Sequence[Scorecard]) -> tu
 
 
 @dataclass(frozen=True)
+class Group:
+    """A group or suite."""
+
+    id: str  # group id or suite name
+    tasks: tuple[str, ...]  # task ids in training order; empty for a suite
+    members: tuple[str, ...]  # the group ids of a suite; empty for a group
+    boards: tuple[BoardView, ...]  # by protocol, most submissions first, task-conditioned ones last
+
+    @property
+    def summaries(self) -> tuple[str, ...]:
+        """What its bodies are and do, one sentence per base body."""
+        return tuple(dict.fromkeys(TASKS[task].body.prose.summary for task in self.tasks if task in TASKS))
+
+    @property
+    def submissions(self) -> int:
+        """The number of different submissions on its boards."""
+        return len({row.submission.name for board in self.boards for row in board.rows})
+
+    @property
+    def best(self) -> Row | None:
+        """The first ranked submission of its first board of sequential training that has one."""
+        leaders = (board.leader for board in self.boards if board.protocol == SEQUENTIAL)
+        return next((row for row in leaders if row and row.submission.ranked), None)
+
+
+@dataclass(frozen=True)
 class Leaderboard:
     """All submissions and their boards."""
 
@@ -145,6 +172,22 @@ class Leaderboard:
     def boards(self) -> tuple[BoardView, ...]:
         """Every board, in the order of the overview."""
         return board_views(self.scored.boards, self.submissions)
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        """The groups of the core, other published groups and those that have a board, then the suites."""
+        by_group: dict[str, list[BoardView]] = {}
+        for board in self.boards:
+            by_group.setdefault(board.group, []).append(board)
+        published = {group.id: group.task_ids for group in GROUPS.values()}
+        ids = [name for name in dict.fromkeys((*CORES[CORE], *published, *by_group)) if name not in SUITES]
+        found = []
+        for name in (*ids, *SUITES):
+            boards = by_group.get(name, [])
+            tasks = published.get(name) or next((board.results[0].tasks for board in boards), ())
+            boards.sort(key=lambda b: (PROTOCOLS.index(b.protocol), b.task_conditioned, -len(b.rows)))
+            found.append(Group(name, tasks, SUITES.get(name, ()), tuple(boards)))
+        return tuple(found)
 
     @cached_property
     def scored(self) -> model.BoardsDocument:

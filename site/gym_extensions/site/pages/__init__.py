@@ -14,10 +14,26 @@ from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.metrics import compute
 from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import board_views, paths
-from gym_extensions.site.pages import changes, compare, data, groups, numbers, overview, submissions, tasks
+from gym_extensions.site.pages import changes, compare, data, numbers, overview, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
 from gym_extensions.site.play.assets import assets
 from gym_extensions.site.play.mujoco_wasm import VERSION
+
+SHOWN_ROWS = 20
+"""Rows of a board on the page of its group, with drawings; the board's own table has all."""
+
+
+def _groups(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
+    """A page for each group and suite with its boards, and the table of all rows of every board."""
+    known = tasks.measured(site.references)
+    for group in site.groups:
+        path = paths.group_path(group.id)
+        landscapes = {board.id: render.landscapes.rows(board) for board in group.boards}
+        values = {"landscapes": landscapes, "known": known, "shown_rows": SHOWN_ROWS}
+        yield path, render("group.html", path, group=group, **values)
+    for board in site.boards:
+        path = paths.board_path(board.id)
+        yield path, render("board.html", path, board=board)
 
 
 def _play(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
@@ -82,7 +98,7 @@ def _metrics(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
 PAGES = (
     Page("Overview", "index.html", overview.publish),
     Page("Core", "core.html"),
-    Page("Groups", "groups.html", groups.publish),
+    Page("Groups", "groups.html", _groups),
     Page("Tasks", TASK_LIST, tasks.publish),
     Page("Submissions", publish_submission=submissions.publish_submission),
     Page("Submissions", "submissions.html", submissions.publish_list),

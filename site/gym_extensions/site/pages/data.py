@@ -14,7 +14,6 @@ from gym_extensions.scoring.output.board_frames import board_frame, scores, to_c
 from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import board_views, paths
-from gym_extensions.site.pages.groups import groups
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.pages.tasks import measured
 from gym_extensions.submissions import layout, poses, review
@@ -119,7 +118,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
 
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The page that lists the data, the index, boards, groups and schemas."""
-    members, submissions, boards = groups(site), list[IndexRow](), dict[str, IndexBoard]()
+    submissions, boards = list[IndexRow](), dict[str, IndexBoard]()
     for card in site.submissions:
         path, page = paths.submission_data(card.name), paths.submission_path(card.name)
         small = paths.summary_data(card.name)
@@ -135,7 +134,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
         boards=tuple(boards.values()),
         core=paths.CORE_DATA,
         best=paths.BEST_DATA,
-        groups={group.id: paths.group_data(group.id) for group in members},
+        groups={group.id: paths.group_data(group.id) for group in site.groups},
     )
     yield paths.INDEX_DATA, index.to_json()
     yield paths.CORE_DATA, BoardsDocument(core=site.scored.core, boards=()).to_json()
@@ -143,7 +142,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     for board in site.boards:
         yield paths.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()
         yield paths.board_data(board.id, "csv"), to_csv(board_frame(board.scored))
-    for group in members:
+    for group in site.groups:
         known = {
             task: ReferenceValue(each.floor.mean, each.expert.mean if each.expert else None, not each.expert)
             for task in group.tasks

@@ -19,7 +19,7 @@ from gym_extensions.site import paths, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, scale_around
-from gym_extensions.site.pages import core, groups, tasks
+from gym_extensions.site.pages import core, tasks
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.forgetting import forgetting
 from gym_extensions.site.submission_results import SEQUENTIAL
@@ -263,7 +263,7 @@ def _some(names: Sequence[str]) -> str:
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The first page, its further rows, the page of the core, and the list of groups."""
-    board, listed, known = site.scored.core, groups.groups(site), tasks.measured(site.references)
+    board, listed, known = site.scored.core, site.groups, tasks.measured(site.references)
     view = None
     if board:
         of_core = [task for each in listed if each.id in board.groups for task in each.tasks if task in known]

@@ -12,10 +12,10 @@ from markupsafe import Markup
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scorecard
-from gym_extensions.site import FOLDER, paths, submission_facts, submission_results, text
+from gym_extensions.site import FOLDER, paths, submission_results, text
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.charts import landscapes, line_charts, strips, task_pictures
-from gym_extensions.site.pages.landscapes import TITLES, Landscapes
+from gym_extensions.site.charts import line_charts, strips, task_pictures
+from gym_extensions.site.pages import landscapes
 from gym_extensions.site.play import assets, mujoco_wasm, stroboscopes
 from gym_extensions.submissions import diagnostics, review
 
@@ -59,10 +59,8 @@ def environment() -> Environment:
     templates.globals.update(
         paths=paths,
         text=text,
-        submission_facts=submission_facts,
         results=submission_results,
         landscape_charts=landscapes,
-        landscape_titles=TITLES,
         network_titles=NETWORK_TITLES,
         line_charts=line_charts,
         strips=strips,
@@ -93,9 +91,9 @@ class Render:
     docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
 
     @cached_property
-    def landscapes(self) -> Landscapes:
+    def landscapes(self) -> landscapes.Landscapes:
         """The landscapes of all submissions whose folders are known."""
-        return Landscapes(self.folders)
+        return landscapes.Landscapes(self.folders)
 
     @cached_property
     def networks(self) -> dict[str, dict[str, dict[str, diagnostics.Change]]]:

@@ -8,11 +8,10 @@ from collections.abc import Iterator
 
 from gym_extensions.scoring.output.board_frames import metrics_frame, to_csv
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site import board_views, paths, submission_facts
+from gym_extensions.site import board_views, paths, submission_results
 from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import watches
-from gym_extensions.site.submission_results import SEQUENTIAL, results_of, separate_groups
 from gym_extensions.site.text import ends, mean, split_version
 from gym_extensions.submissions.poses import load_submission
 
@@ -31,7 +30,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     shown = {"submission": submission, "watches": panels, "landscapes": landscapes, "networks": networks}
     values = shown | {"core": core, "bibtex": bibtex, "commands": commands}
     yield path, render("submission.html", path, **values)
-    for group in separate_groups(submission):
+    for group in submission_results.separate_groups(submission):
         page = paths.results_path(submission.name, group)
         yield page, render("results.html", page, group=group, **shown)
     for group, view in landscapes.items():
@@ -50,7 +49,7 @@ def publish_list(site: board_views.Leaderboard, render: Render) -> Iterator[File
     on_boards = {row.submission.name for board in site.boards for row in board.rows}
     rows = site.scored.core.rows if site.scored.core else ()
     scores = {row.name: row.metrics[core.FINAL] for row in rows}
-    levels = ["", *submission_facts.LEVELS]
+    levels = ["", *submission_results.LEVELS]
     submissions = sorted(site.submissions, key=lambda submission: -levels.index(submission.level or ""))
     found = Counter(submission.level or "refused" for submission in submissions)
     values = {"submissions": submissions, "levels": found, "on_boards": on_boards, "scores": scores}
@@ -110,16 +109,18 @@ def _escaped(text: str) -> str:
 def commands(card: Scorecard) -> str:
     """The commands that check a submission, print its scores, repeat a run and load a policy, in a clone."""
     folder, lines = f"submissions/{card.name}", []
-    if submission_facts.has_policies(card):
+    if submission_results.has_policies(card):
         lines = [
             "# repeat the logged episodes with the published policies, and run these on new seeds",
             f"gym-extensions verify {shlex.quote(folder)}",
         ]
-    results = [result for result in results_of(card.groups) if result.detail.provenance]
+    results = [result for result in submission_results.results_of(card.groups) if result.detail.provenance]
     for result in results[:1]:
         made = result.detail.provenance[0]
         lines += [f"# what trained run {made.run} on {result.group}", made.command] if made.command else []
-    sequential = next((result for result in results if result.protocol == SEQUENTIAL), None)
+    sequential = next(
+        (result for result in results if result.protocol == submission_results.SEQUENTIAL), None
+    )
     if sequential and sequential.detail.provenance[0].policies:
         group = split_version(sequential.group)[0]
         lines += [

@@ -61,7 +61,12 @@ class Shown:
     @property
     def pictures(self) -> list[Markup]:
         """A drawing of the beginning of each episode, both on one scale."""
-        return stroboscopes([_beginning(episode, self.frames) for episode in self.episodes])
+        beginnings = []
+        for each in self.episodes:
+            rows = each.coordinates[: self.frames]
+            clip = replace(each.clip, frames=len(rows), motion=motion_of(rows, each.poses.unit))
+            beginnings.append(replace(each, clip=clip))
+        return stroboscopes(beginnings)
 
     @property
     def seconds(self) -> float:
@@ -114,11 +119,6 @@ def forgetting(cards: Sequence[Scorecard], folders: Mapping[str, Path], best: st
     chosen = (first[key], second[key]) if most > 0 else ()
     shortest = min((episode.clip.frames for each in chosen for episode in each.episodes), default=0)
     return tuple(replace(each, frames=BEGINNING * shortest) for each in chosen)
-
-
-def _beginning(episode: Episode, frames: int) -> Episode:
-    rows, unit = episode.coordinates[:frames], episode.poses.unit
-    return replace(episode, clip=replace(episode.clip, frames=len(rows), motion=motion_of(rows, unit)))
 
 
 def _shown(card: Scorecard, poses: Mapping[str, Poses]) -> dict[tuple[str, int], Shown]:

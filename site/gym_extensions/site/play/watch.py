@@ -9,11 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gym_extensions.catalog.descriptions import Description, descriptions
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import paths, submission_results
-from gym_extensions.site.play.kinematics import Array
 from gym_extensions.site.text import count, digits_for, fixed
 from gym_extensions.submissions.poses import MAX_SECONDS, Clip, Poses, TaskPoses
 
@@ -35,7 +37,7 @@ class Episode:
     travels: bool
 
     @cached_property
-    def coordinates(self) -> Array:
+    def coordinates(self) -> NDArray[np.float64]:
         """The coordinates, (frames, n)."""
         return self.clip.coordinates(self.poses.unit)
 

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.worlds import axes
-from gym_extensions.site.charts.landscapes import small
+from gym_extensions.site.pages.landscapes import small
 
 (AXIS,) = axes(group("hopper-gravity"))
 POINTS = len(AXIS.points)
