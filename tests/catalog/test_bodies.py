@@ -10,13 +10,6 @@ from gym_extensions.envs.mujoco.model import base_spec
 MUJOCO = [row for row in BODIES.values() if row.asset]
 
 
-@pytest.mark.parametrize("name", BODIES)
-def test_every_body_has_a_task_and_possible_rewards(name: str) -> None:
-    row = BODIES[name]
-    assert any(task.base == name for task in TASKS.values())
-    assert row.rewards.low < row.rewards.high
-
-
 @pytest.mark.parametrize("name", [row.name for row in MUJOCO])
 def test_the_row_of_a_mujoco_body_agrees_with_its_model(name: str) -> None:
     row = BODIES[name]

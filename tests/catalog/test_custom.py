@@ -30,17 +30,10 @@ def test_a_task_is_given_by_name_id_or_value(base: str | Task) -> None:
     assert customize(base) == task("Hopper")
 
 
-def test_a_custom_task_has_its_parameters_in_its_name() -> None:
-    row = customize("Hopper", [Gravity(0.8), LimbScale("Foot", 1.1)], max_steps=500)
-    assert row.id == "gym_extensions/Hopper.Gravity-0.8.LimbScale-Foot-1.1.steps-500-v0"
-    assert (row.base, row.max_steps) == ("Hopper", 500)
-    assert row.variations == (Gravity(0.8), LimbScale("Foot", 1.1))
-
-
-def test_variations_are_added_after_those_of_the_task() -> None:
-    row = customize("HopperGravityHalf", [LimbScale("Foot", 1.1)])
-    assert row.variations == (Gravity(0.5), LimbScale("Foot", 1.1))
-    assert row.name == "HopperGravityHalf.LimbScale-Foot-1.1"
+def test_variations_are_added_after_those_of_the_task_and_named_in_its_id() -> None:
+    row = customize("HopperGravityHalf", [LimbScale("Foot", 1.1)], max_steps=500)
+    assert (row.variations, row.max_steps) == ((Gravity(0.5), LimbScale("Foot", 1.1)), 500)
+    assert row.id == "gym_extensions/HopperGravityHalf.LimbScale-Foot-1.1.steps-500-v0"
 
 
 @pytest.mark.parametrize("order", [1, -1])
@@ -82,9 +75,8 @@ def test_values_that_differ_in_a_sign_give_two_ids() -> None:
     ],
 )
 def test_a_value_that_no_simulation_can_have_is_refused(make: Callable[[], object], fact: str) -> None:
-    with pytest.raises(BenchError) as caught:
+    with pytest.raises(BenchError, match=fact):
         make()
-    assert fact in str(caught.value)
 
 
 def test_a_limb_is_named_and_has_a_mass_that_mujoco_simulates() -> None:

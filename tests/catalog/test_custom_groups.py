@@ -47,14 +47,13 @@ def test_a_custom_group_has_an_id_and_is_not_published(tmp_path: Path) -> None:
     assert load_group(write(tmp_path, f"version = 2\n{LIGHT}")).id == "hopper-light-v2"
 
 
-@pytest.mark.parametrize("name", ["hopper-gravity", "hopper-gravity-v0"])
-def test_a_name_resolves_to_the_published_group(name: str) -> None:
-    assert resolve_group(name) is group("hopper-gravity")
-
-
-def test_a_path_and_an_object_resolve_to_the_custom_group(tmp_path: Path) -> None:
+def test_a_name_a_path_and_an_object_resolve_to_their_group(tmp_path: Path) -> None:
+    for name in ("hopper-gravity", "hopper-gravity-v0"):
+        assert resolve_group(name) is group("hopper-gravity")
     path = write(tmp_path, LIGHT)
     assert resolve_group(path) == resolve_group(str(path)) == resolve_group(load_group(path))
+    with refused("unreadable-group", where=str(tmp_path / "none.toml")):
+        resolve_group(tmp_path / "none.toml")
 
 
 @pytest.mark.parametrize(
@@ -64,6 +63,8 @@ def test_a_path_and_an_object_resolve_to_the_custom_group(tmp_path: Path) -> Non
         (LIGHT.replace("name =", "nme ="), "unknown-key", "", "'name'"),
         ('name = "light"', "missing-key", "", "tasks"),
         (LIGHT.replace('"Hopper"\nvar', '"Hoper"\nvar'), "unknown-task", ", task 2", "'Hopper'"),
+        (LIGHT.replace('"Hopper"\nvar', '"Pendulun-v1"\nvar'), "unknown-task", ", task 2", "'Pendulun-v1'"),
+        (LIGHT.replace('"Hopper"\nvar', '"none:Own-v0"\nvar'), "unknown-task", ", task 2", "'none'"),
         (LIGHT.replace('"Gravity"', '"Gravty"'), "unknown-variation", ", task 2", "'Gravity'"),
         (LIGHT.replace("factor", "facter"), "unknown-key", ", task 2, Gravity", "'factor'"),
         (LIGHT.replace(", factor = 0.3", ""), "missing-key", ", task 2, Gravity", "factor"),
@@ -82,31 +83,6 @@ def test_a_mistake_is_reported_with_its_place(
     path = write(tmp_path, wrong)
     with refused(code, fact, where=f"{path}{where}"):
         load_group(path)
-
-
-def test_a_file_that_does_not_exist_is_reported(tmp_path: Path) -> None:
-    with refused("unreadable-group", where=str(tmp_path / "none.toml")):
-        resolve_group(tmp_path / "none.toml")
-
-
-def test_any_id_of_gymnasium_is_a_task(tmp_path: Path) -> None:
-    file = tmp_path / "own.toml"
-    file.write_text(
-        'name = "own"\n[[tasks]]\ntask = "Pendulum-v1"\n[[tasks]]\ntask = "Pendulum-v1"\nmax_steps = 50\n'
-    )
-    first, second = load_group(file).tasks
-    assert (first.id, first.max_steps) == ("Pendulum-v1", 200)
-    assert (second.id, second.max_steps) == ("Pendulum-v1.steps-50", 50)
-
-
-@pytest.mark.parametrize(
-    ("task", "fact"), [("Pendulun-v1", "'Pendulun-v1'"), ("no_such_module:Own-v0", "'no_such_module'")]
-)
-def test_an_id_that_gymnasium_does_not_know_is_an_error(tmp_path: Path, task: str, fact: str) -> None:
-    file = tmp_path / "own.toml"
-    file.write_text(f'name = "own"\n[[tasks]]\ntask = "{task}"\n')
-    with refused("unknown-task", fact):
-        load_group(file)
 
 
 def test_a_version_may_be_an_integer_of_numpy() -> None:

@@ -55,12 +55,6 @@ def test_an_evaluation_seed_is_the_start_of_a_sha256_digest() -> None:
     assert evaluation_seed("hopper-gravity-v0", "gym_extensions/Hopper-v0", 7) == expected
 
 
-def test_evaluation_seeds_of_a_group_differ() -> None:
-    row = group("hopper-gravity")
-    seeds = {evaluation_seed(row.id, task_id, episode) for task_id in row.task_ids for episode in range(20)}
-    assert len(seeds) == 100
-
-
 def test_a_budget_counts_training_steps_per_task() -> None:
     assert BUDGETS["1M"].steps_for("hopper-gravity") == 1_000_000
     assert BUDGETS["paper"].steps_for("hopper-body") * 2 == BUDGETS["paper"].steps_for("hopper-gravity")

@@ -18,24 +18,6 @@ from ..conftest import refused
 PENDULUM = customize("Pendulum-v1")
 
 
-class Successful(PendulumEnv):
-    """A pendulum that reports success."""
-
-    def step(self, action: Any) -> Any:
-        """As of the pendulum."""
-        *rest, info = super().step(action)  # type: ignore[no-untyped-call]
-        return *rest, info | {"is_success": True}
-
-
-@pytest.fixture
-def registered() -> Iterator[str]:
-    """The id of an environment that a user registered."""
-    make_it: Any = Successful
-    gym.register("mine/Pendulum-v0", entry_point=make_it, max_episode_steps=30, kwargs={"g": 5.0})
-    yield "mine/Pendulum-v0"
-    del gym.registry["mine/Pendulum-v0"]
-
-
 def test_it_steps_as_gymnasium_makes_it() -> None:
     ours, theirs = make("Pendulum-v1"), gym.make("Pendulum-v1")
     assert np.array_equal(ours.reset(seed=3)[0], theirs.reset(seed=3)[0])
@@ -61,24 +43,33 @@ def test_another_time_limit_is_another_task() -> None:
     assert fingerprint_of(short) != fingerprint_of(PENDULUM)
 
 
-def test_an_id_without_a_registered_limit_takes_that_of_the_task() -> None:
-    make_it: Any = PendulumEnv
-    gym.register("mine/Endless-v0", entry_point=make_it)
-    try:
-        with pytest.raises(BenchError, match="mine/Endless-v0 has no time limit"):
-            customize("mine/Endless-v0")
-        assert customize("mine/Endless-v0", max_steps=5).max_steps == 5
-    finally:
-        del gym.registry["mine/Endless-v0"]
+@pytest.fixture
+def task_of() -> Iterator[Callable[..., Any]]:
+    """Registers a class of environments, and gives its task."""
+    before = dict(gym.registry)
+
+    def task(kind: Any, **registered: Any) -> Any:
+        gym.register(f"mine/{kind.__name__}-v0", entry_point=kind, **registered)
+        return customize(f"mine/{kind.__name__}-v0")
+
+    yield task
+    gym.registry.clear()
+    gym.registry.update(before)
 
 
-def test_the_fingerprint_follows_from_what_seeded_episodes_do(registered: str) -> None:
-    mine = customize(registered)
+def test_an_id_without_a_registered_limit_takes_that_of_the_task(task_of: Callable[..., Any]) -> None:
+    with pytest.raises(BenchError, match="mine/PendulumEnv-v0 has no time limit"):
+        task_of(PendulumEnv)
+    assert customize("mine/PendulumEnv-v0", max_steps=5).max_steps == 5
+
+
+def test_the_fingerprint_follows_from_what_seeded_episodes_do(task_of: Callable[..., Any]) -> None:
+    mine = task_of(PendulumEnv, max_episode_steps=30, kwargs={"g": 5.0})
     before = fingerprint_of(mine)
     fingerprint_of.cache_clear()
     assert fingerprint_of(mine) == before
     fingerprint_of.cache_clear()
-    gym.registry[registered].kwargs["g"] = 9.0
+    gym.registry[mine.id].kwargs["g"] = 9.0
     assert fingerprint_of(mine) != before
     fingerprint_of.cache_clear()
 
@@ -118,83 +109,8 @@ class Odd(gym.Env[Any, Any]):
         return np.asarray(action)
 
 
-class Unseeded(Odd):
-    def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
-        return super().reset(seed=None)
-
-
-class SeededWhenMade(Odd):
-    def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
-        self.steps = 0
-        return self.seen(), {}
-
-
-class GlobalGenerator(Odd):
-    def reward(self, action: Any) -> Any:
-        return np.random.normal() if self.steps == 100 else 0.0  # noqa: NPY002
-
-
-class Outside(Odd):
-    def seen(self) -> Any:
-        return [1.5, 0.0] if getattr(self, "steps", 0) == 3 else [1.0 + 1e-7, 0.0]
-
-
-class WrongShape(Odd):
-    def seen(self) -> Any:
-        return [0.0]
-
-
-class FourValues(Odd):
-    def step(self, action: Any) -> Any:
-        return self.seen(), 0.0, False, {}
-
-
-class OldReset(Odd):
-    def reset(self, *, seed: int | None = None, options: Any = None) -> Any:
-        return self.seen()
-
-
-class NoInfo(Odd):
-    def step(self, action: Any) -> Any:
-        return *super().step(action)[:4], None
-
-
-class Raises(Odd):
-    def reward(self, action: Any) -> Any:
-        raise ZeroDivisionError("division by zero")
-
-
-class Text(Odd):
-    def reward(self, action: Any) -> Any:
-        return "much"
-
-
-class LateNan(Odd):
-    def reward(self, action: Any) -> Any:
-        return float("nan") if self.steps == 1000 else 0.0
-
-
-class NotMade(Odd):
-    def __init__(self) -> None:
-        raise FileNotFoundError("model.xml")
-
-
-@pytest.fixture
-def task_of() -> Iterator[Callable[[Any], Any]]:
-    """The task of a class of environments."""
-    before = dict(gym.registry)
-
-    def task(kind: Any) -> Any:
-        gym.register(f"mine/{kind.__name__}-v0", entry_point=kind, max_episode_steps=2000)
-        return customize(f"mine/{kind.__name__}-v0")
-
-    yield task
-    gym.registry.clear()
-    gym.registry.update(before)
-
-
-def test_what_an_environment_returns_is_made_regular(task_of: Callable[[Any], Any]) -> None:
-    task = task_of(Odd)
+def test_what_an_environment_returns_is_made_regular(task_of: Callable[..., Any]) -> None:
+    task = task_of(Odd, max_episode_steps=2000)
     foreign.check(TaskGroup("mine", (task,)))
     env = make(task)
     assert env.reset(seed=0)[0].dtype == np.float32
@@ -206,61 +122,80 @@ def test_what_an_environment_returns_is_made_regular(task_of: Callable[[Any], An
     assert several.step(np.full((2, 1), 0.25, np.float32))[1].tolist() == [0.25, 0.25]
 
 
-BROKEN: list[tuple[type[Odd], str]] = [
-    (Unseeded, "differ at step 0. Call super().reset(seed=seed), and draw every random number from"),
-    (SeededWhenMade, "differ at step 0."),
-    (GlobalGenerator, "two episodes with the seed 0 and the same actions differ at step 100."),
-    (Outside, "the observation at step 3 lies outside of Box("),
-    (WrongShape, "reset() returned the observation of shape (1,); expected (2,)."),
-    (FourValues, "(expected 5, got 4)"),
-    (Raises, "step 1 of an episode, with the action ["),
-    (OldReset, "reset() returned list; expected 2 values"),
-    (NoInfo, "returned the info None; expected a dictionary"),
-    (Raises, "raised ZeroDivisionError: division by zero."),
-    (Text, "returned the reward array(['much']"),
-    (NotMade, "It cannot be made: FileNotFoundError: model.xml."),
-]
+def raises(error: Exception) -> Any:
+    """A method that raises it."""
+
+    def method(self: Any, *arguments: Any) -> Any:
+        raise error
+
+    return method
 
 
-@pytest.mark.parametrize(("kind", "fact"), BROKEN)
-def test_a_broken_environment_is_named_before_training(
-    kind: type[Odd], fact: str, task_of: Callable[[Any], Any]
-) -> None:
-    task = task_of(kind)
+BROKEN: dict[str, tuple[dict[str, Any], str]] = {
+    "Unseeded": (
+        {"reset": lambda self, **_: Odd.reset(self)},
+        "differ at step 0. Call super().reset(seed=seed), and draw every random number from",
+    ),
+    "SeededWhenMade": ({"steps": 0, "reset": lambda self, **_: (self.seen(), {})}, "differ at step 0."),
+    "GlobalGenerator": (
+        {"reward": lambda self, _: np.random.normal() if self.steps == 100 else 0.0},  # noqa: NPY002
+        "two episodes with the seed 0 and the same actions differ at step 100.",
+    ),
+    "Outside": (
+        {"seen": lambda self: [1.5 if self.steps == 3 else 1.0 + 1e-7, 0.0]},
+        "the observation at step 3 lies outside of Box(",
+    ),
+    "WrongShape": ({"seen": lambda _: [0.0]}, "returned the observation of shape (1,); expected (2,)."),
+    "FourValues": ({"step": lambda self, _: (self.seen(), 0.0, False, {})}, "(expected 5, got 4)"),
+    "OldReset": ({"reset": lambda self, **_: self.seen()}, "reset() returned list; expected 2 values"),
+    "NoInfo": (
+        {"step": lambda self, action: (*Odd.step(self, action)[:4], None)},
+        "returned the info None; expected a dictionary",
+    ),
+    "Raises": ({"reward": raises(ZeroDivisionError("by zero"))}, "raised ZeroDivisionError: by zero."),
+    "RaisesLater": ({"reward": raises(ValueError())}, "step 1 of an episode, with the action ["),
+    "Text": ({"reward": lambda self, _: "much"}, "returned the reward array(['much']"),
+    "NotMade": (
+        {"__init__": raises(FileNotFoundError("a.xml"))},
+        "It cannot be made: FileNotFoundError: a.xml.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_environment_is_named_before_training(name: str, task_of: Callable[..., Any]) -> None:
+    methods, fact = BROKEN[name]
+    task = task_of(type(name, (Odd,), methods), max_episode_steps=2000)
     with pytest.raises(BenchError) as error:
         foreign.check(TaskGroup("mine", (task,)))
-    assert (error.value.code, error.value.where) == ("bad-environment", f"mine/{kind.__name__}-v0")
+    assert (error.value.code, error.value.where) == ("bad-environment", f"mine/{name}-v0")
     assert fact in str(error.value)
     assert "agent" not in str(error.value)
 
 
 def test_nan_in_the_thousandth_step_is_named_with_the_step_the_task_and_the_action(
-    task_of: Callable[[Any], Any],
+    task_of: Callable[..., Any],
 ) -> None:
-    task = task_of(LateNan)
+    late = {"reward": lambda self, _: float("nan") if self.steps == 1000 else 0.0}
+    task = task_of(type("LateNan", (Odd,), late), max_episode_steps=2000)
     foreign.check(TaskGroup("mine", (task,)))
     env = make(task)
     env.reset(seed=0)
-    with pytest.raises(BenchError) as error:
+    with refused(
+        "bad-environment", "step 1000 of an episode, with the action [0.5], returned the reward nan"
+    ):
         for _ in range(1000):
             env.step(np.array([0.5], np.float32))
-    assert str(error.value) == (
-        "mine/LateNan-v0: The environment mine/LateNan-v0 is broken: step 1000 of an episode, with the "
-        "action [0.5], returned the reward nan. "
-        "Correct the environment, or register it with a wrapper that does."
-    )
-
-
-class Slow(Odd):
-    def reward(self, action: Any) -> Any:
-        time.sleep(0.05)
-        return 0.0
 
 
 def test_the_check_of_a_group_of_slow_environments_takes_less_than_two_seconds(
-    task_of: Callable[[Any], Any],
+    task_of: Callable[..., Any],
 ) -> None:
-    slow = task_of(Slow)
+    def reward(*_: Any) -> float:
+        time.sleep(0.05)
+        return 0.0
+
+    slow = task_of(type("Slow", (Odd,), {"reward": reward}), max_episode_steps=2000)
     tasks = tuple(customize(slow, max_steps=steps) for steps in (500, 600, 700, 800))
     start = time.monotonic()
     foreign.check(TaskGroup("mine", tasks))

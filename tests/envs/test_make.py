@@ -14,7 +14,7 @@ from gymnasium.utils.env_checker import check_env
 
 from gym_extensions.catalog.tasks import TASKS, Task, customize, task
 from gym_extensions.catalog.variations import Course
-from gym_extensions.envs import Gravity, MovingGoal, RangeSensor, Wall, make, make_vec
+from gym_extensions.envs import Gravity, MovingGoal, RangeSensor, SensorNoise, Wall, make, make_vec
 from gym_extensions.envs.make import construct
 from gym_extensions.errors import BenchError
 
@@ -152,6 +152,9 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (lambda: make("Hopper", ["Gravity"]), "no-variation", "'Gravity'"),  # type: ignore[list-item]
     (lambda: make("Pusher", [Gravity(0.5)]), "misplaced-variation", "It fits Hopper, Walker2d"),
     (lambda: make("Hopper", [MovingGoal()]), "misplaced-variation", "It fits Pusher."),
+    (lambda: make_vec(customize("Pusher", [RangeSensor()]), 2), "misplaced-variation", "It fits Hopper"),
+    (lambda: make("HopperWall", [Wall()]), "repeated-variation", "Give it once."),
+    (lambda: make("Hopper", [SensorNoise()]), "missing-variation", ""),
     (lambda: make(MAP, [Gravity(0.5)]), "bad-course", "no other variation; it has [Course("),
     (lambda: make("Hopper", [Course("state", 0, 0)]), "misplaced-variation", "It fits Navigation."),
     *(

@@ -10,53 +10,44 @@ import pytest
 from gym_extensions.envs import make, make_vec
 
 
-def still(env: Any) -> Any:
-    """An action of zeros."""
-    return np.zeros(env.action_space.shape, np.float32)
-
-
 @pytest.mark.parametrize("name", ["Hopper", "Walker2d", "HalfCheetah", "Humanoid"])
 def test_running_tasks_report_no_success(name: str) -> None:
     env: Any = make(name)
     env.reset(seed=0)
-    assert "is_success" not in env.step(still(env))[4]
+    assert "is_success" not in env.step(np.zeros(env.action_space.shape, np.float32))[4]
 
 
-def success_of(name: str, change: Callable[[Any], None]) -> bool:
-    """Whether a body at rest is a success one step after a change of its positions."""
+def object_from_goal(data: Any, gap: float) -> None:
+    data.qpos[-4:-2] = data.qpos[-2:] + np.array((0.0, gap))
+
+
+def ball_from_cup(data: Any, gap: float) -> None:
+    data.qpos[-2:] = data.mocap_pos[0, 1::-1] + np.array((0.0, gap))
+
+
+def torso(data: Any, height: float) -> None:
+    data.qpos[2] = height
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "metres", "expected"),
+    [
+        *(("Pusher", object_from_goal, gap, abs(gap) < 0.05) for gap in (0.0, 0.0495, 0.0505, -0.3)),
+        *(("Striker", ball_from_cup, gap, gap == 0) for gap in (0.0, 0.3)),
+        *(("HumanoidStandup", torso, height, 1 < height < 2) for height in (0.9, 1.1, 1.9, 2.1)),
+        *(("HumanoidStandupAndRun", torso, height, 1 < height < 2) for height in (0.9, 1.1, 1.9, 2.1)),
+    ],
+)
+def test_a_body_at_rest_succeeds_near_its_goal(
+    name: str, place: Callable[[Any, float], None], metres: float, expected: bool
+) -> None:
     env: Any = make(name)
     env.reset(seed=0)
     data = env.unwrapped.data
     data.qvel[:] = 0
-    change(data)
+    place(data, metres)
     mujoco.mj_forward(env.unwrapped.model, data)
-    success: bool = env.step(still(env))[4]["is_success"]
-    return success
-
-
-@pytest.mark.parametrize(("gap", "expected"), [(0.0, True), (0.0495, True), (0.0505, False), (-0.3, False)])
-def test_pusher_succeeds_within_5_cm_on_the_table(gap: float, expected: bool) -> None:
-    def place(data: Any) -> None:
-        data.qpos[-4:-2] = data.qpos[-2:] + np.array((0.0, gap))
-
-    assert success_of("Pusher", place) is expected
-
-
-@pytest.mark.parametrize(("gap", "expected"), [(0.0, True), (0.3, False)])
-def test_striker_succeeds_with_the_ball_in_the_cup(gap: float, expected: bool) -> None:
-    def place(data: Any) -> None:
-        data.qpos[-2:] = data.mocap_pos[0, 1::-1] + np.array((0.0, gap))
-
-    assert success_of("Striker", place) is expected
-
-
-@pytest.mark.parametrize("name", ["HumanoidStandup", "HumanoidStandupAndRun"])
-@pytest.mark.parametrize(("height", "expected"), [(0.9, False), (1.1, True), (1.9, True), (2.1, False)])
-def test_a_humanoid_stands_between_1_and_2_m(name: str, height: float, expected: bool) -> None:
-    def place(data: Any) -> None:
-        data.qpos[2] = height
-
-    assert success_of(name, place) is expected
+    assert env.step(np.zeros(env.action_space.shape, np.float32))[4]["is_success"] is expected
 
 
 def test_navigation_succeeds_where_it_terminates() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs import TaskGroup, TaskId, VectorTaskId, customize, group, make, make_vec
+from gym_extensions.envs import TaskId, VectorTaskId, group, make, make_vec
 
 from ..conftest import refused
 
@@ -41,12 +41,6 @@ def test_every_environment_of_a_vector_environment_has_the_vector_of_its_task(nu
 def test_a_task_outside_the_list_raises_an_error() -> None:
     with refused("foreign-task"):
         TaskId(make("Hopper"), group("striker"))
-
-
-def test_a_group_of_another_package_has_the_vectors_too() -> None:
-    pendulums = TaskGroup("pendulums", (customize("Pendulum-v1"), customize("Pendulum-v1", max_steps=50)))
-    observations, _ = VectorTaskId(make_vec(pendulums, 2), pendulums).reset(seed=0)
-    assert observations[:, 3:].tolist() == [[1, 0], [0, 1]]
 
 
 def test_a_picture_observation_raises_an_error() -> None:

@@ -2,7 +2,6 @@
 
 import itertools
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -80,20 +79,6 @@ def test_inertia_is_that_of_the_new_shape_at_the_new_mass() -> None:
     along = rod * radius**2 / 2 + ball * 2 * radius**2 / 5
     inertia = construct_mujoco("HopperBigTorso").model.body("torso").inertia
     assert sorted(inertia) == pytest.approx(sorted([across, across, along]), rel=1e-8)
-
-
-def test_humanoids_big_feet_overlap_and_do_not_push_each_other() -> None:
-    env = construct_mujoco("HumanoidBigFoot")
-    model, data = env.model, env.data
-    mujoco.mj_resetData(model, data)
-    mujoco.mj_forward(model, data)
-    feet = [model.geom(name).id for name in ("right_foot", "left_foot")]
-    apart = np.linalg.norm(data.geom_xpos[feet[0]] - data.geom_xpos[feet[1]])
-    assert apart - 2 * 0.09375 == pytest.approx(-0.0075, abs=1e-6)
-    assert data.ncon == 0
-    assert [construct_mujoco(f"Humanoid{size}").model.nexclude for size in ("", "SmallFoot", "BigHand")] == [
-        0
-    ] * 3
 
 
 def test_variations_of_different_parts_compose_in_any_order() -> None:

@@ -130,13 +130,7 @@ def test_a_step_moves_by_the_clipped_action_or_not_at_all(
         ((45.0, 15.0), (24.0, 15.0), (1.0, 0.0), 9.0, True),  # to a distance of exactly 20
         ((45.0, 15.0), (23.0, 15.0), (1.0, 0.0), -1.0, False),  # to 21
         ((27.0, 38.0), (25.0, 15.0), (5.0, 0.0), -1.0, False),  # distance counts only at the new position
-        (
-            (28.0, 35.0),
-            (28.0, 35.0),
-            (5.0, 0.0),
-            4.0,
-            True,
-        ),  # a collision within the goal, from a given start
+        ((28.0, 35.0), (28.0, 35.0), (5.0, 0.0), 4.0, True),  # a collision within the goal
     ],
 )
 def test_the_reward_is_minus_one_minus_five_for_a_collision_plus_ten_at_the_goal(
