@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium as gym
@@ -74,52 +75,27 @@ def test_integers_of_numpy_are_counts() -> None:
     assert (repr(card.parameters), repr(card.stored_steps)) == ("15", "7")
 
 
-@pytest.mark.parametrize(
-    "value",
-    [
-        -2.5,
-        True,
-        [1, 2.5],
-        ("a", False),
-        [],
-        "x" * 4000,
-        2**63 - 1,
-        np.float64(1),
-        np.int64(3),
-        [np.int64(3)],
-    ],
-)
+SETTINGS = [-2.5, True, [1, 2.5], ("a", False), [], "x" * 4000, 2**63 - 1, np.float64(1), [np.int64(3)]]
+
+
+@pytest.mark.parametrize("value", SETTINGS)
 def test_a_setting_accepted_here_has_no_finding_in_the_manifest(value: Any) -> None:
     card = checked_card(AgentWithCard(changed({"setting": value})), "mine")
     spec = AgentSpec("mine", AgentWithCard, card, Observes())  # type: ignore[arg-type]
     assert not list(findings(manifest_tables(Settings(spec, budget("smoke")))))
 
 
-class NoMethods:
-    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
-        pass
-
-
-class OnlyLearn(NoMethods):
-    def learn(self, env: Any, steps: int) -> None:
-        pass
-
-
-class OnlyAct(NoMethods):
-    def act(self, observations: Any) -> Any:
-        return np.zeros((len(observations), 3))
-
-
-def without_arguments() -> OnlyAct:
-    return OnlyAct(None, None, 0)
+def with_methods(**methods: Any) -> Any:
+    """A class of agents with these methods."""
+    return type("Mine", (), {"__init__": lambda self, *spaces_and_seed: None, **methods})
 
 
 @pytest.mark.parametrize(
     ("agent", "named"),
     [
-        (OnlyAct, "learn()"),
-        (OnlyLearn, "act()"),
-        (without_arguments, "(observation_space, action_space, seed)"),
+        (with_methods(act=lambda self, observations: None), "learn()"),
+        (with_methods(learn=lambda self, env, steps: None), "act()"),
+        (lambda: None, "(observation_space, action_space, seed)"),
         (Zero.__new__(Zero), "type Zero"),
         (17, "type int"),
     ],
@@ -132,80 +108,47 @@ def test_a_factory_that_does_not_fit_is_rejected_before_anything_runs(
     assert not (tmp_path / "out").exists()
 
 
-OBSERVATIONS = np.zeros((2, 3))
 CONTEXT = Context(np.ones(2, bool))
 
 
-class WithAct:
-    """An agent with the ``act`` and the ``observes`` of the test."""
-
-    def __init__(self, act: Callable[..., Any], observes: Any = None) -> None:
-        self.act = act
-        if observes is not None:
-            self.observes = observes
-
-    def learn(self, env: Any, steps: int) -> None:
-        """Does nothing."""
+def with_act(act: Callable[..., Any], observes: Any = None) -> Any:
+    """An agent with this ``act``, and with ``observes`` if it is given."""
+    stated = {} if observes is None else {"observes": observes}
+    return SimpleNamespace(act=act, learn=lambda env, steps: None, **stated)
 
 
-def optional(observations: Any, context: Any = None) -> Any:
-    return context
-
-
-def keyword(observations: Any, *, context: Any) -> Any:
-    return context
-
-
-def two_arguments(observations: Any, context: Any, deterministic: bool = True) -> Any:
-    return context
-
-
-def option(observations: Any, deterministic: bool = True) -> Any:
-    return None if deterministic is True else deterministic
-
-
-def options(observations: Any, *rest: Any, **more: Any) -> Any:
-    return (rest or more) or None
-
-
-def alone(observations: Any) -> Any:
-    return None
-
-
-@pytest.mark.parametrize("act", [optional, keyword, two_arguments])
-def test_an_agent_with_a_parameter_of_this_name_receives_the_context(act: Callable[..., Any]) -> None:
-    agent = WithAct(act)
+@pytest.mark.parametrize(
+    ("act", "receives"),
+    [
+        (lambda observations, context=None: context, True),
+        (lambda observations, *, context: context, True),
+        (lambda observations, context, deterministic=True: context, True),
+        (lambda observations: None, False),
+        (lambda observations, deterministic=True: None if deterministic is True else deterministic, False),
+        (lambda observations, *rest, **more: (rest or more) or None, False),
+    ],
+)
+def test_an_agent_with_a_parameter_of_this_name_receives_the_context(
+    act: Callable[..., Any], receives: bool
+) -> None:
+    agent = with_act(act)
     check_context(agent, "mine")
-    received: object = action_function(agent)(OBSERVATIONS, CONTEXT)
-    assert received is CONTEXT
+    received: object = action_function(agent)(np.zeros((2, 3)), CONTEXT)
+    assert received is (CONTEXT if receives else None)
 
 
-@pytest.mark.parametrize("act", [alone, option, options])
-def test_another_agent_receives_observations_alone(act: Callable[..., Any]) -> None:
-    agent = WithAct(act)
-    check_context(agent, "mine")
-    received: object = action_function(agent)(OBSERVATIONS, CONTEXT)
-    assert received is None
-
-
-def another_name(observations: Any, seen: Any) -> Any: ...
-
-
-def third(observations: Any, context: Any, mode: str) -> Any: ...
-
-
-def required_option(observations: Any, *, mode: str) -> Any: ...
+def alone(observations: Any) -> None: ...
 
 
 @pytest.mark.parametrize(
     ("agent", "named"),
     [
-        (WithAct(alone, True), "observes is True"),
-        (WithAct(alone, Observes(boundaries=1)), "boundaries=1"),  # type: ignore[arg-type]
-        (WithAct(another_name), "'seen'"),
-        (WithAct(third), "'mode'"),
-        (WithAct(required_option), "'mode'"),
-        (WithAct(alone, Observes(task_in_evaluation=True)), "task_in_evaluation"),
+        (with_act(alone, True), "observes is True"),
+        (with_act(alone, Observes(boundaries=1)), "boundaries=1"),  # type: ignore[arg-type]
+        (with_act(lambda observations, seen: None), "'seen'"),
+        (with_act(lambda observations, context, mode: None), "'mode'"),
+        (with_act(lambda observations, *, mode: None), "'mode'"),
+        (with_act(alone, Observes(task_in_evaluation=True)), "task_in_evaluation"),
     ],
 )
 def test_an_agent_that_cannot_receive_what_it_asks_for_is_rejected(agent: Any, named: str) -> None:
@@ -261,7 +204,7 @@ def test_the_task_is_in_the_context_of_an_agent_that_asked_for_it_alone() -> Non
 
 
 class Restored(Zero):
-    """An agent with a folder as checkpoint, whose ``load`` is the test's."""
+    """An agent with a folder as checkpoint."""
 
     def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
         super().__init__(observation_space, action_space, seed)
@@ -278,30 +221,26 @@ class Restored(Zero):
         self.action = float(np.load(path / "action.npy"))
 
 
-class ReturnsTrue(Restored):
-    def load(self, path: Path) -> Any:
-        return True
-
-
-class LoadsNothing(Restored):
-    def load(self, path: Path) -> Any:
-        """Forgets to read the file."""
-
-
 def checked(agent: Any, protocol: str = "sequential") -> AgentSpec:
     return AgentSpec.of(agent, [(QUICK_GROUP, protocol)])
 
 
+def restored(load: Callable[[Any, Path], Any]) -> Any:
+    """Such agents with another ``load``."""
+    return type("Mine", (Restored,), {"load": load})
+
+
 def test_what_load_returns_is_an_agent_or_nothing() -> None:
     checked(Restored)
+    returns_true = restored(lambda self, path: True)
     with refused("bad-agent", "load() returned a value of type bool"):
-        checked(ReturnsTrue)
-    checked(ReturnsTrue, "joint")  # has one stage, after which nothing is loaded
+        checked(returns_true)
+    checked(returns_true, "joint")  # has one stage, after which nothing is loaded
 
 
 def test_a_load_that_does_not_restore_the_agent_is_a_warning_before_training() -> None:
     with pytest.warns(UserWarning, match=r"After save\(\) and load\(\) the agent takes other actions"):
-        checked(LoadsNothing)
+        checked(restored(lambda self, path: None))
 
 
 class Undeclared(Zero):
@@ -312,17 +251,13 @@ class Undeclared(Zero):
         self.settings = {"table": pd.DataFrame()}
 
 
-class Declared(Undeclared):
-    def card(self) -> Card:
-        return Card("declared", packages=("pandas",), stored_steps=1000)
-
-
 def test_an_agent_that_holds_objects_of_packages_and_names_none_is_warned() -> None:
     with pytest.warns(UserWarning, match="holds objects of pandas, and its card names no packages"):
         checked(Undeclared)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        checked(Declared)
+        card = Card("declared", packages=("pandas",), stored_steps=1000)
+        checked(type("Declared", (Undeclared,), {"card": lambda self: card}))
 
 
 @pytest.mark.parametrize(

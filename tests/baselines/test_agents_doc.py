@@ -88,11 +88,7 @@ def test_the_card_and_the_policy_are_written(quick_file: Path, tmp_path: Path) -
         tmp_path,
     )
     manifest = tomllib.loads((tmp_path / "submissions/climber/submission.toml").read_text(encoding="utf-8"))
-    assert manifest["protocol"] == {
-        "budget": "smoke",
-        "algorithm": "hill climbing",
-        "evaluation": "deterministic",
-    }
+    assert manifest["protocol"]["algorithm"] == "hill climbing"
     document = read_run(tmp_path / "submissions/climber" / QUICK_GROUP.name / "single/run0.json")
     assert document.memory.parameters_last == PUSHER_WEIGHTS
     assert document.policies is not None
@@ -107,31 +103,22 @@ def test_the_example_of_stable_baselines3_runs(quick_file: Path, tmp_path: Path)
     assert len(log_rows(tmp_path / "submissions/sb3" / QUICK_GROUP.name / "single/run0.csv")) == 2 * 20
 
 
-@pytest.fixture(scope="module")
-def multi_head(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The submission of the multi-head agent on a group of two tasks."""
-    folder = tmp_path_factory.mktemp("multi-head")
-    quick = MULTI_HEAD.replace("hopper-gravity", TWO_HOPPERS)
-    run_script(quick, folder)
-    return folder / "submissions/two-heads"
-
-
-def test_the_manifest_declares_what_the_multi_head_agent_asks_for(multi_head: Path) -> None:
-    manifest = tomllib.loads((multi_head / "submission.toml").read_text(encoding="utf-8"))
-    declared = {"task_in_training": True, "task_in_evaluation": True, "boundaries": False}
-    assert manifest["observes"] == declared
-
-
-def test_the_multi_head_agent_learns_each_task_and_forgets_none(multi_head: Path) -> None:
-    returns: dict[tuple[str, str], list[str]] = {}
-    for row in log_rows(multi_head / TWO_HOPPERS / "sequential/run0.csv"):
-        returns.setdefault((row["task"], row["stage"]), []).append(row["return"])
+def test_the_multi_head_agent_declares_what_it_asks_for_and_learns_each_task_without_forgetting(
+    tmp_path: Path,
+) -> None:
+    run_script(MULTI_HEAD.replace("hopper-gravity", TWO_HOPPERS), tmp_path)
+    folder = tmp_path / "submissions/two-heads"
+    manifest = tomllib.loads((folder / "submission.toml").read_text(encoding="utf-8"))
+    asked = {"task_in_training": True, "task_in_evaluation": True, "boundaries": False}
+    assert manifest["observes"] == asked
+    returns: dict[tuple[str, str], list[float]] = {}
+    for row in log_rows(folder / TWO_HOPPERS / "sequential/run0.csv"):
+        returns.setdefault((row["task"], row["stage"]), []).append(float(row["return"]))
     (first, second) = dict.fromkeys(task for task, _ in returns)
-    means = {key: statistics.mean(map(float, values)) for key, values in returns.items()}
     assert returns[first, "1"] == returns[first, "2"]
     assert returns[second, "1"] == returns[second, "0"]
-    assert means[first, "1"] > 5 * means[first, "0"] > 0
-    assert means[second, "2"] > 5 * means[second, "0"] > 0
+    for task, stage in ((first, "1"), (second, "2")):
+        assert statistics.mean(returns[task, stage]) > 5 * statistics.mean(returns[task, "0"]) > 0
 
 
 def test_the_recurrent_agent_clears_its_state_where_an_episode_starts() -> None:

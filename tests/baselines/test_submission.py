@@ -20,7 +20,7 @@ from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.baselines.training.progress import Event, StageStarted
 from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import budget, evaluation_seed
+from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import fingerprinting
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.layout import MANIFEST
@@ -28,7 +28,7 @@ from gym_extensions.submissions.rules.manifest import findings
 from gym_extensions.submissions.run import RunDocument, read_run
 
 from ..conftest import refused
-from .conftest import QUICK_GROUP, SHORT_GROUP, digests, log_rows
+from .conftest import QUICK_GROUP, SHORT_GROUP, digests
 
 GROUP = group(SHORT_GROUP)
 SUBMISSIONS = Path(__file__).resolve().parents[2] / "submissions"
@@ -44,23 +44,17 @@ with lock_runs(Path(sys.argv[1]), [sys.argv[2]]):
 """
 
 
-def training_error(out: Path) -> BenchError:
-    with pytest.raises(BenchError) as error:
-        train("zero", "hopper-motor-noise", "single", "smoke", 7, out=out)
-    return error.value
-
-
 @pytest.mark.parametrize("name", ["zero run", "-zero", ".zero", "zéro", "z" * 65, "zero,2"])
 def test_a_name_that_a_submission_cannot_have_is_rejected(name: str, tmp_path: Path) -> None:
-    error = training_error(tmp_path / name)
-    assert (error.code, repr(name) in error.message) == ("bad-out", True)
+    with refused("bad-out", repr(name)):
+        validate(tmp_path / name)
     assert not list(tmp_path.iterdir())
 
 
 def test_the_folder_that_contains_submissions_is_rejected(random_submission: Path, tmp_path: Path) -> None:
     shutil.copytree(random_submission, tmp_path / "submissions/random")
-    error = training_error(tmp_path / "submissions")
-    assert (error.code, "'random'" in error.message) == ("bad-out", True)
+    with refused("bad-out", "'random'"):
+        validate(tmp_path / "submissions")
 
 
 @pytest.mark.parametrize("folder", ["poses", "landscapes"])
@@ -90,12 +84,8 @@ def test_a_run_in_the_place_of_another_order_is_named_before_training(
     out = tmp_path / "mine"
     train("zero", QUICK_GROUP, origin, "smoke", 1, out=out)
     (out / QUICK_GROUP.name / origin).rename(out / QUICK_GROUP.name / target)
-    with pytest.raises(BenchError) as caught:
+    with refused("wrong-order", f"the document of {target} run 1"):
         train("zero", QUICK_GROUP, target, "smoke", 0, out=out)
-    assert (caught.value.code, f"the document of {target} run 1" in caught.value.message) == (
-        "wrong-order",
-        True,
-    )
     assert not (out / QUICK_GROUP.name / target / "run0.csv").exists()
 
 
@@ -103,11 +93,12 @@ def test_runs_without_a_manifest_or_with_one_that_is_not_toml_are_rejected(
     random_submission: Path, tmp_path: Path
 ) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
-    (out / "submission.toml").write_text("title =\n")
-    error = training_error(out)
-    assert (error.code, "line 1" in error.message) == ("bad-manifest", True)
-    (out / "submission.toml").unlink()
-    assert training_error(out).code == "manifest-lost"
+    (out / MANIFEST).write_text("title =\n")
+    with refused("bad-manifest", "line 1"):
+        train("zero", "hopper-motor-noise", "single", "smoke", 7, out=out)
+    (out / MANIFEST).unlink()
+    with refused("manifest-lost"):
+        validate(out)
 
 
 def settings(card: Card = CARD, observes: Observes = NOTHING, **changes: Any) -> Settings:
@@ -155,27 +146,13 @@ def document(trpo_submission: Path) -> RunDocument:
     return read_run(trpo_submission / SHORT_GROUP / "sequential/run0.json")
 
 
-def test_a_sequential_log_has_every_cell_with_the_prescribed_seeds(trpo_submission: Path) -> None:
-    logged = log_rows(trpo_submission / SHORT_GROUP / "sequential/run0.csv")
-    expected = [
-        (str(stage), task, str(episode), str(evaluation_seed(GROUP.id, task, episode)))
-        for stage in range(3)
-        for task in GROUP.task_ids
-        for episode in range(20)
-    ]
-    assert [tuple(row[name] for name in ("stage", "task", "episode", "seed")) for row in logged] == expected
-
-
 def test_the_document_says_how_the_run_was_trained(document: RunDocument) -> None:
     words = ["--groups", SHORT_GROUP, "--protocol", "sequential", "--budget", "smoke", "--runs", "0"]
     assert document.command.split() == ["gym-extensions", "train", "trpo", *words, "--out", "trpo"]
     assert 2000 <= document.steps <= 2000 * 1.02
-    assert document.cpu_seconds is not None
-    assert document.peak_memory_mb is not None
-    assert 0.1 < document.cpu_seconds < 600
-    assert 30 < document.peak_memory_mb < 20_000
-    assert document.machine is not None
-    assert document.machine.cores == os.cpu_count()
+    assert 0.1 < (document.cpu_seconds or 0) < 600
+    assert 30 < (document.peak_memory_mb or 0) < 20_000
+    assert document.machine and document.machine.cores == os.cpu_count()
     assert document.fingerprints == {task: published(task) for task in GROUP.task_ids}
     # Policy 23-64-64-7 and seven log σ; value function 23-64-64-1.
     parameters = 24 * 64 + 65 * 64 + 65 * 7 + 7 + 24 * 64 + 65 * 64 + 65
@@ -229,15 +206,8 @@ def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_
             train("random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=out)
     assert error.value.message.count("No space left on device") == 3
     assert not digests(out)
-    train(
-        "random",
-        QUICK_GROUP,
-        "joint",
-        "smoke",
-        [0, 1, 2],
-        out=out,
-        progress=Monitor(callback=refuse_training),
-    )
+    again = Monitor(callback=refuse_training)
+    train("random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=out, progress=again)
     assert digests(out) == digests(three_runs)
 
 
@@ -264,11 +234,8 @@ def test_a_donated_run_adds_its_three_files_and_names_the_donor(three_runs: Path
     train("random", QUICK_GROUP, "joint", "smoke", 17, out=out, origin=Origin(by="A. Donor"))
     after = digests(out)
     assert {name: after[name] for name in before} == before
-    assert sorted(Path(str(name)).name for name in after.keys() - before.keys()) == [
-        "run17.csv",
-        "run17.json",
-        "run17.npz",
-    ]
+    added = sorted(Path(name).name for name in after.keys() - before.keys())
+    assert added == ["run17.csv", "run17.json", "run17.npz"]
     names = {path.name: read_run(path).by for path in out.glob("*/joint/*.json")}
     assert names == {"run0.json": "", "run1.json": "", "run2.json": "", "run17.json": "A. Donor"}
 
@@ -291,5 +258,5 @@ def test_a_folder_that_is_not_writable_is_rejected(tmp_path: Path, monkeypatch: 
         raise OSError(errno.EROFS, "Read-only file system")
 
     monkeypatch.setattr(Path, "touch", refuse)
-    error = training_error(tmp_path / "out")
-    assert (error.code, "Read-only file system" in error.message) == ("bad-out", True)
+    with refused("bad-out", "Read-only file system"):
+        train("zero", "hopper-motor-noise", "single", "smoke", 7, out=tmp_path / "out")

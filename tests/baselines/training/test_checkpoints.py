@@ -92,36 +92,33 @@ class Unsaved:
             raise PowerCutError
 
 
-def test_an_agent_that_cannot_be_saved_starts_again(tmp_path: Path) -> None:
+def unfinished(out: Path, agent: Any = None, **options: Any) -> Path:
+    """The folder of a job that stopped after two stages, by default of an agent that can be saved."""
     Unsaved.has_stopped = False
     with pytest.raises(PowerCutError):
-        train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
-    train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "stopped")
-    (log,) = train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "complete")
+        train(agent or Saved, QUICK_GROUP, "sequential", "smoke", 0, out=out, **options)
+    return out / FIRST_JOB.format(QUICK_GROUP.name)
+
+
+def test_an_agent_that_cannot_be_saved_starts_again(tmp_path: Path) -> None:
+    unfinished(tmp_path / "stopped", Unsaved)
+    for name in ("stopped", "complete"):
+        (log,) = train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / name)
     assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
     assert read_run(log.with_suffix(".json")).policies is None, "the agent has none"
     assert not log.with_suffix(".npz").exists()
 
 
 def test_the_stages_of_an_unfinished_run_with_other_settings_are_not_reused(tmp_path: Path) -> None:
-    Unsaved.has_stopped = False
-    with pytest.raises(PowerCutError):
-        train(Unsaved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
-    with pytest.raises(BenchError) as error:
-        train("zero", QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
-    assert error.value.message.startswith("The unfinished run has other settings: agent is ")
-    assert ", and 'zero' in this command" in error.value.message
-    with pytest.raises(BenchError) as error:
-        train("zero", QUICK_GROUP, "sequential", "smoke", [0, 1], out=tmp_path)
-    assert error.value.message.startswith("1 of 2 jobs failed.")
-
-
-def unfinished(out: Path) -> Path:
-    """The folder of a job that stopped after two stages."""
-    Unsaved.has_stopped = False
-    with pytest.raises(PowerCutError):
-        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=out)
-    return out / FIRST_JOB.format(QUICK_GROUP.name)
+    unfinished(tmp_path, Unsaved)
+    for runs, begin in (
+        (0, "The unfinished run has other settings: agent is "),
+        ([0, 1], "1 of 2 jobs failed."),
+    ):
+        with pytest.raises(BenchError) as error:
+            train("zero", QUICK_GROUP, "sequential", "smoke", runs, out=tmp_path)
+        assert error.value.message.startswith(begin)
+        assert ", and 'zero' in this command" in error.value.message
 
 
 class Saved(Unsaved):
@@ -141,9 +138,27 @@ class Renamed(Saved):
         super().save(path.with_name(f"{path.name}.npy"))
 
 
-def test_a_checkpoint_that_is_not_where_it_should_be_is_named(tmp_path: Path) -> None:
-    with refused("bad-agent", "save() did not write the file"):
-        train(Renamed, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+class Seeded(Saved):
+    """An agent whose hyperparameters contain its seed."""
+
+    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
+        super().__init__(observation_space, action_space, seed)
+        self.seed = seed
+
+    def card(self) -> Card:
+        return Card("Seeded", hyperparameters={"seed": self.seed})
+
+
+@pytest.mark.parametrize(
+    ("agent", "fact"),
+    [(Renamed, "save() did not write the file"), (Seeded, "has the hyperparameters {'seed': ")],
+)
+def test_an_agent_that_could_not_be_resumed_is_refused_before_training(
+    agent: Any, fact: str, tmp_path: Path
+) -> None:
+    with refused("bad-agent", fact):
+        train(agent, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert not list(tmp_path.rglob("stage*.json"))
 
 
 class FolderAgent(Saved):
@@ -161,62 +176,43 @@ class FolderAgent(Saved):
 
 
 def test_a_run_resumes_from_a_folder_with_the_agent_that_load_returns(tmp_path: Path) -> None:
-    arguments: Any = (FolderAgent, QUICK_GROUP, "sequential", "smoke", 0)
     monitor = Monitor(evaluate_every=500, evaluate_episodes=1)
-    Unsaved.has_stopped = False
-    with pytest.raises(PowerCutError):
-        train(*arguments, out=tmp_path / "stopped", progress=monitor)
-    folder = tmp_path / "stopped" / FIRST_JOB.format(QUICK_GROUP.name)
+    folder = unfinished(tmp_path / "stopped", FolderAgent, progress=monitor)
     (folder / ".agent2.partial.npz").mkdir()  # of a stage that was stopped while it was saved
     assert sorted(path.name for path in folder.glob("*agent*")) == [".agent2.partial.npz", "agent1.npz"]
     for name in ("stopped", "complete"):
-        train(*arguments, out=tmp_path / name, progress=monitor)
+        train(FolderAgent, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / name, progress=monitor)
     assert digests(tmp_path / "stopped") == digests(tmp_path / "complete")
 
 
-def test_a_checkpoint_that_vanished_is_named_and_the_stages_stay(tmp_path: Path) -> None:
-    folder = unfinished(tmp_path)
-    (folder / "agent1.npz").unlink()
-    with pytest.raises(BenchError, match=r"agent1\.npz: The agent's checkpoint is missing\."):
+NUMPY = version("numpy")
+
+
+@pytest.mark.parametrize(
+    ("file", "change", "code", "fact"),
+    [
+        ("agent1.npz", None, "bad-checkpoint", "The agent's checkpoint is missing."),
+        ("agent1.npz", ("1", "format 2"), "bad-checkpoint", "KeyError: 'format 2'"),
+        (
+            "settings.json",
+            (f'numpy": "{NUMPY}"', 'numpy": "1.0"'),
+            "other-version",
+            "numpy is '1.0'",
+        ),
+    ],
+)
+def test_a_checkpoint_that_cannot_be_continued_is_named_and_the_stages_stay(
+    file: str, change: tuple[str, str] | None, code: str, fact: str, tmp_path: Path
+) -> None:
+    path = unfinished(tmp_path) / file
+    text = path.read_text()
+    path.write_text(text.replace(*change)) if change else path.unlink()
+    with refused(code, fact):
         train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
-    assert sorted(path.name for path in folder.glob("stage*")) == ["stage0.json", "stage1.json"]
+    assert sorted(each.name for each in path.parent.glob("stage*")) == ["stage0.json", "stage1.json"]
 
 
-class Seeded(Saved):
-    """An agent whose hyperparameters contain its seed."""
-
-    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
-        super().__init__(observation_space, action_space, seed)
-        self.seed = seed
-
-    def card(self) -> Card:
-        return Card("Seeded", hyperparameters={"seed": self.seed})
-
-
-def test_hyperparameters_that_differ_between_agents_are_refused_before_training(tmp_path: Path) -> None:
-    with refused("bad-agent", "has the hyperparameters {'seed': "):
-        train(Seeded, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
-    assert not list(tmp_path.rglob("stage*.json"))
-
-
-def test_a_checkpoint_of_another_version_is_not_continued(tmp_path: Path) -> None:
-    settings = unfinished(tmp_path) / "settings.json"
-    numpy = version("numpy")
-    settings.write_text(settings.read_text().replace(f'"numpy": "{numpy}"', '"numpy": "1.26.4"'))
-    with refused("other-version", "versions.numpy is '1.26.4'"):
-        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
-    assert (settings.parent / "stage1.json").exists()
-
-
-def test_a_checkpoint_that_the_agent_cannot_load_is_reported(tmp_path: Path) -> None:
-    checkpoint = unfinished(tmp_path) / "agent1.npz"
-    checkpoint.write_text("format 2")
-    with refused("bad-checkpoint", "KeyError: 'format 2'"):
-        train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
-    assert checkpoint.exists()
-
-
-def test_a_checkpoint_of_another_version_of_the_agents_packages_is_not_continued(tmp_path: Path) -> None:
+def test_versions_of_the_agents_packages_belong_to_a_checkpoint(tmp_path: Path) -> None:
     (job,) = jobs_of(group(SHORT_GROUP), "joint", [0])
     spec = AgentSpec("mine", "zero", Card("mine", packages=("pandas",)), Observes())
     folder, settings = JobFolder(tmp_path, job), Settings(spec, budget("smoke"))

@@ -26,45 +26,37 @@ SMOKE = budget("smoke")
 SPEC = AgentSpec("zero", Zero, Card("zero"), Observes())
 
 
-def test_a_sequential_job_trains_each_task_in_turn_and_evaluates_all_after_each() -> None:
-    (job,) = jobs_of(GROUP, "sequential", [3])
-    stages = job.stages(SMOKE)
-    assert [stage.trained for stage in stages] == [(), *((task,) for task in GROUP.tasks)]
-    assert [stage.steps for stage in stages] == [0, 1000, 1000, 1000, 1000, 1000]
-    assert {stage.evaluated for stage in stages} == {GROUP.tasks}
-    assert (job.name, job.title) == ("sequential-run3", "hopper-gravity sequential-run3")
-    assert PendingJob(job, Settings(SPEC, SMOKE), Path()).steps == 5000
+EACH = [0, 1000, 1000, 1000, 1000, 1000]
 
 
 @pytest.mark.parametrize(
-    ("protocol", "run", "order"), [("descending", 3, [4, 3, 2, 1, 0]), ("balanced", 6, [4, 3, 0, 2, 1])]
+    ("protocol", "run", "trained", "steps"),
+    [
+        ("sequential", 3, [(), (0,), (1,), (2,), (3,), (4,)], EACH),
+        ("descending", 3, [(), (4,), (3,), (2,), (1,), (0,)], EACH),
+        ("balanced", 6, [(), (4,), (3,), (0,), (2,), (1,)], EACH),
+        ("joint", 0, [(0, 1, 2, 3, 4)], [5000]),
+        ("cumulative", 0, [(4,)], [5000]),
+    ],
 )
-def test_a_job_in_another_order_trains_each_task_in_turn(protocol: str, run: int, order: list[int]) -> None:
+def test_a_job_has_the_stages_of_its_protocol_and_evaluates_all_tasks_after_each(
+    protocol: str, run: int, trained: list[tuple[int, ...]], steps: list[int]
+) -> None:
     (job,) = jobs_of(GROUP, protocol, [run])
-    untrained, *stages = job.stages(SMOKE)
-    assert (untrained.trained, untrained.steps) == ((), 0)
-    assert [stage.trained for stage in stages] == [(GROUP.tasks[index],) for index in order]
+    stages = job.stages(SMOKE)
+    assert [stage.trained for stage in stages] == [
+        tuple(GROUP.tasks[index] for index in tasks) for tasks in trained
+    ]
+    assert [stage.steps for stage in stages] == steps
     assert {stage.evaluated for stage in stages} == {GROUP.tasks}
-
-
-def test_a_joint_job_trains_all_tasks_at_once_with_the_steps_of_all() -> None:
-    (job,) = jobs_of(GROUP, "joint", [0])
-    (stage,) = job.stages(SMOKE)
-    assert (stage.trained, stage.steps, stage.evaluated) == (GROUP.tasks, 5000, GROUP.tasks)
-
-
-def test_a_cumulative_job_trains_the_last_task_alone_with_the_steps_of_all() -> None:
-    (job,) = jobs_of(GROUP, "cumulative", [0])
-    (stage,) = job.stages(SMOKE)
-    assert (stage.trained, stage.evaluated) == (GROUP.tasks[-1:], GROUP.tasks)
-    assert stage.steps == SMOKE.steps_for(GROUP.name) * len(GROUP.tasks)
+    assert (job.name, job.title) == (f"{protocol}-run{run}", f"hopper-gravity {protocol}-run{run}")
+    assert PendingJob(job, Settings(SPEC, SMOKE), Path()).steps == 5000
 
 
 def test_the_single_protocol_has_a_job_per_run_and_task() -> None:
     jobs = jobs_of(GROUP, "single", [0, 2])
-    assert [job.name for job in jobs] == [
-        f"single-run{run}-task{task}" for run in (0, 2) for task in range(5)
-    ]
+    names = [f"single-run{run}-task{task}" for run in (0, 2) for task in range(5)]
+    assert [job.name for job in jobs] == names
     (stage,) = jobs[7].stages(SMOKE)
     assert (stage.trained, stage.steps) == ((GROUP.tasks[2],), 1000)
 
@@ -128,14 +120,8 @@ def test_tasks_of_a_published_group_have_equal_spaces(monkeypatch: pytest.Monkey
     assert (error.value.where, error.value.hint) == ("mixed", "Give tasks with equal spaces.")
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"), [("0", [0]), ("0,1", [0, 1]), ("0-4", [0, 1, 2, 3, 4]), ("7, 2-3", [7, 2, 3])]
-)
-def test_runs_on_the_command_line_are_numbers_and_ranges(text: str, expected: list[int]) -> None:
-    assert parse_runs(text) == expected
-
-
-@pytest.mark.parametrize("text", ["", "-1", "1-", "0;1", "1.5"])
-def test_any_other_text_is_not_a_list_of_runs(text: str) -> None:
-    with pytest.raises(BenchError, match="is not a list of runs"):
-        parse_runs(text)
+def test_runs_on_the_command_line_are_numbers_and_ranges() -> None:
+    assert [parse_runs(text) for text in ("0", "0-4", "7, 2-3")] == [[0], [0, 1, 2, 3, 4], [7, 2, 3]]
+    for text in ("", "-1", "1-", "0;1", "1.5"):
+        with pytest.raises(BenchError, match="is not a list of runs"):
+            parse_runs(text)

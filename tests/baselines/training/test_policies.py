@@ -36,25 +36,34 @@ class Counting:
     def learn(self, env: Any, steps: int) -> None:
         self.stages += 1
 
-    def policy(self) -> Policy | None:
-        return Policy(np.full(self.size, self.value()), np.ones(self.size))
+    def policy(self, **changes: Any) -> Policy | None:
+        return Policy(np.full(self.size, self.value()), np.ones(self.size), **changes)
 
 
-class Wrong(Counting):
-    """An agent whose policy is another after the first stage."""
-
-    def policy(self) -> Policy | None:
-        return Policy(np.full(self.size, 0.5), np.ones(self.size))
+def counting(**changes: Any) -> Any:
+    """Such agents with other methods or attributes."""
+    return type("Mine", (Counting,), changes)
 
 
-class Wide(Counting):
-    """An agent whose policy is too large for a submission."""
+def wide(agent: Any) -> Policy:
+    """A policy that is too large for a submission of the tests."""
+    weights = np.random.default_rng(0).standard_normal((23, 1000)).astype(np.float32)
+    layers = (weights, np.zeros((1000, agent.size), np.float32))
+    biases = (np.zeros(1000, np.float32), np.full(agent.size, agent.value(), np.float32))
+    return Policy(np.zeros(agent.size), np.ones(agent.size), layers, biases)
 
-    def policy(self) -> Policy | None:
-        weights = np.random.default_rng(0).standard_normal((23, 1000)).astype(np.float32)
-        layers = (weights, np.zeros((weights.shape[1], self.size), np.float32))
-        biases = (np.zeros(weights.shape[1], np.float32), np.full(self.size, self.value(), np.float32))
-        return Policy(np.zeros(self.size), np.ones(self.size), layers, biases)
+
+SAMPLING = counting(
+    policy=lambda self: Counting.policy(self, head="uniform"),
+    card=lambda self: Card("Sampling", evaluation="deterministic"),
+)
+MANY = counting(
+    observes=Observes(task_in_evaluation=True),
+    act=lambda self, observations, context=None: Counting.act(self, observations),
+    policy=lambda self: Policy(
+        np.zeros(7), np.ones(7), (np.zeros((30, 23, 7), np.float32),), (np.full(7, self.value()),)
+    ),
+)
 
 
 def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None:
@@ -68,35 +77,12 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
     assert read(tmp_path, GROUPS, policies=True).problems == ()
 
 
-class Sampling(Counting):
-    """An agent whose card says that it does not sample."""
-
-    def policy(self) -> Policy | None:
-        return Policy(np.full(self.size, self.value()), np.ones(self.size), head="uniform")
-
-    def card(self) -> Card:
-        return Card("Sampling", evaluation="deterministic")
-
-
-class Many(Counting):
-    """An agent with a policy of more tasks than the group has."""
-
-    observes = Observes(task_in_evaluation=True)
-
-    def act(self, observations: Any, context: Any = None) -> Any:
-        return super().act(observations)
-
-    def policy(self) -> Policy | None:
-        layers = (np.zeros((30, 23, self.size), np.float32),)
-        return Policy(np.zeros(self.size), np.ones(self.size), layers, (np.full(self.size, self.value()),))
-
-
 @pytest.mark.parametrize(
     ("agent", "message"),
     [
-        (Wide, r"The policies of a run have .* bytes; the limit is 1,000"),
-        (Sampling, "its head is 'uniform'"),
-        (Many, "arrays for 30 tasks"),
+        (counting(policy=wide), r"The policies of a run have .* bytes; the limit is 1,000"),
+        (SAMPLING, "its head is 'uniform'"),
+        (MANY, "arrays for 30 tasks"),
     ],
 )
 def test_a_policy_that_a_submission_may_not_contain_is_refused_before_training(
@@ -109,31 +95,26 @@ def test_a_policy_that_a_submission_may_not_contain_is_refused_before_training(
     assert not (tmp_path / "mine").exists()
 
 
-class Growing(Counting):
-    """An agent whose policies become too large during training."""
-
-    def policy(self) -> Policy | None:
-        return Wide.policy(self) if self.stages else super().policy()  # type: ignore[arg-type]
-
-
 def test_policies_that_grew_beyond_the_limit_are_kept_and_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(layout, "MAX_POLICY_BYTES", 200_000)
+    growing = counting(policy=lambda self: wide(self) if self.stages else Counting.policy(self))
     for _ in range(2):  # the same command finds everything in place
         with pytest.raises(BenchError, match="policies of a run have") as error:
-            train(Growing, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+            train(growing, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
     assert "delete the files policy*.npz" in error.value.hint
     for path in tmp_path.rglob("policy*.npz"):
         path.unlink()
-    train(Growing, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    train(growing, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
     assert read(tmp_path, GROUPS).problems == ()
     assert not list(tmp_path.rglob("*.npz"))
 
 
 def test_a_policy_that_is_not_the_agents_stops_the_run(tmp_path: Path) -> None:
+    wrong = counting(policy=lambda self: Policy(np.full(self.size, 0.5), np.ones(self.size)))
     with refused("policy-differs", "by 0.025 of the action range"):
-        train(Wrong, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "wrong")
+        train(wrong, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "wrong")
 
 
 def test_only_a_method_without_arguments_is_the_agents_policy() -> None:
