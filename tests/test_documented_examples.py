@@ -16,8 +16,7 @@ import pytest
 from gym_extensions.__main__ import main
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import review_of
-from gym_extensions.submissions.training import training_of
+from gym_extensions.submissions.review import review_of, training_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs/environments/README.md"])

@@ -16,8 +16,15 @@ from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.review import Action, Decision, Review, read_review, write_review
-from gym_extensions.submissions.training import Training, training_text
+from gym_extensions.submissions.review import (
+    Action,
+    Decision,
+    Review,
+    Training,
+    read_review,
+    training_text,
+    write_review,
+)
 
 from ..conftest import MANIFEST, VERSIONS, verification
 from .made_submissions import rewrite

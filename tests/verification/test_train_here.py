@@ -12,8 +12,8 @@ from gym_extensions.baselines import Origin, train
 from gym_extensions.curation.cli import maintain
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import Training, training_of, training_text
 from gym_extensions.submissions.run import read_run, write_run
-from gym_extensions.submissions.training import Training, training_of, training_text
 from gym_extensions.verification import train_here
 from gym_extensions.verification.git import Repository
 

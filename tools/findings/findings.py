@@ -20,7 +20,7 @@ from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board
-from gym_extensions.scoring.submission.core_score import core_logs, retention
+from gym_extensions.scoring.submission.suites import core_logs, retention
 from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank

@@ -18,7 +18,7 @@ from gym_extensions.metrics import probability_of_improvement
 from gym_extensions.metrics.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.metrics.values import Estimate
 from gym_extensions.references import load_references, trained_alone
-from gym_extensions.scoring.submission.core_score import last_look
+from gym_extensions.scoring.submission.suites import last_look
 from gym_extensions.site.text import fixed, interval
 from gym_extensions.submissions.landscapes import SHARES
 

@@ -14,10 +14,9 @@ from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, r
 from gym_extensions.submissions.log import TableError, log_frame, log_of
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies import files as files_module
-from gym_extensions.submissions.review import Review, review_of
+from gym_extensions.submissions.review import Review, code_digest, review_of, training_of
 from gym_extensions.submissions.run import RunDocument, run_of
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained, is_trainable
-from gym_extensions.submissions.training import code_digest, training_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,9 +11,8 @@ from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, problem
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import Manifest
-from gym_extensions.submissions.review import Review
+from gym_extensions.submissions.review import Review, Training
 from gym_extensions.submissions.run import Memory, RunDocument, consecutive
-from gym_extensions.submissions.training import Training
 
 
 @dataclass(frozen=True, repr=False)

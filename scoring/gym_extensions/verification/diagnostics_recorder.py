@@ -11,7 +11,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_name
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import diagnostics, fetch, reader
-from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
+from gym_extensions.submissions.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.verification import episodes, limits, verify
 
 JOB = "gym_extensions.verification.diagnostics_recorder:work"

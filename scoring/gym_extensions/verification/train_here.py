@@ -26,9 +26,9 @@ from gym_extensions.submissions import layout, problem, reader
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
+from gym_extensions.submissions.review import Training, training_of, training_text
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.submissions.training import Training, training_of, training_text
 from gym_extensions.verification import git, limits
 from gym_extensions.versions import version
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.training import code_digest
+from gym_extensions.submissions.review import code_digest
 
 from ..examples import GROUP, TOML, Change, CopySubmission, Example, all_of, put
 

@@ -21,7 +21,7 @@ from gym_extensions.references import ALONE
 from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
-from gym_extensions.scoring.submission import core_score
+from gym_extensions.scoring.submission import suites
 from gym_extensions.submissions.review import TRAINED_HERE, VERIFIED
 
 EXPLORATORY = 20
@@ -59,7 +59,7 @@ class Method:
     @property
     def look(self) -> int:
         """The last look for which every group has enough runs; 0 if there is none."""
-        return core_score.last_look(min(map(len, self.values[FINAL.name])))
+        return suites.last_look(min(map(len, self.values[FINAL.name])))
 
 
 def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired: bool) -> Summary:
@@ -97,7 +97,7 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
         same = all(len(first) >= look and first[:look] == second[:look] for first, second in starts)
         paired = a.parent == b.parent and bool(a.starts) and same
         difference = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
-        quantile = statistics.critical_value(core_score.LOOK_LEVELS[look] / len(pairs), difference.df)
+        quantile = statistics.critical_value(suites.LOOK_LEVELS[look] / len(pairs), difference.df)
         half_width = quantile * math.sqrt(difference.squared_error)
         compared.append(
             boards.CorePair(
@@ -108,10 +108,10 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
                 mean=difference.mean,
                 low=difference.mean - half_width,
                 high=difference.mean + half_width,
-                p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / core_score.LOOK_LEVELS[look]),
+                p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / suites.LOOK_LEVELS[look]),
                 verdict="open",
                 exploratory=edition == 1 and look <= EXPLORATORY,
-                next_look=core_score.next_look(look),
+                next_look=suites.next_look(look),
             )
         )
     adjusted = statistics.holm_adjusted(np.array([pair.p_value for pair in compared])).tolist()
@@ -147,10 +147,10 @@ def ranks(names: Sequence[str], pairs: Sequence[boards.CorePair], better: str) -
 
 def method_of(card: Scorecard, core: CoreScore) -> Method | None:
     """What a submission has on the core; None if it lacks a group or a value."""
-    logs = core_score.core_logs(card)
+    logs = suites.core_logs(card)
     if core.missing or not all(log.metrics[name].runs for log in logs.values() for name in CORE_METRICS):
         return None
-    counted = [(log, core_score.counted_runs(log)) for log in logs.values()]
+    counted = [(log, suites.counted_runs(log)) for log in logs.values()]
     values = {name: tuple(log.metrics[name].runs[:count] for log, count in counted) for name in CORE_METRICS}
     starts = tuple(tuple(run[:2] for run in log.return_matrix[:count]) for log, count in counted)
     return Method(card.name, core.parent, values, starts)
@@ -158,12 +158,12 @@ def method_of(card: Scorecard, core: CoreScore) -> Method | None:
 
 def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
-        logs, metric = core_score.core_logs(card, protocol), BY_NAME[metric_name]
-        runs = core_score.last_look(min(map(core_score.verified_runs, logs.values()), default=0))
+        logs, metric = suites.core_logs(card, protocol), BY_NAME[metric_name]
+        runs = suites.last_look(min(map(suites.verified_runs, logs.values()), default=0))
         has_values = all(log.metrics[metric_name].runs for log in logs.values())
         if runs and has_values and len(logs) == len(CORES[CORE]):
-            groups = {group: core_score.on_group(log, runs, metric) for group, log in logs.items()}
-            value = boards.BoardMetric.of(core_score.over_groups(logs.values(), metric, runs))
+            groups = {group: suites.on_group(log, runs, metric) for group, log in logs.items()}
+            value = boards.BoardMetric.of(suites.over_groups(logs.values(), metric, runs))
             yield boards.CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
@@ -228,8 +228,8 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         edition=edition,
         groups=CORES[CORE],
         budget=STANDARD_BUDGET,
-        looks=core_score.LOOKS,
-        levels=tuple(core_score.LOOK_LEVELS.values()),
+        looks=suites.LOOKS,
+        levels=tuple(suites.LOOK_LEVELS.values()),
         margin=MARGIN,
         lists=tuple(lists),
         references=references,
@@ -281,7 +281,7 @@ def _variants(
     """
     if not cards:
         return
-    logs = [core_score.core_logs(card) for card in cards]
+    logs = [suites.core_logs(card) for card in cards]
     for key, absent in left_out(logs[0]):
         kept = [at for at, name in enumerate(CORES[CORE]) if name not in absent]
         groups = tuple(CORES[CORE][at] for at in kept)
@@ -290,7 +290,7 @@ def _variants(
             runs = tuple(method.values[FINAL.name][at] for at in kept)
             starts = tuple(method.starts[at] for at in kept)
             of_kept.append(replace(method, values={FINAL.name: runs}, starts=starts))
-            means.append(core_score.over_groups([log[name] for name in groups], FINAL, method.look))
+            means.append(suites.over_groups([log[name] for name in groups], FINAL, method.look))
         title = f"{key.rpartition('-v')[0]} (provisional expert)" if key in absent else key
         scores = _in_lists(of_kept, means, lists)
         yield boards.CoreVariant(
@@ -298,7 +298,7 @@ def _variants(
         )
     of_middle, middles = [], []
     for log, method in zip(logs, methods, strict=True):
-        shares = statistics.iqm_shares(core_score.final_scores(log.values(), method.look))
+        shares = statistics.iqm_shares(suites.final_scores(log.values(), method.look))
         of_middle.append(replace(method, values={FINAL.name: tuple(map(tuple, shares))}))
         middles.append(statistics.to_interval(statistics.mean_of_groups(list(map(summary, shares)))))
     title, scores = "interquartile mean over runs and tasks", _in_lists(of_middle, middles, lists)

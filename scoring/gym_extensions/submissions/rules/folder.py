@@ -181,7 +181,7 @@ BROKEN_FILES = {
     ),
     "malformed-training": (
         "The record of a training (trained/1.toml), which the base branch writes, has the tables of "
-        "gym_extensions.submissions.training.",
+        "gym_extensions.submissions.review.",
         "Restore the file: gym-extensions maintain train-here writes it, nobody else.",
     ),
     "malformed-policies": (

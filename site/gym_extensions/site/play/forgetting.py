@@ -11,7 +11,7 @@ from markupsafe import Markup
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.core_score import core_logs
+from gym_extensions.scoring.submission.suites import core_logs
 from gym_extensions.site.charts import svg
 from gym_extensions.site.play.stroboscopes import stroboscopes
 from gym_extensions.site.play.watch import Episode, watched
