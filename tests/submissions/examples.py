@@ -6,10 +6,9 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-
-from gym_extensions.submissions.problem import Problem
 
 GROUP = "hopper-gravity"
 TOML = "submission.toml"
@@ -37,19 +36,13 @@ class Example:
     """What its message or hint contains."""
     also: tuple[str, ...] = ()
     """Other rules that the same mistake breaks."""
-    group: str = GROUP
     count: int = 1
     """The number of problems of the rule."""
+    group: str = GROUP
 
 
-def found(problems: tuple[Problem, ...]) -> list[tuple[str, str]]:
-    """Where and rule of each problem."""
-    return [(problem.where, problem.rule) for problem in problems]
-
-
-def rules(problems: tuple[Problem, ...]) -> list[str]:
-    """The rule of each problem."""
-    return [problem.rule for problem in problems]
+Table = dict[str, list[tuple[Any, ...]]]
+"""By rule: the other fields of each example."""
 
 
 def edit(old: str, new: str, path: str = LOG, count: int = 1) -> Change:
@@ -73,20 +66,15 @@ def all_of(*changes: Change) -> Change:
     return change
 
 
-def row(number: int, change_cells: Callable[[list[str]], list[str]], path: str = LOG) -> Change:
-    """Changes the cells of a row (the header is row 1)."""
+def cell(number: int, column: int, value: str, path: str = LOG) -> Change:
+    """Writes another value into one cell (the header is row 1)."""
 
     def change(folder: Path) -> None:
-        lines = (folder / path).read_text().split("\n")
-        lines[number - 1] = ",".join(change_cells(lines[number - 1].split(",")))
-        (folder / path).write_text("\n".join(lines), newline="\n")
+        rows = [line.split(",") for line in (folder / path).read_text().split("\n")]
+        rows[number - 1][column] = value
+        (folder / path).write_text("\n".join(map(",".join, rows)), newline="\n")
 
     return change
-
-
-def cell(number: int, column: int, value: str, path: str = LOG) -> Change:
-    """Writes another value into one cell."""
-    return row(number, lambda cells: [*cells[:column], value, *cells[column + 1 :]], path)
 
 
 def lines(change_rows: Callable[[list[str]], list[str]], path: str = LOG) -> Change:

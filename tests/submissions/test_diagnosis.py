@@ -1,7 +1,5 @@
 """Norms, ranks, inactive units and divergences, from networks that can be computed by hand."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -75,10 +73,9 @@ def test_the_divergence_is_that_of_gaussians_on_the_observations_of_each_task() 
 
 
 def test_the_drift_follows_the_order_of_training() -> None:
-    rows = (np.array([[0.0], [0.0]]), np.array([[0.0], [1.0]]))  # bias by task and stage
-    stages = [replace(network(), biases=(np.zeros(3), each)) for each in (rows[0], rows[0], rows[1])]
     weights = tuple(np.stack([each, each]) for each in network().weights)
-    stages = [replace(each, weights=weights, biases=(np.zeros((2, 3)), each.biases[1])) for each in stages]
+    biases = [(np.zeros((2, 3)), np.array([[0.0], [second]])) for second in (0.0, 0.0, 1.0)]  # by stage
+    stages = [replace(network(), weights=weights, biases=each) for each in biases]
     assert diagnose(stages, [SEEN, SEEN])[2].drift == (0.0,)
     assert diagnose(stages, [SEEN, SEEN], (1, 0))[2].drift == (0.5,)
 

@@ -116,9 +116,6 @@ def test_a_workflow_connects_to_no_private_address_and_follows_no_redirect_to_on
     assert "public address" in refusal(fetcher, policies(f"{server}/file")).message
     monkeypatch.setattr(fetch, "is_public", lambda address: address == "127.0.0.1")
     assert "public address" in refusal(fetcher, policies(f"{server}/to/127.0.0.2")).message
-    monkeypatch.setattr(fetch, "PUBLIC_SCHEMES", ("https",))
-    assert refusal(fetcher, policies("ftp://127.0.0.1/x")).code == "policies-address"
-    monkeypatch.setattr(fetch, "PUBLIC_SCHEMES", ("http",))
     assert fetcher.fetch(policies(f"{server}/to/127.0.0.1"), "run").read_bytes() == CONTENT
 
 

@@ -66,18 +66,11 @@ def test_the_digest_is_that_of_the_content_and_not_of_the_packing() -> None:
     digest = files.content_sha256(arrays)
     assert files.content_sha256(files.npz_arrays(files.npz_bytes(arrays))) == digest
     assert files.content_sha256(dict(reversed(arrays.items()))) == digest
-    fortran = {name: np.asfortranarray(values) for name, values in arrays.items()}
-    assert (
-        files.content_sha256({name: fortran[name].reshape(values.shape) for name, values in arrays.items()})
-        == digest
-    )
-    for change in (
-        {"stage1/bias_0": arrays["stage1/bias_0"] + 1},
-        {"stage1/bias_0": arrays["stage1/bias_0"].astype(np.float64)},
-        {"stage1/bias_0": arrays["stage1/bias_0"].reshape(1, -1)},
-        {"stage2/bias_0": arrays["stage1/bias_0"]},
-    ):
-        assert files.content_sha256(arrays | change) != digest
+    assert files.content_sha256({name: np.array(each, order="F") for name, each in arrays.items()}) == digest
+    bias = arrays["stage1/bias_0"]
+    for changed in (bias + 1, bias.astype(np.float64), bias.reshape(1, -1)):
+        assert files.content_sha256(arrays | {"stage1/bias_0": changed}) != digest
+    assert files.content_sha256(arrays | {"stage2/bias_0": bias}) != digest
 
 
 def archive(*members: tuple[str, bytes], comment: bytes = b"") -> bytes:
@@ -91,10 +84,6 @@ def archive(*members: tuple[str, bytes], comment: bytes = b"") -> bytes:
             info.comment = note
             file.writestr(info, array.getvalue())
     return content.getvalue()
-
-
-def test_an_archive_as_numpy_writes_it_is_read() -> None:
-    assert files.npz_arrays(archive(("a.npy", b""), ("b.npy", b"")))["b"].tolist() == [0, 0]
 
 
 def test_missing_policies_are_named(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import code_digest
 
-from ..examples import GROUP, TOML, Change, CopySubmission, Example, all_of, put
+from ..examples import GROUP, TOML, Change, CopySubmission, Table, all_of, put
 
 ROOT = Path(__file__).parents[3]
 ALGORITHMS = sorted(ROOT.glob("baselines/*/baselines/algorithms/*.py"))
@@ -40,37 +40,42 @@ LINE_1, LINE_3, LINE_4 = (f"{CODE}, line {number}" for number in (1, 3, 4))
 LONG = "# 12345\n" * 6_300
 TWO = f"\n'{'x' * 101}'\n'{'y' * 101}'"
 """Two strings that are one."""
-EXAMPLES = (
-    Example("code-without-entry", "code alone", put(CODE, MAKE.encode()), "agent", "[agent]"),
-    Example("code-without-entry", "a section alone", stating(), TOML, "agent/agent.py"),
-    Example(
-        "code-without-entry",
-        "another file",
-        all_of(stating(entry="mine.py:make"), put(CODE, MAKE.encode())),
-        f"{TOML}, [agent] entry",
-        "agent/agent.py",
-    ),
-    Example("code-without-entry", "another name", code("def made(): ..."), CODE, "made"),
-    Example("unexpected-name", "no Python", code("1", path="agent/a.txt"), "agent/a.txt", ""),
-    Example("unexpected-name", "a folder", code("", path="agent/b/a.py"), "agent/b", "", count=2),
-    Example("not-python", "a mistake", after_make("def"), LINE_3, "invalid syntax"),
-    Example("not-python", "deeply nested", after_make("(" * 5000 + ")" * 5000), LINE_3, "nested"),
-    Example("not-python", "not UTF-8", code(MAKE.encode() + b"# \xff"), CODE, "UTF-8"),
-    Example("not-python", "a long line", after_make(f"# {'x' * 149}"), LINE_3, "151 characters"),
-    Example("not-python", "hidden text", after_make("# \u202e"), LINE_3, "U+202E"),
-    Example(
-        "not-python", "much", all_of(after_make(LONG), put("agent/b.py", LONG.encode())), "agent", "100 kB"
-    ),
-    Example("many-numbers", "a layer", after_make("W = [\n" + "1.5, 2,\n" * 151 + "]"), "agent", "302"),
-    Example("many-numbers", "a long one", after_make(f"W = 1{'0' * 30}"), LINE_3, "30"),
-    Example("long-strings", "one", after_make(f"W = ({TWO})"), LINE_4, "202"),
-    Example("long-strings", "bytes", after_make(f"W = ({TWO})".replace("\n", "\nb")), LINE_4, "202"),
-    Example("long-strings", "many", after_make(f"W = '{'x' * 140}'\n" * 72), "agent", "10,080"),
-    Example("foreign-package", "absent", code(MAKE, '["jax"]'), f"{TOML}, [agent] packages", "'jax'"),
-    Example("foreign-package", "not stated", code(f"import torch\n{MAKE}"), LINE_1, "'torch'"),
-    Example("foreign-package", "a simulator", code(f"from mujoco.x import y\n{MAKE}"), LINE_1, "mujoco"),
-    Example("malformed-training", "no table", put("trained/1.toml", b"rank = 1\n"), "trained/1.toml", "rank"),
-)
+MINE, TXT = all_of(stating(entry="mine.py:make"), put(CODE, MAKE.encode())), code("1", path="agent/a.txt")
+EXAMPLES: Table = {
+    "code-without-entry": [
+        ("code alone", put(CODE, MAKE.encode()), "agent", "[agent]"),
+        ("a section alone", stating(), TOML, "agent/agent.py"),
+        ("another file", MINE, f"{TOML}, [agent] entry", "agent/agent.py"),
+        ("another name", code("def made(): ..."), CODE, "made"),
+    ],
+    "unexpected-name": [
+        ("no Python", TXT, "agent/a.txt", ""),
+        ("a folder", code("", path="agent/b/a.py"), "agent/b", "", (), 2),
+    ],
+    "not-python": [
+        ("a mistake", after_make("def"), LINE_3, "invalid syntax"),
+        ("deeply nested", after_make("(" * 5000 + ")" * 5000), LINE_3, "nested"),
+        ("not UTF-8", code(MAKE.encode() + b"# \xff"), CODE, "UTF-8"),
+        ("a long line", after_make(f"# {'x' * 149}"), LINE_3, "151 characters"),
+        ("hidden text", after_make("# \u202e"), LINE_3, "U+202E"),
+        ("much", all_of(after_make(LONG), put("agent/b.py", LONG.encode())), "agent", "100 kB"),
+    ],
+    "many-numbers": [
+        ("a layer", after_make("W = [\n" + "1.5, 2,\n" * 151 + "]"), "agent", "302"),
+        ("a long one", after_make(f"W = 1{'0' * 30}"), LINE_3, "30"),
+    ],
+    "long-strings": [
+        ("one", after_make(f"W = ({TWO})"), LINE_4, "202"),
+        ("bytes", after_make(f"W = ({TWO})".replace("\n", "\nb")), LINE_4, "202"),
+        ("many", after_make(f"W = '{'x' * 140}'\n" * 72), "agent", "10,080"),
+    ],
+    "foreign-package": [
+        ("absent", code(MAKE, '["jax"]'), f"{TOML}, [agent] packages", "'jax'"),
+        ("not stated", code(f"import torch\n{MAKE}"), LINE_1, "'torch'"),
+        ("a simulator", code(f"from mujoco.x import y\n{MAKE}"), LINE_1, "mujoco"),
+    ],
+    "malformed-training": [("no table", put("trained/1.toml", b"rank = 1\n"), "trained/1.toml", "rank")],
+}
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,9 @@ from ..examples import GROUP, CopySubmission, Example
 from . import run_document, test_agent, test_folder, test_log, test_manifest, test_policies
 
 TABLES = (test_agent, test_folder, test_manifest, run_document, test_log, test_policies)
-EXAMPLES = [example for module in TABLES for example in module.EXAMPLES]
+EXAMPLES = [
+    Example(rule, *row) for module in TABLES for rule, rows in module.EXAMPLES.items() for row in rows
+]
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: f"{example.rule}: {example.title}")

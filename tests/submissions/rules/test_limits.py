@@ -1,7 +1,10 @@
 """The last value that a rule allows, and the first that it refuses."""
 
 import os
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -29,92 +32,64 @@ from ..examples import (
 STEPS = BUDGETS["smoke"].steps_for(GROUP)
 TASK = group(GROUP).tasks[0]
 LOW, HIGH = TASK.return_bounds
-REWARDS = TASK.body.rewards
+MOST, LEAST = 3 * TASK.body.rewards.high + TASK.body.rewards.end, 3 * TASK.body.rewards.low
+"""The highest and lowest return of an episode of three steps."""
 
 
-def curve(step: int = 10, value: float = 1.0, episodes: int | None = None, name: str = "curves") -> Change:
-    part = {"stage": 1, "task": HALF, "steps": [step], "returns": [value]}
-    return document(DOCUMENT, **{name: [part if episodes is None else part | {"episodes": episodes}]})
+Limit = tuple[Callable[[Any], Change], float, float, str]
+"""A change by a value, the last value that is allowed, the first that is refused, and by which rule."""
 
 
-def evaluation(step: int = 10, episodes: int = 5) -> Change:
-    return curve(step, 1.0, episodes, "evaluations")
+def curve(step: int = 10, value: float = 1.0, name: str = "curves", **others: object) -> Change:
+    return document(
+        DOCUMENT, **{name: [{"stage": 1, "task": HALF, "steps": [step], "returns": [value]} | others]}
+    )
 
 
-def episode(length: int, return_: float, terminated: str) -> Change:
+def episode(length: int, return_: float = 1.0, terminated: str = "true") -> Change:
     cells = {4: str(length), 5: repr(return_), 6: terminated}
     return redigest(all_of(*(cell(2, column, value) for column, value in cells.items())))
 
 
-def short(steps: int, beyond: float = 0.0, *, high: bool = True) -> Change:
-    """An episode of this length with the highest or lowest return, and a little more."""
-    bound = steps * REWARDS.high + REWARDS.end if high else steps * REWARDS.low
-    return episode(steps, bound + beyond, "true")
+def called(characters: int) -> Change:
+    return lambda folder: folder.rename(folder.with_name("x" * characters))
 
 
-LIMITS: list[tuple[str, Change, Change, str]] = [
-    (
-        "steps of a run",
-        document(steps=int(1.02 * 5 * STEPS)),
-        document(steps=int(1.02 * 5 * STEPS) + 1),
+EVALUATED = partial(curve, name="evaluations")
+README = MAX_FILE_BYTES[".md"]
+LIMITS: dict[str, Limit] = {
+    "steps of a run": (
+        *(lambda steps: document(steps=steps), int(1.02 * 5 * STEPS), int(1.02 * 5 * STEPS) + 1),
         "over-budget",
     ),
-    ("steps of a curve", curve(int(1.02 * STEPS)), curve(int(1.02 * STEPS) + 1), "over-budget"),
-    ("first step", curve(1), curve(0), "curve-order"),
-    ("highest mean return", curve(value=HIGH), curve(value=HIGH + 0.1), "impossible-curve-return"),
-    ("lowest mean return", curve(value=LOW), curve(value=LOW - 0.1), "impossible-curve-return"),
-    ("step before the end", evaluation(STEPS - 1), evaluation(STEPS), "impossible-evaluation"),
-    ("one episode", evaluation(episodes=1), evaluation(episodes=0), "impossible-evaluation"),
-    ("twenty episodes", evaluation(episodes=20), evaluation(episodes=21), "impossible-evaluation"),
-    ("a step", episode(1, 1.0, "true"), episode(0, 1.0, "true"), "impossible-length"),
-    ("the time limit", episode(1000, 1.0, "false"), episode(1001, 1.0, "false"), "impossible-length"),
-    ("an end", episode(999, 1.0, "true"), episode(999, 1.0, "false"), "unfinished-episode"),
-    ("highest return", short(3), short(3, 0.1), "impossible-return"),
-    ("lowest return", short(3, high=False), short(3, -0.1, high=False), "impossible-return"),
-    ("title", edit("A submission", "x" * 100, TOML), edit("A submission", "x" * 101, TOML), "bad-value"),
-    (
-        "description",
-        edit("Made up by a formula.", "x" * 4000, TOML),
-        edit("Made up by a formula.", "x" * 4001, TOML),
-        "bad-value",
-    ),
-    (
-        "counts",
-        edit("steps = 0", f"steps = {2**53 - 1}", TOML),
-        edit("steps = 0", f"steps = {2**53}", TOML),
-        "bad-value",
-    ),
-    (
-        "marks",
-        edit("A submission", "e" + "\u0301" * 5, TOML),
-        edit("A submission", "e" + "\u0301" * 6, TOML),
-        "control-character",
-    ),
-    (
-        "README",
-        put("README.md", b"x" * MAX_FILE_BYTES[".md"]),
-        put("README.md", b"x" * (MAX_FILE_BYTES[".md"] + 1)),
-        "too-large",
-    ),
-    (
-        "name",
-        lambda folder: folder.rename(folder.with_name("x" * 64)),
-        lambda folder: folder.rename(folder.with_name("x" * 65)),
-        "folder-name",
-    ),
-]
+    "steps of a curve": (curve, int(1.02 * STEPS), int(1.02 * STEPS) + 1, "over-budget"),
+    "first step": (curve, 1, 0, "curve-order"),
+    "highest mean return": (lambda value: curve(value=value), HIGH, HIGH + 0.1, "impossible-curve-return"),
+    "lowest mean return": (lambda value: curve(value=value), LOW, LOW - 0.1, "impossible-curve-return"),
+    "end": (lambda step: EVALUATED(step, episodes=5), STEPS - 1, STEPS, "impossible-evaluation"),
+    "one episode": (lambda count: EVALUATED(episodes=count), 1, 0, "impossible-evaluation"),
+    "twenty episodes": (lambda count: EVALUATED(episodes=count), 20, 21, "impossible-evaluation"),
+    "a step": (episode, 1, 0, "impossible-length"),
+    "the time limit": (lambda length: episode(length, 1.0, "false"), 1000, 1001, "impossible-length"),
+    "an end": (lambda length: episode(length, 1.0, "false"), 1000, 999, "unfinished-episode"),
+    "highest return": (lambda value: episode(3, value), MOST, MOST + 0.1, "impossible-return"),
+    "lowest return": (lambda value: episode(3, value), LEAST, LEAST - 0.1, "impossible-return"),
+    "title": (lambda count: edit("A submission", "x" * count, TOML), 100, 101, "bad-value"),
+    "description": (lambda count: edit("Made up by a formula.", "x" * count, TOML), 4000, 4001, "bad-value"),
+    "counts": (lambda count: edit("steps = 0", f"steps = {count}", TOML), 2**53 - 1, 2**53, "bad-value"),
+    "marks": (lambda count: edit("A sub", "e" + "\u0301" * count, TOML), 5, 6, "control-character"),
+    "README": (lambda size: put("README.md", b"x" * size), README, README + 1, "too-large"),
+    "name": (called, 64, 65, "folder-name"),
+}
 
 
-@pytest.mark.parametrize(
-    ("allowed", "refused", "rule"), [row[1:] for row in LIMITS], ids=[row[0] for row in LIMITS]
-)
-def test_the_limit_is_where_it_is_said_to_be(
-    good: CopySubmission, tmp_path: Path, allowed: Change, refused: Change, rule: str
-) -> None:
-    for name, change, expected in (("a", allowed, set()), ("b", refused, {rule})):
+@pytest.mark.parametrize("limit", LIMITS.values(), ids=LIMITS)
+def test_the_limit_is_where_it_is_said_to_be(good: CopySubmission, tmp_path: Path, limit: Limit) -> None:
+    change, allowed, refused, rule = limit
+    for name, value, expected in (("a", allowed, set()), ("b", refused, {rule})):
         root = tmp_path / name
         root.mkdir()
-        change(good(GROUP, root))
+        change(value)(good(GROUP, root))
         assert {problem.rule for problem in read(next(root.iterdir())).problems} == expected
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.submissions.policies.files import (
@@ -18,20 +19,22 @@ from gym_extensions.submissions.policies.files import (
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
 
-from ..examples import DOCUMENT, POLICIES, TOML, Change, Example, all_of, arrays, document, edit, put
+from ..examples import DOCUMENT, POLICIES, TOML, Change, Table, all_of, arrays, document, edit, put
 
 NOT_A_ZIP = b"PK" * 500
 RUN = POLICIES.removesuffix(".npz")
-PLAIN = Policy(np.zeros(3), np.ones(3), weights=(np.ones((11, 3)),), biases=(np.zeros(3),))
-WIDE = Policy(np.zeros(3), np.ones(3), weights=(np.ones((12, 3)),), biases=(np.zeros(3),))
-FEW = Policy(np.zeros(2), np.ones(2), weights=(np.ones((11, 2)),), biases=(np.zeros(2),))
-RANDOM = np.random.default_rng(0)
-DRAWN = Policy(np.zeros(3), np.ones(3), weights=(RANDOM.normal(size=(11, 3)),), biases=(np.zeros(3),))
-NOISE = 1e-3 * RANDOM.normal(size=(11, 3))
-NOISY = Policy(np.zeros(3), np.ones(3), weights=(DRAWN.weights[0] + NOISE,), biases=(np.ones(3),))
-TASKED = Policy(np.zeros(3), np.ones(3), weights=(np.ones((2, 11, 3)),), biases=(np.zeros(3),))
-FULL = Policy(np.zeros(3), np.ones(3), weights=(np.ones((5, 11, 3)),), biases=(np.zeros(3),))
-MANY = Policy(np.zeros(3), np.ones(3), weights=(np.ones((9, 11, 3)),), biases=(np.zeros(3),))
+KEYS = policy_keys("sequential", group("hopper-gravity"))
+
+
+def linear(weights: NDArray[np.float64], bias: float = 0.0) -> Policy:
+    actions = weights.shape[-1]
+    return Policy(np.zeros(actions), np.ones(actions), weights=(weights,), biases=(np.full(actions, bias),))
+
+
+PLAIN, WIDE, FEW = (linear(np.ones(shape)) for shape in ((11, 3), (12, 3), (11, 2)))
+TASKED, FULL, MANY = (linear(np.ones((tasks, 11, 3))) for tasks in (2, 5, 9))
+DRAWN = linear(np.random.default_rng(0).normal(size=(11, 3)))
+NOISY = linear(DRAWN.weights[0] + 1e-3 * np.random.default_rng(1).normal(size=(11, 3)), bias=1.0)
 
 
 def policies(policy: Policy, run: str = "run0", **others: Policy) -> Change:
@@ -39,8 +42,7 @@ def policies(policy: Policy, run: str = "run0", **others: Policy) -> Change:
     path = POLICIES.replace("run0", run)
 
     def change(folder: Path) -> None:
-        keys = policy_keys("sequential", group("hopper-gravity"))
-        by_key: dict[Key, Policy] = {key: others.get(f"stage{key[0]}", policy) for key in keys}
+        by_key: dict[Key, Policy] = {key: others.get(f"stage{key[0]}", policy) for key in KEYS}
         write_policies(folder / path, by_key)
         digest = content_sha256(run_arrays(by_key))
         document(path.replace(".npz", ".json"), policies__sha256=digest)(folder)
@@ -62,62 +64,51 @@ def without(name: str) -> Change:
 
 OBSERVED = edit("task_in_evaluation = false", "task_in_evaluation = true", TOML)
 DETERMINISTIC = edit('evaluation = "sampled"', 'evaluation = "deterministic"', TOML)
+OTHER = "hopper-gravity/sequential/run1"
 
-EXAMPLES = (
-    Example("malformed-policies", "not a zip", put(POLICIES, NOT_A_ZIP), POLICIES, "cannot be read"),
-    Example("malformed-policy", "a stage is missing", without("stage3/"), POLICIES, "stage3 is missing"),
-    Example("malformed-policy", "an array is missing", without("stage3/head"), POLICIES, "'head' is missing"),
-    Example(
-        "malformed-policy",
-        "arrays of no stage",
-        put(POLICIES, arrays(weight_0=[1.0])),
-        POLICIES,
-        "'weight_0' belongs to no stage",
-        also=("exchanged-policies",),
-        count=7,
-    ),
-    Example(
-        "exchanged-policies",
-        "policies of another training",
-        lambda folder: write_policies(
-            folder / POLICIES, dict.fromkeys(policy_keys("sequential", group("hopper-gravity")), PLAIN)
+
+def of_another_training(folder: Path) -> None:
+    write_policies(folder / POLICIES, dict.fromkeys(KEYS, PLAIN))
+
+
+EXAMPLES: Table = {
+    "malformed-policies": [("not a zip", put(POLICIES, NOT_A_ZIP), POLICIES, "cannot be read")],
+    "malformed-policy": [
+        ("no stage", without("stage3/"), POLICIES, "stage3 is missing"),
+        ("no array", without("stage3/head"), POLICIES, "'head' is missing"),
+        (
+            *("arrays of no stage", put(POLICIES, arrays(weight_0=[1.0])), POLICIES),
+            *("'weight_0' belongs to no stage", ("exchanged-policies",), 7),
         ),
-        f"{DOCUMENT}, policies",
-        "the document states",
-    ),
-    Example(
-        "policies-of-another-group",
-        "other observations",
-        all_of(policies(PLAIN), policies(WIDE, "run1")),
-        "hopper-gravity/sequential/run1, stage0",
-        "12 observations and 3 actions; the first has 11",
-        count=6,
-    ),
-    Example(
-        "policies-of-another-group",
-        "other actions",
-        all_of(policies(PLAIN), policies(FEW, "run1")),
-        "hopper-gravity/sequential/run1, stage0",
-        "11 observations and 2 actions",
-        count=6,
-    ),
-    Example("policy-observes-task", "undeclared", policies(TASKED), f"{RUN}, stage0", "task_in_", count=6),
-    Example(
-        "policy-observes-task",
-        "a row for each task is right, more are not",
-        all_of(OBSERVED, policies(TASKED, stage1=FULL, stage2=MANY)),
-        f"{RUN}, stage2",
-        "9 tasks of 5",
-    ),
-    Example(
-        "nearly-equal-policies",
-        "one stage with noise",
-        all_of(policies(PLAIN, stage3=DRAWN), policies(PLAIN, "run1", stage3=NOISY)),
-        "hopper-gravity/sequential/run1",
-        "Run 0 has nearly the same policy at stage3",
-    ),
-    Example("sampled-policy", "a uniform one", DETERMINISTIC, f"{RUN}, stage0", "'uniform'", count=21),
-)
+    ],
+    "exchanged-policies": [
+        ("of another training", of_another_training, f"{DOCUMENT}, policies", "the document states"),
+    ],
+    "policies-of-another-group": [
+        (
+            *("other observations", all_of(policies(PLAIN), policies(WIDE, "run1")), f"{OTHER}, stage0"),
+            *("12 observations and 3 actions; the first has 11", (), 6),
+        ),
+        (
+            *("other actions", all_of(policies(PLAIN), policies(FEW, "run1")), f"{OTHER}, stage0"),
+            *("11 observations and 2 actions", (), 6),
+        ),
+    ],
+    "policy-observes-task": [
+        ("undeclared", policies(TASKED), f"{RUN}, stage0", "task_in_", (), 6),
+        (
+            *("more rows than tasks", all_of(OBSERVED, policies(TASKED, stage1=FULL, stage2=MANY))),
+            *(f"{RUN}, stage2", "9 tasks of 5"),
+        ),
+    ],
+    "nearly-equal-policies": [
+        (
+            *("noise", all_of(policies(PLAIN, stage3=DRAWN), policies(PLAIN, "run1", stage3=NOISY)), OTHER),
+            "Run 0 has nearly the same policy at stage3",
+        ),
+    ],
+    "sampled-policy": [("a uniform one", DETERMINISTIC, f"{RUN}, stage0", "'uniform'", (), 21)],
+}
 
 
 def test_runs_of_an_agent_without_parameters_may_have_equal_policies(
