@@ -16,7 +16,7 @@ from gym_extensions.curation.cli import maintain
 from gym_extensions.submissions import landscapes as landscapess
 from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file
 from gym_extensions.submissions.policies.files import policies_of, read_arrays
-from gym_extensions.verification.landscape_recorder import returns_of
+from gym_extensions.verification.recorders import returns_of
 from gym_extensions.versions import blas_kernels
 
 from .made_submissions import GROUP, change_document, copy, honest, network

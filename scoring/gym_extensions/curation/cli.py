@@ -18,10 +18,9 @@ from gym_extensions.submissions.layout import MANIFEST, submission_folders
 from gym_extensions.submissions.problem import count
 from gym_extensions.verification import (
     cli as verification,
-    diagnostics_recorder,
     git,
-    landscape_recorder,
     new_seeds,
+    recorders,
     train_here,
 )
 
@@ -147,9 +146,10 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         review.add_to_review(submission, decisions=[review.Decision(action=options.decision, **stated)])
         return 0
     fetcher = fetch.Fetcher(options.cache / "policies", options.public_only)
-    recorder = landscape_recorder if options.command == "landscapes" else diagnostics_recorder
+    is_landscape = options.command == "landscapes"
+    write = recorders.write_landscapes if is_landscape else recorders.write_diagnostics
     submissions, chosen = _existing(options.submissions), (options.jobs, options.again)
-    for line in recorder.measure_all(submissions, options.groups, fetcher, *chosen):
+    for line in write(submissions, options.groups, fetcher, *chosen):
         print(line, flush=True)
     return 0
 

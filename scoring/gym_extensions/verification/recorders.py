@@ -1,0 +1,195 @@
+"""Runs stored policies for documents of a submission: landscapes and diagnostics.
+
+A landscape is measured in worlds between and beyond those of the training, diagnostics on the published
+observations of the tasks.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_named
+from gym_extensions.catalog.protocol import evaluation_seed, stages
+from gym_extensions.catalog.states import states
+from gym_extensions.catalog.worlds import Axis, axes
+from gym_extensions.envs.fingerprinting import engine, require_published_engine
+from gym_extensions.errors import BenchError
+from gym_extensions.submissions import diagnostics, landscapes, layout, reader
+from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.run import ARITHMETIC, RunDocument
+from gym_extensions.submissions.submission import Submission
+from gym_extensions.verification import episodes, limits, verify
+from gym_extensions.versions import version
+
+LANDSCAPE_JOB, DIAGNOSTICS_JOB = (f"{__name__}:{job}" for job in ("measure", "diagnose"))
+LIMITS = limits.Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
+"""Of the process that measures the landscape of one run."""
+RETURN, DIAGNOSIS = ".1f", ".5g"
+"""Digits of stored numbers; later ones of diagnostics depend on the machine's linear algebra."""
+
+
+def _rounded(value: Any, digits: str) -> Any:
+    """A number, or all numbers in dictionaries and sequences, which become tuples."""
+    if isinstance(value, dict):
+        return {name: _rounded(each, digits) for name, each in value.items()}
+    if isinstance(value, tuple | list):
+        return tuple(_rounded(each, digits) for each in value)
+    return float(format(value, digits)) if isinstance(value, float) else value
+
+
+def _published(submission: Path, group: TaskGroup) -> tuple[Submission, dict[str, verify.LoggedRun]]:
+    """A submission and its runs of a group that publish their policies. Raises the first problem."""
+    found = reader.read(submission, only=[group.name])
+    found.require_no_problems()
+    return found, {name: run for name, run in verify.logged_runs(found).items() if run.document.policies}
+
+
+def returns_of(group: TaskGroup, policy: AnyPolicy, axis: Axis, stage: int, run: int) -> list[list[float]]:
+    """The returns [point][episode] of the policy of a stage in the worlds of an axis, one after another."""
+    returns = []
+    seeds = tuple(evaluation_seed(group.id, "landscape", episode) for episode in range(landscapes.EPISODES))
+    for point, value in enumerate(axis.points):
+        where = f"landscape/{axis.name}/{point}/run{run}/stage{stage}"
+        cell = episodes.Cell(stage, axis.nearest(value), seeds, evaluation_seed(group.id, where, 0))
+        outcomes = episodes.run_cell(group, policy, cell, world=axis.world(value))
+        returns.append([outcome.return_ for outcome in outcomes])
+    return returns
+
+
+def measure(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: returns [axis][stage][point][episode] of one run."""
+    require_published_engine()
+    request = msgspec.convert(call["run"], episodes.RunRequest)
+    group = GROUPS[request.group]
+    policies = episodes.stored_policies(request, group)
+    for axis in axes(group):
+        for stage in stages(landscapes.PROTOCOL, len(group.tasks)):
+            yield returns_of(group, policies[stage, None], axis, stage, request.run)
+
+
+def landscape_of(
+    submission: Path, group: TaskGroup, documents: Mapping[int, RunDocument], fetcher: Fetcher, jobs: int
+) -> landscapes.Landscape:
+    """The landscape of runs of a submission on a group with axes, measured now, ``jobs`` runs at once.
+
+    Raises ``BenchError`` if the submission has problems, policies cannot be read or run, or a limit was
+    reached.
+    """
+    names = [layout.run_key(group.name, landscapes.PROTOCOL, run) for run in documents]
+    found, published = _published(submission, group)
+    requests = [published[name].request(found, fetcher=fetcher) for name in names]
+    with ThreadPoolExecutor(jobs) as pool:
+        calls = ({"run": msgspec.to_builtins(request)} for request in requests)
+        answers = pool.map(lambda call: list(limits.answers(LANDSCAPE_JOB, call, LIMITS)), calls)
+        runs = np.array(list(answers))  # (runs, axes · stages, points, episodes)
+    along = axes(group)
+    return landscapes.Landscape(
+        group=group.id,
+        episodes=landscapes.EPISODES,
+        policies={str(run): each.policies.sha256 for run, each in documents.items() if each.policies},
+        versions={
+            **engine(),
+            "numpy": version("numpy"),
+            "gym_extensions": version("gym-extensions"),
+            "arithmetic": str(ARITHMETIC),
+        },
+        axes=tuple(
+            landscapes.MeasuredAxis(
+                name=axis.name,
+                points=axis.points,
+                returns=_rounded(part.mean(axis=-1).tolist(), RETURN),
+                deviations=_rounded(part.std(axis=-1).tolist(), RETURN),
+            )
+            for axis, part in zip(along, np.split(runs, len(along), axis=1), strict=True)
+        ),
+    )
+
+
+def write_landscapes(
+    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
+) -> Iterator[str]:
+    """Measures the landscapes of submissions that are not up to date, or ``again``; yields a line about each.
+
+    ``names`` are those of groups; all groups with axes if empty.
+
+    Raises:
+        BenchError: a group is unknown or has no worlds between its tasks, or a measurement fails. What was
+            finished before is kept.
+    """
+    wanted = [group_named(name) for name in names] or [each for each in GROUPS.values() if axes(each)]
+    for group in wanted:
+        if not axes(group):
+            hint = "Choose a gravity, body or wall group."
+            raise BenchError("no-worlds", f"{group.name} varies no quantity.", "--groups", hint)
+    for submission in submissions:
+        for group in wanted:
+            where = f"{submission.name}, {group.name}"
+            if not (documents := landscapes.measured_runs(submission, group)):
+                continue
+            if not again and isinstance(landscapes.load(submission, group), landscapes.Landscape):
+                yield f"{where}: up to date."
+            elif any(document.policies is None for document in documents.values()):
+                yield f"{where}: {landscapes.NO_POLICIES}"
+            else:
+                found = landscape_of(submission, group, documents, fetcher, jobs)
+                yield f"{landscapes.write(submission, found)}: {len(found.runs)} runs."
+
+
+def diagnose(call: Mapping[str, Any]) -> Iterator[Any]:
+    """The job of the process with limits: the diagnoses of each run of a group, or why there are none."""
+    requests = msgspec.convert(call["runs"], list[episodes.RunRequest])
+    group = GROUPS[requests[0].group]
+    observations = states(group.task_ids) or []
+    for request in requests:
+        try:
+            policies = episodes.stored_policies(request, group)
+            found = diagnostics.diagnose_run(policies, observations, request.protocol, request.run)
+            yield _rounded(msgspec.to_builtins(found), DIAGNOSIS)
+        except BenchError as error:
+            yield error.message
+
+
+def write_diagnostics(
+    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
+) -> Iterator[str]:
+    """Writes the diagnostics of submissions that are not up to date, or ``again``; yields a line about each.
+
+    ``names`` are those of groups; all groups with published observations if empty. A run whose policies do
+    not fit the observations gets a line that says so, and no diagnostics.
+
+    Raises:
+        BenchError: a group is unknown or its tasks have no published observations, a submission has problems,
+            or a limit was reached. What was finished before is kept.
+    """
+    observed = [each for each in GROUPS.values() if states(each.task_ids)]
+    wanted = [group_named(name) for name in names] or observed
+    for group in wanted:
+        if group not in observed:
+            message = f"No observations of {group.name} are published."
+            raise BenchError("no-states", message, "--groups", "Run: python -m tools.environments")
+
+    def written(submission: Path, group: TaskGroup) -> list[str]:
+        """Writes the diagnostics of one group and returns the lines about it."""
+        found, published = _published(submission, group)
+        if not again and len(diagnostics.load(submission, group)) == len(published):
+            return [f"{submission.name}, {group.name}: up to date."]
+        requests = [run.request(found, fetcher=fetcher) for run in published.values()]
+        answers = limits.answers(DIAGNOSTICS_JOB, {"runs": msgspec.to_builtins(requests)}, limits.Limits())
+        runs, lines = dict[str, diagnostics.DiagnosedRun](), list[str]()
+        for request, answer in zip(requests, answers, strict=True):
+            if isinstance(answer, str):
+                lines.append(f"{submission.name}, {request.name}: {answer}")
+            else:
+                diagnoses = msgspec.convert(answer, tuple[diagnostics.Diagnosis, ...])
+                runs[request.name] = diagnostics.DiagnosedRun(request.policies, diagnoses)
+        return [*lines, f"{diagnostics.write(submission, group, runs)}: {len(runs)} runs."] if runs else lines
+
+    there = [(each, group) for each in submissions for group in wanted if (each / group.name).is_dir()]
+    with ThreadPoolExecutor(jobs) as pool:
+        for lines in pool.map(written, *zip(*there, strict=True)) if there else ():
+            yield from lines
