@@ -1,4 +1,4 @@
-"""Scorecards of made-up submissions, each scored once."""
+"""The command ``score``, and scorecards of made-up submissions, each scored once."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,11 +6,12 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.references import References
+from gym_extensions.scoring import cli
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import Scorecard
 
 from ..conftest import MANIFEST
-from .made_submissions import FIVE, Enter, Value
+from .made_submissions import FIVE, Command, Enter, Shown, Value
 
 
 @pytest.fixture(scope="session")
@@ -49,3 +50,14 @@ def enter(
         return cards[key]
 
     return make
+
+
+@pytest.fixture
+def score(known: None, capsys: pytest.CaptureFixture[str]) -> Command:
+    """Runs the command with the synthetic references."""
+
+    def run(*arguments: object) -> Shown:
+        status = cli.main([*map(str, arguments)])
+        return Shown(status, *capsys.readouterr())
+
+    return run

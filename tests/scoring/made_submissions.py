@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 
@@ -21,6 +22,17 @@ KEY = BoardKey(GROUP, "sequential", "100k", False)
 Value = Callable[[str, int, int, int, int], float]
 Enter = Callable[..., Scorecard]
 """Makes the scorecard of a submission whose returns lie around a level: the fixture ``enter``."""
+
+
+class Shown(NamedTuple):
+    """The exit status of a command, and what it prints."""
+
+    status: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Shown]
 
 
 def on_gravity(card: Scorecard, mean: float) -> Scorecard:

@@ -22,6 +22,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from importlib import import_module, metadata
 from pathlib import Path
+from statistics import fmean
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -122,10 +123,7 @@ def emitted(plugin: Any, T: int, scored: Sequence[int], cells: Cells) -> float:
 
 
 def run_of(T: int, scored: Sequence[int], cells: Cells) -> NormalizedRun:
-    means = {place: mean(values) for place, values in cells.items()}
-    return NormalizedRun(
-        T, tuple(scored), {place: value for place, value in means.items() if value is not None}
-    )
+    return NormalizedRun(T, tuple(scored), {place: fmean(values) for place, values in cells.items()})
 
 
 def same(ours: Number, theirs: float) -> None:

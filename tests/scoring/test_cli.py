@@ -21,6 +21,7 @@ from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.submissions.review import Decision, Review, read_review, write_review
 
 from ..conftest import MANIFEST
+from .made_submissions import Command
 
 Write = Callable[..., Path]
 
@@ -54,86 +55,74 @@ All metrics and tables: --json or --csv.
 """
 
 
-def test_a_submission_with_one_group_is_shown_in_full(
-    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_submission_with_one_group_is_shown_in_full(make_submission: Write, score: Command) -> None:
     folder = make_submission(value=lambda p, run, stage, j, e: 3000.0 / (1 + (stage - j) ** 2) + run + e / 10)
-    assert cli.main([str(folder)]) == 0
-    shown = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    status, out, _ = score(folder)
     # Somebody may add a metric to the table that is declared for the screen; any other line is a fault.
     added = [each.title for each in TABLE if "screen" in each.shown and each.title not in GROUP_SCREEN]
-    shown = [line for line in shown if not line.startswith(tuple(f"{title} " for title in added))]
-    assert shown == [*GROUP_SCREEN.splitlines(), ""]
+    is_added = tuple(f"{title} " for title in added)
+    shown = [line.rstrip() for line in out.splitlines() if not line.startswith(is_added)]
+    assert (status, shown) == (0, [*GROUP_SCREEN.splitlines(), ""])
 
 
 def test_a_submission_with_many_groups_is_one_screen_and_group_shows_one(
-    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, score: Command
 ) -> None:
-    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
-    folder = make_submission(groups=bodies)
-    assert cli.main([str(folder)]) == 0
-    shown = capsys.readouterr().out
+    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
+    folder = make_submission(groups=tuple(f"{body}-gravity" for body in bodies))
+    shown = score(folder).out
     assert len(shown.splitlines()) <= 24
     assert "suite gravity" in shown
     assert "--group hopper-gravity-v0" in shown
     for name in ("walker2d-gravity", "walker2d-gravity-v0"):
-        assert cli.main([str(folder), "--group", name]) == 0
-        shown = capsys.readouterr().out
+        shown = score(folder, "--group", name).out
         assert "walker2d-gravity-v0, sequential" in shown
         assert "hopper-gravity" not in shown
-    assert cli.main([str(folder), "--group", "walker-gravity"]) == 2
-    assert "walker2d-gravity" in capsys.readouterr().err
+    status, _, said = score(folder, "--group", "walker-gravity")
+    assert (status, "walker2d-gravity" in said) == (2, True)
 
 
 def test_the_core_score_is_printed_with_its_interval(capsys: pytest.CaptureFixture[str]) -> None:
     made = {"parent": "a", "look": 5, "next_look": 10, "groups": {}, "cost": {}}
     kept = {"final_performance": {"mean": 0.5, "low": 0.4, "high": 0.6}}
-    card = Scorecard(
-        name="a", title="A", level="verified", manifest=None, groups={}, suites={},
-        core=msgspec.convert({**made, "metrics": kept}, CoreScore),
-    )  # fmt: skip
+    core = msgspec.convert({**made, "metrics": kept}, CoreScore)
+    card = Scorecard(name="a", title="A", level="verified", manifest=None, groups={}, suites={}, core=core)
     show(console(), card, chosen=True)
     shown = capsys.readouterr().out
     assert "core, runs 0 to 4 of every group" in shown
     assert re.search(r"Final performance +0\.500  0\.400 to 0\.600", shown)
 
 
-def test_code_without_runs_waits_for_the_merge(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_code_without_runs_waits_for_the_merge(tmp_path: Path, score: Command) -> None:
     (tmp_path / "agent").mkdir()
     (tmp_path / "agent/agent.py").write_text("make = None\n", encoding="utf-8")
     manifest = f'{MANIFEST}\n[agent]\nentry = "agent.py:make"\n'
     (tmp_path / "submission.toml").write_text(manifest, encoding="utf-8")
-    assert cli.main([str(tmp_path)]) == 0
-    assert "the project trains its code after the merge" in capsys.readouterr().out
+    status, out, _ = score(tmp_path)
+    assert (status, "the project trains its code after the merge" in out) == (0, True)
 
 
-def test_the_review_is_told(make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_review_is_told(make_submission: Write, score: Command) -> None:
     folder = make_submission(verified=True, protocols=("joint",))
     review = read_review(folder)
     doubt = Decision(action="challenged", by="M.", date="2026-01-02", reason="Too good.")
     write_review(folder, Review(verifications=review.verifications, decisions=[doubt]))
-    assert cli.main([str(folder)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = score(folder).out.splitlines()
     assert lines[0] == "submission  A submission  (verified)"
     assert "agrees on new seeds (p = 0.5)" in lines[1]
     assert lines[3].endswith("challenged on 2026-01-02: Too good.")
     write_review(folder, Review(decisions=[doubt, msgspec.structs.replace(doubt, action="withdrawn")]))
-    assert cli.main([str(folder)]) == 0
-    assert capsys.readouterr().out.splitlines()[1] == "  withdrawn from all boards on 2026-01-02: Too good."
+    assert "withdrawn from all boards on 2026-01-02: Too good." in score(folder).out.splitlines()[1]
 
 
-def test_problems_are_told_with_rule_place_and_what_to_do(
-    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_problems_are_told_with_rule_place_and_what_to_do(make_submission: Write, score: Command) -> None:
     folder = make_submission()
     (folder / "notes.txt").write_text("")
-    assert cli.main([str(folder)]) == 1
-    assert capsys.readouterr().out == (
-        "submission  A submission  (1 problem)\n"
-        "  unexpected-name  notes.txt: Unexpected file.\n"
-        "    Remove it, or rename it as described in docs/rollout-log.md.\n"
-        "\n"
-    )
+    status, out, _ = score(folder)
+    head, problem, hint, _ = out.splitlines()
+    assert (status, head) == (1, "submission  A submission  (1 problem)")
+    assert problem == "  unexpected-name  notes.txt: Unexpected file."
+    assert hint.startswith("    Remove it, or rename it")
 
 
 def test_json_is_the_document_and_csv_has_a_row_for_every_metric(
@@ -160,53 +149,52 @@ def test_the_document_names_the_references_of_the_ruler(
 
 
 def test_a_folder_of_submissions_gives_a_line_each(
-    make_submission: Write, known: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    make_submission: Write, tmp_path: Path, score: Command
 ) -> None:
     for name in "dcba":
         make_submission(name=name, protocols=("single",))
     (tmp_path / "README.md").write_text("not a submission")
-    assert cli.main([str(tmp_path)]) == 0
-    assert capsys.readouterr().out == "".join(f"{name}  A submission  (claimed)\n" for name in "abcd")
+    lines = "".join(f"{name}  A submission  (claimed)\n" for name in "abcd")
+    assert score(tmp_path) == (0, lines, "")
 
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ([], "name at least one FOLDER, or two with --compare"),
-        (["x", "--jobs", "0"], "--jobs takes a number from 1"),
-        (["x", "--json", "--csv"], "argument --csv: not allowed with argument --json"),
-        (["--compare", "a", "b", "--csv"], "--compare takes two submissions"),
-        (["x", "--compare", "a", "b"], "--compare takes two submissions"),
-        (["x", "--group", "hopper-gravity", "--out", "y"], "--out writes whole submissions"),
+        ("", "name at least one FOLDER, or two with --compare"),
+        ("x --jobs 0", "--jobs takes a number from 1"),
+        ("x --json --csv", "argument --csv: not allowed with argument --json"),
+        ("--compare a b --csv", "--compare takes two submissions"),
+        ("x --compare a b", "--compare takes two submissions"),
+        ("x --group hopper-gravity --out y", "--out writes whole submissions"),
     ],
 )
-def test_misuse_exits_2(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_misuse_exits_2(arguments: str, told: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stopped:
-        cli.main(arguments)
+        cli.main(arguments.split())
     assert stopped.value.code == 2
     assert told in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [["nowhere"], ["--compare", ".", "nowhere"], ["nowhere", "--json"]])
 def test_a_path_that_does_not_exist_exits_2(
-    arguments: list[str],
-    make_submission: Write,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    arguments: list[str], make_submission: Write, monkeypatch: pytest.MonkeyPatch, score: Command
 ) -> None:
     monkeypatch.chdir(make_submission())
-    assert cli.main(arguments) == 2
-    shown = capsys.readouterr()
-    assert shown.out == ""
-    assert shown.err.startswith("error: nowhere: ")
+    status, out, said = score(*arguments)
+    assert (status, out, said[:16]) == (2, "", "error: nowhere: ")
 
 
-def test_a_place_that_cannot_be_written_is_told(
-    make_submission: Write, known: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(("place", "told"), [("notes/out", "notes"), ("", "The folder is a submission.")])
+def test_a_place_that_cannot_be_written_or_is_a_submission_is_told(
+    place: str, told: str, make_submission: Write, score: Command
 ) -> None:
-    (tmp_path / "file").write_text("")
-    assert cli.main([str(make_submission()), "--out", str(tmp_path / "file" / "out")]) == 2
-    assert "Traceback" not in capsys.readouterr().err
+    folder = make_submission()
+    (folder.parent / "notes").write_text("")
+    out = folder.parent / place if place else folder
+    status, _, said = score(folder, "--out", out)
+    assert (status, told in said, "Traceback" in said) == (2, True, False)
+    assert not (folder / "boards.json").exists()
 
 
 NASTY = {
@@ -215,80 +203,45 @@ NASTY = {
     "huge numbers": b"stage,task,episode,seed,length,return,terminated,success\n" + b"9" * 10_000 + b"\n",
     "deep": b"[" * 100_000,
 }
+RUN = "hopper-gravity/single/run0"
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["submission.toml", "review.toml", "hopper-gravity/single/run0.csv", "hopper-gravity/single/run0.json"],
-)
+@pytest.mark.parametrize("name", ["submission.toml", "review.toml", f"{RUN}.csv", f"{RUN}.json"])
 @pytest.mark.parametrize("nasty", NASTY)
 def test_no_input_gives_a_traceback_or_passes(
-    name: str,
-    nasty: str,
-    good: Callable[[str, Path], Path],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    name: str, nasty: str, good: Callable[[str, Path], Path], tmp_path: Path, score: Command
 ) -> None:
     folder = good("hopper-gravity", tmp_path)
     (folder / name).write_bytes(NASTY[nasty])
-    status = cli.main([str(folder)])
-    shown = capsys.readouterr()
-    assert status == 1
-    assert "problem" in shown.out
-    assert "Traceback" not in shown.out + shown.err
+    status, out, said = score(folder)
+    assert (status, "problem" in out, "Traceback" in out + said) == (1, True, False)
 
 
 def test_out_writes_scorecards_and_boards_and_holds_nothing_older(
-    make_submission: Write, known: None, tmp_path: Path
+    make_submission: Write, score: Command, tmp_path: Path
 ) -> None:
     folders, out = [make_submission(name=name) for name in "ab"], tmp_path / "out"
-    assert cli.main([*map(str, folders), "--out", str(out)]) == 0
+    assert score(*folders, "--out", out).status == 0
     assert [path.name for path in sorted((out / "scorecards").iterdir())] == ["a.json", "b.json"]
-    assert json.loads((out / "boards.json").read_text()) == {
-        "format": 1,
-        "core": None,
-        "boards": [],
-        "best": {},
-    }
-    cli.main([str(folders[1]), "--out", str(out)])
+    assert json.loads((out / "boards.json").read_text())["boards"] == []
+    score(folders[1], "--out", out)
     assert [path.name for path in (out / "scorecards").iterdir()] == ["b.json"]
 
 
-def test_out_is_no_submission(
-    make_submission: Write, known: None, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder = make_submission(name="a")
-    assert cli.main([str(folder), "--out", str(folder)]) == 2
-    assert "The folder is a submission. Name another one." in capsys.readouterr().err
-    assert not (folder / "boards.json").exists()
-
-
-@pytest.fixture
-def screen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """What the command prints about a folder with these variables of the environment."""
-
-    def shown(folder: Path, **environment: str) -> str:
-        for name, value in environment.items():
-            monkeypatch.setenv(name, value)
-        assert cli.main([str(folder)]) == 0
-        return capsys.readouterr().out
-
-    return shown
-
-
-def test_what_strangers_write_is_shown_literally(make_submission: Write, screen: Callable[..., str]) -> None:
+def test_what_strangers_write_is_shown_literally(make_submission: Write, score: Command) -> None:
     odd = ":rocket: [bold]x[/bold] [/] C:\\"
     folder = make_submission(manifest=MANIFEST.replace("A submission", odd.replace("\\", "\\\\")))
-    assert screen(folder).splitlines()[0] == f"submission  {odd}  (claimed)"
+    assert score(folder).out.splitlines()[0] == f"submission  {odd}  (claimed)"
 
 
 def test_large_returns_are_told_in_thousands_at_80_columns(
-    make_submission: Write, screen: Callable[..., str]
+    make_submission: Write, score: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def value(protocol: str, run: int, stage: int, position: int, episode: int) -> float:
         return 1e5 * stage + 2e3 * episode + run if position == 2 else 9.0 + run
 
-    shown = screen(make_submission(groups=("humanoid-standup-run",), value=value), COLUMNS="80")
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = score(make_submission(groups=("humanoid-standup-run",), value=value)).out
     rows = [re.split(r"  +", line.rstrip()) for line in shown.splitlines()]
     # After the last stage 300000 + 19000 ± 11533, before any training 19000 ± 11533.
     found = next(row[1:] for row in rows if row[0] == "HumanoidStandup")

@@ -17,20 +17,19 @@ from gym_extensions.submissions.reader import read
 from ..conftest import refused
 
 Write = Callable[..., Path]
-PROTOCOLS = ("sequential", "single", "joint")
 
 
 @pytest.fixture
 def many(make_submission: Write) -> Path:
     """A folder of three submissions, one of them broken."""
     for name in ("b", "a", "c"):
-        folder = make_submission(name=f"all/{name}", runs=(0, 1, 2), curves=12, protocols=PROTOCOLS)
+        folder = make_submission(name=f"all/{name}", curves=12, protocols=("sequential", "single", "joint"))
     (folder / "notes.txt").write_text("")
     return folder.parent
 
 
 def test_an_unforeseen_error_is_a_problem_of_that_submission_alone(
-    make_submission: Callable[..., Path], references: References, monkeypatch: pytest.MonkeyPatch
+    make_submission: Write, references: References, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folders = [make_submission(name=name) for name in "ab"]
 

@@ -11,11 +11,9 @@ from gym_extensions.scoring.output.board_frames import METRIC_DTYPES, metrics_fr
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
-Write = Callable[..., Path]
-
 
 @pytest.fixture
-def document(make_submission: Write, known: None) -> ScorecardDocument:
+def document(make_submission: Callable[..., Path], known: None) -> ScorecardDocument:
     """A submission with a suite, and a submission with two problems."""
     bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
     make_submission(name="good", groups=tuple(f"{body}-gravity" for body in bodies), runs=(0, 1, 2))
@@ -35,8 +33,6 @@ def test_the_csv_read_back_is_the_frame(document: ScorecardDocument) -> None:
 
 def test_a_problem_is_a_row_with_a_name_and_a_reason(document: ScorecardDocument) -> None:
     problems = metrics_frame(document.submissions).query("name == 'bad'")
-    assert problems["why"].tolist() == [
-        "unexpected-name: a.txt: Unexpected file.",
-        "unexpected-name: b.txt: Unexpected file.",
-    ]
+    told = [f"unexpected-name: {name}.txt: Unexpected file." for name in "ab"]
+    assert problems["why"].tolist() == told
     assert problems.drop(columns=["name", "why"]).isna().all(axis=None)

@@ -1,6 +1,7 @@
 """Which boards exist, in which order, and which scores of a submission a board shows."""
 
 from dataclasses import replace
+from typing import Any
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.metrics.values import MetricValue
@@ -11,36 +12,18 @@ METRICS = {"final_performance": MetricValue(mean=0.5, runs=(0.5,))}
 
 
 def on_group(budget: str) -> GroupScore:
-    """A score on a group, trained with this budget."""
-    return GroupScore(
-        level="verified",
-        budget=budget,
-        runs=(0,),
-        tasks=(),
-        metrics=METRICS,
-        reference={},
-        return_matrix=(((1.0,),),),
-    )
+    facts: dict[str, Any] = {"tasks": (), "reference": {}, "return_matrix": (((1.0,),),), "metrics": METRICS}
+    return GroupScore(level="verified", budget=budget, runs=(0,), **facts)
 
 
 def card(groups: dict[str, dict[str, str]], suites: dict[str, str] | None = None) -> Scorecard:
-    """A scorecard without a manifest: budgets by group and protocol, and sequential budgets by suite."""
-    return Scorecard(
-        name="submission",
-        title="Submission",
-        level="verified",
-        manifest=None,
-        readme="A text.",
-        notes=("Runs 0, 1 are identical.",),
-        groups={
-            name: {protocol: on_group(budget) for protocol, budget in protocols.items()}
-            for name, protocols in groups.items()
-        },
-        suites={
-            name: {"sequential": SuiteScore(budget, SUITES[name], METRICS)}
-            for name, budget in (suites or {}).items()
-        },
-    )
+    """A scorecard with budgets by group and protocol, and sequential budgets by suite."""
+    scores = {name: {key: on_group(budget) for key, budget in each.items()} for name, each in groups.items()}
+    means = {
+        name: {"sequential": SuiteScore(budget, SUITES[name], METRICS)}
+        for name, budget in (suites or {}).items()
+    }
+    return Scorecard(name="a", title="A", level="verified", manifest=None, groups=scores, suites=means)
 
 
 def test_groups_are_before_suites_then_by_name_protocol_and_budget() -> None:

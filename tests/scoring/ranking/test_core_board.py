@@ -173,11 +173,8 @@ def test_a_submission_with_part_of_the_core_is_shown_without_a_core_score(on_cor
     board = board_of([on_core("part", part), on_core("whole", normal(2, 0.5))])
     assert [each.name for each in board.rows] == ["whole", "part"]
     submission = row(board, "part")
-    assert (submission.ranked, submission.missing, submission.metrics[FINAL].mean) == (
-        False,
-        (GROUPS[2],),
-        None,
-    )
+    assert (submission.ranked, submission.missing) == (False, (GROUPS[2],))
+    assert submission.metrics[FINAL].mean is None
     assert submission.groups[GROUPS[0]].mean == pytest.approx(np.mean(part[GROUPS[0]]))
     assert submission.notes == (f"partial-core: It has no sequential runs of {GROUPS[2]}.",)
     assert submission.cost.steps is None
@@ -190,10 +187,8 @@ def test_a_submission_without_a_score_in_a_group_says_why(on_core: OnCore) -> No
     without = replace(log, metrics={**log.metrics, FINAL: none})
     card = replace(card, groups={**card.groups, GROUPS[1]: {"sequential": without}})
     submission = row(board_of([card, on_core("b", normal(2, 0.5))]), "a")
-    assert (submission.ranked, submission.metrics[FINAL].why) == (
-        False,
-        f"No score in {GROUPS[1]}: A task is open.",
-    )
+    assert not submission.ranked
+    assert submission.metrics[FINAL].why == f"No score in {GROUPS[1]}: A task is open."
 
 
 def test_runs_beyond_a_look_and_different_numbers_are_noted_and_not_compared(on_core: OnCore) -> None:
@@ -205,10 +200,8 @@ def test_runs_beyond_a_look_and_different_numbers_are_noted_and_not_compared(on_
     )
     assert beyond.pairs == exact.pairs
     assert row(beyond, "b").metrics == row(exact, "b").metrics
-    assert [note.partition(":")[0] for note in row(beyond, "b").notes] == [
-        "different-numbers-of-runs",
-        "runs-beyond-the-look",
-    ]
+    notes = [note.partition(":")[0] for note in row(beyond, "b").notes]
+    assert notes == ["different-numbers-of-runs", "runs-beyond-the-look"]
     assert row(exact, "b").notes == ()
 
 
@@ -256,8 +249,7 @@ def test_runs_are_paired_with_the_same_parent_and_equal_starts_alone(on_core: On
 def test_runs_unusually_alike_on_one_group_are_marked_with_the_group_and_ranked(on_core: OnCore) -> None:
     alike = {**normal(3, 0.5), GROUPS[1]: (0.5, 0.5001, 0.5002, 0.5001, 0.5)}
     board = board_of([on_core("a", normal(1, 0.5)), on_core("b", normal(2, 0.5)), on_core("one-run", alike)])
-    assert row(board, "one-run").alike.startswith(f"{GROUPS[1]}: The runs are unusually alike")
-    assert row(board, "one-run").ranked
+    assert (row(board, "one-run").alike.partition(":")[0], row(board, "one-run").ranked) == (GROUPS[1], True)
     assert {each.name for each in board.rows if each.alike} == {"one-run"}
 
 
@@ -282,32 +274,29 @@ def test_a_claimed_submission_and_a_copy_have_no_rank(on_core: OnCore) -> None:
 
 
 def test_forgetting_is_compared_among_those_that_learned(on_core: OnCore) -> None:
+    means = {"a": 0.5, "b": 0.5, "idle": 0.0}
     board = board_of(
-        [on_core("a", normal(1, 0.5)), on_core("b", normal(2, 0.5)), on_core("idle", normal(3, 0.0))]
+        [on_core(name, normal(seed, mean)) for seed, (name, mean) in enumerate(means.items(), 1)]
     )
-    assert {(pair.first, pair.second) for pair in board.pairs["forgetting"]} in ({("a", "b")}, {("b", "a")})
+    (pair,) = board.pairs["forgetting"]
+    assert {pair.first, pair.second} == {"a", "b"}
     assert row(board, "idle").metrics["forgetting"].rank_note == "nothing learned to forget"
     assert len(board.pairs[FINAL]) == 3
 
 
 def test_methods_with_the_task_label_are_ranked_apart_and_compared_with_all(on_core: OnCore) -> None:
+    def observing(card: Scorecard) -> Scorecard:
+        assert card.manifest is not None
+        return replace(card, manifest=replace(card.manifest, observes=Observes(task_in_evaluation=True)))
+
     levels = {"low": 0.2, "high": 0.9, "labelled": 0.95, "poor": 0.1}
     cards = [on_core(name, normal(seed, mean)) for seed, (name, mean) in enumerate(levels.items())]
     board = board_of([observing(card) if card.name in ("labelled", "poor") else card for card in cards])
-    without, with_label = board.lists
-    assert (without.task_conditioned, [each.name for each in without.rows]) == (False, ["high", "low"])
-    assert (with_label.task_conditioned, [each.name for each in with_label.rows]) == (
-        True,
-        ["labelled", "poor"],
-    )
+    lists = {part.task_conditioned: [each.name for each in part.rows] for part in board.lists}
+    assert lists == {False: ["high", "low"], True: ["labelled", "poor"]}
     ranked = {each.name: each.metrics[FINAL].rank for each in board.rows}
     assert ranked == {"high": (1, 1), "low": (2, 2), "labelled": (1, 1), "poor": (2, 2)}
     assert len(board.pairs[FINAL]) == 6, "also across the lists"
-
-
-def observing(card: Scorecard) -> Scorecard:
-    assert card.manifest is not None
-    return replace(card, manifest=replace(card.manifest, observes=Observes(task_in_evaluation=True)))
 
 
 def test_a_variant_has_the_score_and_the_ranks_of_the_groups_that_are_left(on_core: OnCore) -> None:
@@ -375,18 +364,12 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
             memory=Memory(stored_steps=7, parameters_first=3, parameters_last=4 if run.run else 400),
         )
 
-    def costs(card: Scorecard) -> Scorecard:
-        groups = {}
-        for group, logs in card.groups.items():
-            log = logs["sequential"]
-            groups[group] = {
-                "sequential": replace(log, provenance=tuple(with_cost(group, run) for run in log.provenance))
-            }
-        return replace(card, groups=groups)
-
-    # One run of the first group states its time; the first of each states the largest memory of its
-    # submission.
-    cost = board_of([costs(card)]).rows[0].cost
+    groups = {}
+    for group, logs in card.groups.items():
+        provenance = tuple(with_cost(group, run) for run in logs["sequential"].provenance)
+        groups[group] = {"sequential": replace(logs["sequential"], provenance=provenance)}
+    # One run of the first group states its time; the first of each the largest memory of its submission.
+    cost = board_of([replace(card, groups=groups)]).rows[0].cost
     assert (cost.steps, cost.cpu_seconds) == (7000, 10 + 6 * 12)
     assert (cost.peak_memory_mb, cost.stored_steps, cost.parameters) == (54, 7, 4)
     assert board_of([card]).rows[0].cost.cpu_seconds is None

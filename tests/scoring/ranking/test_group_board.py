@@ -1,10 +1,11 @@
 """Boards: scores of the scorecards, the order, ranks with reasons, computed rows, differences of pairs."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from scipy import stats
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.metrics.formulas import BOARD_METRICS, BY_NAME
-from gym_extensions.metrics.values import MetricValue
+from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.references import Expert, Floor, FloorAgent, Reference, References, trained_alone
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking import boards as documents
@@ -27,31 +28,23 @@ from ..made_submissions import GROUP, KEY, Enter, at_level, final_ranks, names, 
 def test_scores_are_those_of_the_scorecards_and_do_not_move_when_a_submission_joins(enter: Enter) -> None:
     first, second, third = enter("a", 300), enter("b", 600), enter("c", 613)
 
-    def scores(made: documents.Board) -> dict[str, dict[str, tuple[float | None, ...]]]:
-        return {
-            submission.name: {
-                name: (value.mean, value.low, value.high) for name, value in submission.metrics.items()
-            }
-            for submission in made.rows
-        }
+    def scores(metrics: Mapping[str, Estimate]) -> dict[str, tuple[float | None, ...]]:
+        return {name: (each.mean, each.low, each.high) for name, each in metrics.items()}
 
     before, after = board([first, second], KEY), board([third, first, second], KEY)
-    assert {name: scores(after)[name] for name in "ab"} == scores(before)
-    assert scores(before)["a"] == {
-        name: (value.mean, value.low, value.high)
-        for name, value in first.groups[GROUP]["sequential"].metrics.items()
-        if "boards" in BY_NAME[name].shown
-    }
+    rows, later = ({row.name: scores(row.metrics) for row in made.rows} for made in (before, after))
+    assert {name: later[name] for name in "ab"} == rows
+    metrics = first.groups[GROUP]["sequential"].metrics
+    shown = {name: each for name, each in metrics.items() if "boards" in BY_NAME[name].shown}
+    assert rows["a"] == scores(shown)
     assert (final_ranks(before), final_ranks(after)) == ([(1, 1), (2, 2)], [(1, 2), (1, 2), (3, 3)])
     assert after.published
 
 
 def test_agents_that_observe_the_task_have_a_board_of_their_own(enter: Enter) -> None:
     cards = [enter("conditioned", 900, task_conditioned=True), enter("plain", 100)]
-    assert [(key.task_conditioned, names(board(cards, key))) for key in documents.board_keys(cards)] == [
-        (False, ["plain"]),
-        (True, ["conditioned"]),
-    ]
+    found = {key.task_conditioned: names(board(cards, key)) for key in documents.board_keys(cards)}
+    assert found == {False: ["plain"], True: ["conditioned"]}
 
 
 @pytest.mark.committed
@@ -78,48 +71,32 @@ def test_a_submission_on_a_suite_has_the_fewest_runs_of_its_groups(enter: Enter)
     assert (submission.runs, submission.why) == (3, "Fewer than 5 runs.")
 
 
-def versus_next(submission: documents.BoardRow) -> documents.Versus:
-    assert submission.vs_next is not None
-    return submission.vs_next
-
-
 def test_submissions_are_sorted_by_final_performance_and_ranked_by_intervals(enter: Enter) -> None:
     made = board([enter("low", 200), enter("high", 900), enter("tied", 901)], KEY)
     assert names(made) == ["tied", "high", "low"]
     assert final_ranks(made) == [(1, 2), (1, 2), (3, 3)]
     assert made.ranked == 3
-    tied, high, low = made.rows
-    assert (versus_next(tied).name, versus_next(tied).separated) == ("high", False)
-    assert versus_next(high).separated
-    assert low.vs_next is None
-    assert tied.vs_leader is None
-    assert high.vs_leader is not None and low.vs_leader is not None
-    assert (high.vs_leader.name, high.vs_leader.separated) == ("tied", False)
-    assert (low.vs_leader.name, low.vs_leader.separated) == ("tied", True)
-    best, worst = (row.metrics["final_performance"].mean for row in (tied, low))
-    assert best is not None and worst is not None
-    assert low.vs_leader.difference.mean == pytest.approx(best - worst)
-    assert [submission.why for submission in made.rows] == ["", "", ""]
-    assert [submission.runs for submission in made.rows] == [5, 5, 5]
+    following = [row.vs_next and (row.vs_next.name, row.vs_next.separated) for row in made.rows]
+    assert following == [("high", False), ("low", True), None]
+    leading = [row.vs_leader and (row.vs_leader.name, row.vs_leader.separated) for row in made.rows]
+    assert leading == [None, ("tied", False), ("tied", True)]
+    means: Any = [row.metrics["final_performance"].mean for row in made.rows]
+    assert made.rows[2].vs_leader is not None
+    assert made.rows[2].vs_leader.difference.mean == pytest.approx(means[0] - means[2])
+    assert [(row.why, row.runs) for row in made.rows] == [("", 5)] * 3
 
 
 def test_a_row_has_what_the_manifest_states(enter: Enter) -> None:
     card = enter("a", 500)
-    (submission,) = board([card], KEY).rows
-    assert card.manifest is not None
-    stated = card.manifest
-    assert (submission.steps_counted, submission.evaluation) == (True, "sampled")
-    assert (submission.authors, submission.observes, submission.memory) == (
-        stated.authors,
-        stated.observes,
-        stated.memory,
-    )
+    (row,), stated = board([card], KEY).rows, card.manifest
+    assert stated is not None
+    assert (row.steps_counted, row.evaluation) == (True, "sampled")
+    assert [row.authors, row.observes, row.memory] == [stated.authors, stated.observes, stated.memory]
 
 
 def test_submissions_with_fewer_runs_are_below_without_a_rank_and_count_nowhere(enter: Enter) -> None:
-    made = board(
-        [at_level(enter("few", 950, runs=(0, 1)), "verified"), enter("low", 200), enter("high", 900)], KEY
-    )
+    few = at_level(enter("few", 950, runs=(0, 1)), "verified")
+    made = board([few, enter("low", 200), enter("high", 900)], KEY)
     assert names(made) == ["high", "low", "few"]
     assert final_ranks(made) == [(1, 1), (2, 2), None]
     assert made.rows[2].why == "Fewer than 5 runs."
@@ -128,10 +105,9 @@ def test_submissions_with_fewer_runs_are_below_without_a_rank_and_count_nowhere(
 def test_a_submission_that_learned_nothing_has_no_rank_for_forgetting(enter: Enter) -> None:
     idle = enter("idle", 0, value=lambda p, run, stage, j, e: float((run * 7 + stage * 3 + j + e) % 11) - 5)
     learner, still = board([idle, enter("learner", 900)], KEY).rows
-    assert still.metrics["forgetting"].rank_note == "nothing learned to forget"
-    assert still.metrics["forgetting"].rank is None
-    assert learner.metrics["forgetting"].rank == (1, 1)
-    assert learner.metrics["forgetting"].rank_note == ""
+    idle_value, value = still.metrics["forgetting"], learner.metrics["forgetting"]
+    assert (idle_value.rank, idle_value.rank_note) == (None, "nothing learned to forget")
+    assert (value.rank, value.rank_note) == ((1, 1), "")
 
 
 def test_the_joint_gap_is_ranked_with_five_joint_runs(enter: Enter) -> None:
@@ -204,22 +180,15 @@ def test_a_withdrawn_submission_is_on_no_board_and_an_accepted_one_has_its_date(
     assert boards([enter("a", 300)]).boards[0].rows[0].accepted == ""
 
 
-def with_agents(references: References, random: float, zero: float) -> References:
-    """The references with the mean returns of both agents of the floor, the same on every task."""
-    agents = {"random": FloorAgent(random), "zero": FloorAgent(zero)}
-    floor = Floor(0.0, agents=agents)
-    return References(
-        "synthetic", {name: Reference(floor, task.expert) for name, task in references.tasks.items()}
-    )
-
-
 @pytest.mark.parametrize("group", [GROUP, "gravity"])
 def test_random_and_zero_are_computed_from_the_floors(
     enter: Enter, references: References, group: str
 ) -> None:
     cards = [on_gravity(enter("a", 300), 0.5)]
     key = documents.BoardKey(group, "sequential", "100k", False)
-    made = board(cards, key, with_agents(references, -250.0, 100.0))
+    floor = Floor(0.0, agents={"random": FloorAgent(-250.0), "zero": FloorAgent(100.0)})
+    tasks = {name: Reference(floor, task.expert) for name, task in references.tasks.items()}
+    made = board(cards, key, References("synthetic", tasks))
     assert [floor.name for floor in made.computed] == ["random", "zero"]
     random = {name: value.mean for name, value in made.computed[0].metrics.items()}
     assert list(random) == [metric.name for metric in BOARD_METRICS["sequential"]]
@@ -256,9 +225,7 @@ def test_the_reference_agent_on_each_task_alone_is_a_row(enter: Enter, reference
     total = sum(squares) + anchor
     df = total**2 / (sum(square**2 / 4 for square in squares) + anchor**2 / 999)
     assert final.high == pytest.approx(final.mean + stats.t.ppf(0.975, df) * math.sqrt(total))
-    forgetting = alone.metrics["forgetting"]
-    assert forgetting.mean is None
-    assert "only its returns at the end" in forgetting.why
+    assert "only its returns at the end" in alone.metrics["forgetting"].why
     assert made.ranked == 1
 
 
@@ -274,11 +241,8 @@ def test_without_its_budget_or_beside_a_submission_of_that_name_there_is_no_row_
 def test_every_pair_has_welchs_interval_and_p_value_of_every_metric_of_both(enter: Enter) -> None:
     cards = [enter("high", 900), enter("low", 200), enter("few", 500, runs=(0,))]
     made = board(cards, KEY)
-    assert [(pair.first, pair.second) for pair in made.pairs] == [
-        ("high", "low"),
-        ("high", "few"),
-        ("low", "few"),
-    ]
+    pairs = [("high", "low"), ("high", "few"), ("low", "few")]
+    assert [(pair.first, pair.second) for pair in made.pairs] == pairs
     runs = [card.groups[GROUP]["sequential"].metrics["forgetting"].runs for card in cards[:2]]
     expected = stats.ttest_ind(*runs, equal_var=False)
     found = made.pairs[0].metrics["forgetting"]
@@ -292,12 +256,8 @@ def test_every_pair_has_welchs_interval_and_p_value_of_every_metric_of_both(ente
 def test_a_row_names_the_other_submissions_of_its_author_and_family(
     tmp_path: Path, make_submission: Callable[..., Path]
 ) -> None:
-    for name, author, algorithm in [
-        ("a", "A. Author", "trpo"),
-        ("b", "a.  author", " TRPO_2"),
-        ("c", "A. Author", "sac"),
-        ("d", "B. Author", "trpo"),
-    ]:
+    families = [("A. Author", "trpo"), ("a.  author", " TRPO_2"), ("A. Author", "sac"), ("B. Author", "trpo")]
+    for name, (author, algorithm) in zip("abcd", families, strict=True):
         manifest = MANIFEST.replace('"smoke"', '"100k"').replace("A. Nonymous", author)
         manifest = manifest.replace('algorithm = "formula"', f'algorithm = "{algorithm}"')
         make_submission(name=name, protocols=("single",), runs=(0,), manifest=manifest)

@@ -46,9 +46,8 @@ def test_balanced_runs_tell_the_task_from_its_position(
     total = 5 * 4 * (sum((each - 20) ** 2 for each in PLACE) + sum((each - 30) ** 2 for each in TASK))
     expected = {"position": 20 * 1000 / total, "task": 20 * 3000 / total, "rest": 0.0}
     assert {name: each.mean for name, each in effects.shares.items()} == pytest.approx(expected)
-    assert [each.mean for each in scored.order_effects["forgetting"].position] == pytest.approx(
-        [-5 / reference.span] * 4 + [None]
-    )
+    forgotten = [each.mean for each in scored.order_effects["forgetting"].position]
+    assert forgotten == pytest.approx([-5 / reference.span] * 4 + [None])
 
 
 def test_metrics_follow_the_order_of_each_run(make_submission: Write, references: References) -> None:
@@ -72,14 +71,9 @@ def test_metrics_follow_the_order_of_each_run(make_submission: Write, references
 def test_the_effects_are_a_data_frame(make_submission: Write) -> None:
     folder = make_submission(runs=tuple(range(10)), protocols=("balanced", "sequential"), value=additive)
     frame = results.order_effects(folder)
-    assert frame.groupby(["metric", "kind"]).size().to_dict() == {
-        ("final_performance", "position"): 5,
-        ("final_performance", "share"): 3,
-        ("final_performance", "task"): 5,
-        ("forgetting", "position"): 4,
-        ("forgetting", "share"): 3,
-        ("forgetting", "task"): 5,
-    }
+    counts = {"final_performance": (5, 3, 5), "forgetting": (4, 3, 5)}
+    sizes = frame.groupby(["metric", "kind"]).size().unstack()[["position", "share", "task"]]
+    assert {metric: tuple(row) for metric, row in sizes.iterrows()} == counts
     assert results.order_effects(make_submission(name="ascending")).empty
 
 
@@ -109,14 +103,10 @@ def test_a_run_whose_order_is_not_the_row_of_its_number_is_named(
     folder = make_submission(protocols=("sequential", "balanced"))
     where = moved(folder, origin, target)
     (found,) = [each for each in read(folder).problems if each.rule == "wrong-order"]
-    expected = (
-        ", ".join(order_of(GROUP, target.split("/", maxsplit=1)[0], int(target[-1])))[:60] or "no order"
-    )
+    protocol, run = target.split("/run")
+    expected = ", ".join(order_of(GROUP, protocol, int(run)))[:60] or "no order"
     assert found.where == where
-    assert (
-        f"the document of {target.replace('/', ' ').replace('run', 'run ')} states {expected}"
-        in found.message
-    )
+    assert f"the document of {protocol} run {run} states {expected}" in found.message
 
 
 def test_a_curve_of_another_row_is_named(make_submission: Write) -> None:

@@ -83,11 +83,8 @@ def test_a_row_is_as_printed_and_totals_are_printed_and_recomputed(
         first_step=scorecard.PaperCell(818.08, 255.85),
         single_env=scorecard.PaperCell(3028.04, 875.81),
     )
-    assert hopper.printed_total is not None
-    assert hopper.printed_total.fully_trained == scorecard.PaperCell(990.95, 1022.32)
-    assert hopper.paper_total is not None
-    assert hopper.paper_total.fully_trained is not None
-    assert hopper.paper_total.fully_trained.mean == pytest.approx(1238.31)
     wall = card.groups["hopper-wall-v0"]["sequential"].printed_total
-    assert wall is not None
+    assert hopper.printed_total and hopper.paper_total and hopper.paper_total.fully_trained and wall
+    assert hopper.printed_total.fully_trained == scorecard.PaperCell(990.95, 1022.32)
+    assert hopper.paper_total.fully_trained.mean == pytest.approx(1238.31)
     assert wall.fully_trained is None
