@@ -325,7 +325,7 @@ def verify(
         runs=repetitions,
         twins=twins,
         machines={name: text for name, text in machines.items() if text},
-        means={} if failed else _means(runs, draw, fresh),
+        means={} if failed else _means(runs, fresh),
     )
 
 
@@ -392,10 +392,8 @@ Fresh = Mapping[str, Sequence[Sequence[rollout.Outcome]]]
 """The outcomes of the tested cells on new seeds by the name of the run."""
 
 
-def _task_returns(
-    runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh
-) -> list[new_seeds.TaskReturns]:
-    """The logged returns of the tested cells and those on new seeds, by task."""
+def _p_value(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh) -> float:
+    """That of the logged returns of the tested cells against those on new seeds, task by task."""
     parts = defaultdict[tuple[str, int], list[tuple[int, int, list[float], list[float]]]](list)
     for index, (name, run) in enumerate(runs.items()):
         for cell, outcomes in zip(run.tested(draw), fresh[name], strict=True):
@@ -403,26 +401,22 @@ def _task_returns(
             new = [outcome.return_ for outcome in outcomes]
             parts[run.log.group.id, cell.task].append((index, cell.stage, old, new))
     columns = (zip(*cells, strict=True) for cells in parts.values())
-    return [
+    tasks = [
         new_seeds.TaskReturns(indices, stages, np.array(old), np.array(new))
         for indices, stages, old, new in columns
     ]
+    return new_seeds.compare(tasks, np.random.default_rng(draw.seed("permutations")))
 
 
-def _p_value(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh) -> float:
-    rng = np.random.default_rng(draw.seed("permutations"))
-    return new_seeds.compare(_task_returns(runs, draw, fresh), rng)
-
-
-def _means(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, fresh: Fresh) -> dict[str, str]:
+def _means(runs: Mapping[str, LoggedRun], fresh: Fresh) -> dict[str, str]:
     """The means of the tested cells, in words, by ``group/protocol``."""
-    parts = defaultdict[str, dict[str, LoggedRun]](dict)
+    cells = defaultdict[str, tuple[list[Any], list[Any]]](lambda: ([], []))
     for name, run in runs.items():
-        parts[run.log.path][name] = run
+        logged, new = cells[run.log.path]
+        logged += run.logged.values()
+        new += fresh[name]
     found = {}
-    for log, part in parts.items():
-        tasks = _task_returns(part, draw, fresh)
-        old, new = (np.concatenate([getattr(task, kind) for task in tasks]) for kind in ("logged", "fresh"))
-        logged, new_mean = (fmean(returns.ravel().tolist()) for returns in (old, new))
-        found[log] = f"mean return {logged:.1f} in the log, {new_mean:.1f} on new seeds ({len(old)} cells)"
+    for log, both in cells.items():
+        old, now = (fmean(outcome.return_ for cell in part for outcome in cell) for part in both)
+        found[log] = f"mean return {old:.1f} in the log, {now:.1f} on new seeds ({len(both[0])} cells)"
     return found

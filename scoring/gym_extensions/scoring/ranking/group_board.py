@@ -29,8 +29,8 @@ MAX_PAIRED = 60
 """Submissions of a board whose differences it lists."""
 MAX_BEST = 5
 """Submissions that are listed as the best ones on a task."""
-Summaries = Mapping[str, Mapping[str, Summary | None]]
-"""The summary over runs by metric and submission; None where the submission has no value."""
+Summaries = Mapping[str, Summary | None]
+"""The summaries over runs of a submission by metric; None where it has no value."""
 
 
 def boards(cards: Sequence[Scorecard], references: References | None = None) -> documents.BoardsDocument:
@@ -79,30 +79,34 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     metrics = BOARD_METRICS[key.protocol]
     first = metrics[0]
     summaries = {
-        metric.name: {
-            name: estimate(card.groups, key.groups, key.protocol, metric) for name, card in by_name.items()
-        }
-        for metric in metrics
+        name: {each.name: estimate(card.groups, key.groups, key.protocol, each) for each in metrics}
+        for name, card in by_name.items()
     }
     with_logs = next((card for card in by_name.values() if card.level != REPORTED), None)
     tasks = {name: with_logs.groups[name][key.protocol].tasks for name in key.groups} if with_logs else {}
     computed = computed_rows(key, references, tasks, by_name) if tasks else ()
     alone = next((row.metrics[first.name] for row in computed if row.name == ALONE), values.Estimate())
-    made = []
-    originals = [card for name, card in by_name.items() if name not in copies]
-    alike = alike_on(originals, key, first.name)
-    for name, card in by_name.items():
-        own = {metric: of_metric[name] for metric, of_metric in summaries.items()}
-        row = _submission(card, key, copies.get(name), related[name], own, alone=alone)
-        made.append(replace(row, alike=alike.get(name, "")))
-    made = _sorted(made, first)
+    alike = alike_on([card for name, card in by_name.items() if name not in copies], key, first.name)
+    made = _sorted(
+        [
+            replace(
+                _submission(card, key, copies.get(name), summaries[name], alone),
+                alike=alike.get(name, ""),
+                related=related[name],
+            )
+            for name, card in by_name.items()
+        ],
+        first,
+    )
     ranks: dict[str, dict[str, tuple[int, int]]] = {}
     for metric in reversed(metrics):  # the first one last: its order is that of the board
-        ranked = _ranked_on(made, summaries, metric)
+        eligible = [row.name for row in made if row.ranked and not row.metrics[metric.name].rank_note]
+        found = {name: summaries[name][metric.name] for name in eligible if metric.better}
+        ranked = {name: each for name, each in found.items() if each and each.runs >= FULL_SUBMISSION_RUNS}
         names, means = list(ranked), list(ranked.values())
         significant = statistics.significant_pairs(means)
-        found = statistics.rank_intervals(means, significant, metric.better)
-        ranks[metric.name] = dict(zip(names, found, strict=True))
+        possible = statistics.rank_intervals(means, significant, metric.better)
+        ranks[metric.name] = dict(zip(names, possible, strict=True))
 
     def versus(place: int, other: int) -> documents.Versus | None:
         """The ranked submission at a place against the one at another place, if there are both."""
@@ -120,6 +124,8 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         rows.append(replace(row, metrics=of, vs_next=vs_next, vs_leader=vs_leader))
     values_of = ((row.metrics.get(FORGETTING.name), row.name) for row in rows)
     forgetting = [(value.mean or 0.0, name) for value, name in values_of if value and value.rank]
+    two = combinations([row.name for row in rows[:MAX_PAIRED]], 2)
+    pairs = (_pair(one, other, summaries[one], summaries[other]) for one, other in two)
     return documents.Board(
         group=key.group,
         published=key.group in SUITES or key.group in {group.id for group in GROUPS.values()},
@@ -129,7 +135,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         ranked=sum(row.ranked for row in rows),
         rows=tuple(rows),
         computed=computed,
-        pairs=_pairs(rows, summaries),
+        pairs=tuple(pair for pair in pairs if pair.metrics),
         lead=_lead(rows, first),
         least_forgetting=min(forgetting)[1] if forgetting else None,
     )
@@ -167,30 +173,12 @@ def _lead(rows: Sequence[BoardRow], metric: Metric) -> documents.Lead | None:
     return documents.Lead(first.name, text)
 
 
-def _ranked_on(submissions: Sequence[BoardRow], summaries: Summaries, metric: Metric) -> dict[str, Summary]:
-    """The submissions, by name in the order of the board, that it ranks on a metric: with enough runs."""
-    return {
-        submission.name: summary
-        for submission in submissions
-        if metric.better and submission.ranked and not submission.metrics[metric.name].rank_note
-        if (summary := summaries[metric.name][submission.name]) is not None
-        if summary.runs >= FULL_SUBMISSION_RUNS
-    }
-
-
-def _pairs(submissions: Sequence[BoardRow], summaries: Summaries) -> tuple[documents.Pair, ...]:
-    names = [submission.name for submission in submissions[:MAX_PAIRED]]
-    of = {name: {metric: values[name] for metric, values in summaries.items()} for name in names}
-    pairs = (_pair(*two, *(of[name] for name in two)) for two in combinations(names, 2))
-    return tuple(pair for pair in pairs if pair.metrics)
-
-
 def pairs_across(
     first: documents.Board, second: documents.Board, cards: Mapping[str, Scorecard]
 ) -> tuple[documents.Pair, ...]:
     """The differences of the first submissions of two boards of a group, of the metrics that pages show."""
 
-    def on(board: documents.Board) -> dict[str, dict[str, Summary | None]]:
+    def on(board: documents.Board) -> dict[str, Summaries]:
         names, metrics = [row.name for row in board.rows[:MAX_PAIRED]], COLUMNS[board.protocol]
         values = {name: cards[name].groups[board.group][board.protocol].metrics for name in names}
         return {
@@ -202,9 +190,7 @@ def pairs_across(
     return tuple(_pair(one, other, ours, theirs) for (one, ours), (other, theirs) in pairs)
 
 
-def _pair(
-    first: str, second: str, ours: Mapping[str, Summary | None], theirs: Mapping[str, Summary | None]
-) -> documents.Pair:
+def _pair(first: str, second: str, ours: Summaries, theirs: Summaries) -> documents.Pair:
     both = ((metric, a, theirs[metric]) for metric, a in ours.items())
     return documents.Pair(first, second, {metric: Difference.of(a, b) for metric, a, b in both if a and b})
 
@@ -235,13 +221,7 @@ def _rank_note(
 
 
 def _submission(
-    card: Scorecard,
-    key: BoardKey,
-    copied: str | None,
-    related: tuple[str, ...],
-    summaries: Mapping[str, Summary | None],
-    *,
-    alone: values.Estimate,
+    card: Scorecard, key: BoardKey, copied: str | None, summaries: Summaries, alone: values.Estimate
 ) -> BoardRow:
     logs, score = [card.groups[name][key.protocol] for name in key.groups], documents.lookup(card, key)
     assert score is not None, "it is on the board"
@@ -269,7 +249,6 @@ def _submission(
             for each in metrics
         },
         duplicate_of=copied,
-        related=related,
     )
 
 

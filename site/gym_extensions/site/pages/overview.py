@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from markupsafe import Markup
 
@@ -27,8 +28,6 @@ from gym_extensions.site.text import count, ends, mean, short, split_version
 
 OF_LIST = 9
 """Rows of each list on the page; a script loads the others."""
-MOST_NAMED = 3
-"""Up to this many methods are named in a sentence; more are counted."""
 MOST_IN_TRIANGLE = 12
 """Methods whose pairs are shown."""
 COLUMNS = {
@@ -173,35 +172,23 @@ class Overview:
             PRELIMINARY if any(pair.exploratory for pair in won) else ".",
         )
 
-    def limits(self) -> list[Markup]:
-        """What the statement does not show: at most six lines, each with a link."""
+    def limits(self) -> dict[str, Any]:
+        """The facts of what the statement does not show; none without a ranked method that states them."""
         rows = [row for row in self.board.rows if row.ranked]
         known = [(row.name, manifest) for row in rows if (manifest := self.cards[row.name].manifest)]
         if not known:
-            return []
-        parent, alike = Counter(row.parent for row in rows).most_common(1)[0]
+            return {}
         spent = [(manifest.tuning.steps if manifest.tuning else 0, name) for name, manifest in known]
         authors = Counter(author for _, manifest in known for author in manifest.authors)
-        lacking = [row.name for row in self.board.rows if row.missing]
-        provisional = [split_version(task)[0] for task in sorted(self.provisional)]
-        lines: list[tuple[object, str, tuple[object, ...]]] = [
-            (alike > 1, BASE, (alike, len(rows), paths.submission_path(parent), parent)),
-            (
-                max(spent)[0],
-                TUNED,
-                (
-                    sum(not steps for steps, _ in spent),
-                    core.short_count(max(spent)[0]),
-                    paths.submission_path(max(spent)[1]),
-                    max(spent)[1],
-                ),
-            ),
-            (lacking, LACKING, (_some(lacking),)),
-            (provisional, PROVISIONAL, (_some(provisional),)),
-            (authors, MADE, (*authors.most_common(1)[0], len(rows)) if authors else ()),
-            (self.board.edition == 1, SEEN, ()),
-        ]
-        return [Markup(line).format(*values) for applies, line, values in lines if applies]
+        return {
+            "ranked": len(rows),
+            "parent": Counter(row.parent for row in rows).most_common(1)[0],  # and of how many methods
+            "most_tuned": max(spent),  # the steps, and the method
+            "untuned": sum(not steps for steps, _ in spent),
+            "lacking": [row.name for row in self.board.rows if row.missing],
+            "provisional": [split_version(task)[0] for task in sorted(self.provisional)],
+            "maker": authors.most_common(1)[0] if authors else None,  # and of how many methods
+        }
 
     def pairs(self, metric: str) -> list[tuple[CoreRow, list[CorePair | None]]]:
         """The triangle: each method that is compared in a metric, with its pairs with those above it."""
@@ -243,22 +230,6 @@ ALONE = "{} is the only method with all runs of the core suite so far; it keeps 
 FALLS = "Trained task after task, {} falls from {} to {} (expert: 1). "
 LEADS = "{}, {}: significantly more than {}, alone first in {} of {}. {} runs{}"
 """The sentences of the statement."""
-BASE = 'One base learner: {} of {} ranked methods are <a href="{}">{}</a> until their first stage ends.'
-TUNED = 'Settings were tuned unequally: not at all for {} of them, with {} steps for <a href="{}">{}</a>.'
-LACKING = 'Not compared, because <a href="#open">groups are missing</a>: {}.'
-PROVISIONAL = 'Experts are <a href="references.html">provisional</a>, so that scores can be far above 1: {}.'
-MADE = '{} made {} of the {} ranked <a href="submissions.html">submissions</a>.'
-SEEN = (
-    'Runs had been seen <a href="metrics.html#core">when the test was chosen</a>: what up to 20 runs show is '
-    "preliminary."
-)
-"""The lines of the limits."""
-
-
-def _some(names: Sequence[str]) -> str:
-    """Names with commas; of many, the first."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
