@@ -151,13 +151,11 @@ def test_a_network_is_read_and_run_in_a_box_of_its_own(ordinary: Ordinary) -> No
 
 
 @pytest.mark.slow
-def test_an_agent_that_acts_with_its_policy_has_the_same_bytes(ordinary: Ordinary) -> None:
-    """Numba compiles the policy in every box."""
-    (ordinary.home / "acting.py").write_text(climber() + ACTING, encoding="utf-8")
-    assert in_and_out(ordinary, "acting.py:Acting", "acting:Acting")
-
-
-@pytest.mark.slow
-def test_an_agent_with_torch_has_the_same_bytes(ordinary: Ordinary) -> None:
+@pytest.mark.parametrize(
+    ("inside", "outside"), [("acting.py:Acting", "acting:Acting"), ("ppo", "ppo")], ids=["numba", "torch"]
+)
+def test_compiled_packages_give_the_same_bytes(ordinary: Ordinary, inside: str, outside: str) -> None:
+    """An agent that acts with its policy, which numba compiles in every box; and an agent with torch."""
     pytest.importorskip("torch")
-    assert in_and_out(ordinary, "ppo", "ppo")
+    (ordinary.home / "acting.py").write_text(climber() + ACTING, encoding="utf-8")
+    assert in_and_out(ordinary, inside, outside)
