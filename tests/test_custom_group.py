@@ -15,9 +15,8 @@ from gym_extensions.__main__ import main
 from gym_extensions.baselines import Factory, references as measuring, train
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.catalog.groups import with_custom
-from gym_extensions.envs import TaskGroup, Wall, customize, load_group, make
+from gym_extensions.envs import load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
-from gym_extensions.errors import BenchError
 from gym_extensions.references import CURRENT, load_references, read_references
 from gym_extensions.scoring import cli as score_cli
 from gym_extensions.scoring.pipeline import make_scorer, score_folder
@@ -70,23 +69,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def options(folder: Path) -> list[str]:
     return ["--groups", str(folder / "light.toml"), "--references", str(folder / "light-references.json")]
-
-
-@pytest.mark.parametrize(
-    ("tasks", "message"),
-    [
-        (("Hopper", "HalfCheetah"), "mixed: gym_extensions/Hopper-v0 has the observation_space "),
-        (("Pusher", customize("Pusher", [Wall()])), "mixed: "),
-    ],
-)
-def test_tasks_that_do_not_fit_are_refused_before_training(
-    tmp_path: Path, tasks: tuple[Any, ...], message: str
-) -> None:
-    group = TaskGroup("mixed", tuple(map(customize, tasks)))
-    with pytest.raises(BenchError) as error:
-        train("random", group, "sequential", "smoke", [0, 1], out=tmp_path / "mine")
-    assert str(error.value).startswith(message)
-    assert not (tmp_path / "mine").exists()
 
 
 def test_without_the_file_the_group_is_unknown(folder: Path) -> None:

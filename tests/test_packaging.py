@@ -39,11 +39,6 @@ def test_the_version_is_that_of_pyproject() -> None:
     assert run("-m", "gym_extensions", "--version").stdout.strip() == declared
 
 
-def test_every_root_of_the_package_is_marked_as_typed() -> None:
-    roots = [ROOT / root / "gym_extensions" for root in SOURCE_ROOTS]
-    assert [str(root) for root in roots if not (root / "py.typed").exists()] == []
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("installed", ["development mode", "wheel"])
 def test_the_agent_of_a_user_that_imports_every_public_module_passes_mypy(

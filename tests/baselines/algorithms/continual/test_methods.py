@@ -50,21 +50,15 @@ def test_a_loaded_agent_learns_and_acts_exactly_as_the_saved_agent(name: str, tm
     assert original.card() == loaded.card()
 
 
-@pytest.mark.parametrize("name", ["l2", "online-ewc", "cloning"])
-def test_a_strong_penalty_holds_the_policy_of_the_first_task(name: str) -> None:
+@pytest.mark.parametrize("name", PENALTIES)
+def test_a_strong_penalty_holds_the_policy_of_the_first_task_or_the_initial_weights(name: str) -> None:
     moved = {}
     for strength in (0.0, 1e5):
-        agent = learned(name, 1, coefficient=strength)
+        agent = learned(name, tasks=int(name != "l2-init"), coefficient=strength)
         before = agent.act(SEEN)
         agent.learn(Goals(1), 1_200)
         moved[strength] = np.abs(agent.act(SEEN) - before).mean()
     assert moved[1e5] < 0.5 * moved[0.0]
-
-
-def test_a_strong_l2_init_stays_at_the_initial_weights() -> None:
-    start = make("l2-init")._theta
-    distances = [np.linalg.norm(learned("l2-init", 1, coefficient=c)._theta - start) for c in (0.0, 1e4)]
-    assert distances[1] < 0.05 * distances[0]
 
 
 def test_reset_starts_every_task_with_fresh_networks_and_moments() -> None:
@@ -82,15 +76,6 @@ def test_each_task_has_its_output_layer_log_sigma_and_moments(name: str) -> None
         chosen = agent.act(SEEN + task, in_task(task)).mean(axis=0)
         assert np.abs(chosen - goal).max() < np.abs(goal).max()
         assert agent._heads[task].moments.count == 4_000 * (task + 1)
-
-
-def test_packnet_acts_in_a_finished_task_as_before_bit_by_bit() -> None:
-    agent = learned("packnet", 1)
-    before = agent.act(SEEN, in_task(0))
-    for task in (1, 2):
-        agent.learn(Goals(task), 1_200)
-        assert np.array_equal(agent.act(SEEN, in_task(0)), before)
-    assert not np.array_equal(agent.act(SEEN, in_task(1)), before)
 
 
 def test_packnet_gives_every_task_a_third_of_the_hidden_weights() -> None:
@@ -173,16 +158,16 @@ def test_each_learns_from_the_training_context_of_a_run(name: str) -> None:
     assert agent.card().stored_steps >= 200
 
 
-def test_snapshots_learns_as_trpo_and_keeps_the_policy_of_every_task_bit_by_bit() -> None:
-    plain, kept = make("trpo"), make("snapshots")
-    actions = []
+@pytest.mark.parametrize("name", ["packnet", "snapshots"])
+def test_the_policy_of_a_finished_task_never_changes(name: str) -> None:
+    agent, plain, finished = make(name), make("trpo"), []
     for task in range(3):
+        agent.learn(Goals(task), 1_200)
         plain.learn(Goals(task), 1_200)
-        kept.learn(Goals(task), 1_200)
-        actions.append(plain.policy().act(SEEN))
-        present = kept.policy().act(SEEN, task=2)  # not learned before the last stage
-        assert np.array_equal(present, actions[-1])
-    for task, before in enumerate(actions):
-        assert np.array_equal(kept.policy().act(SEEN, task=task), before)
-        np.testing.assert_allclose(kept.act(SEEN, in_task(task)), before, rtol=1e-4, atol=1e-6)
-    assert kept.card().parameters == plain.card().parameters + 2 * len(plain._theta)
+        finished.append(agent.act(SEEN, in_task(task)))
+        if name == "snapshots":  # learns as trpo, and acts so in a task that it did not learn
+            assert np.array_equal(agent.policy().act(SEEN, task=2), plain.policy().act(SEEN))
+            assert agent.card().parameters == plain.card().parameters + task * len(plain._theta)
+    for task, before in enumerate(finished):
+        assert np.array_equal(agent.act(SEEN, in_task(task)), before)
+    assert not np.array_equal(finished[0], finished[1])
