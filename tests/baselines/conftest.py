@@ -1,12 +1,10 @@
 """Small submissions that several tests read. Tests that change one copy it first."""
 
-import contextlib
 import csv
 import hashlib
-import io
 import json
-from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -82,27 +80,19 @@ def random_submission(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@dataclass
-class Watched:
-    """A submission, the events of its training, and what was printed."""
+class Watched(NamedTuple):
+    """A submission, and the events of its training."""
 
     folder: Path
-    events: list[Event] = field(default_factory=list)
-    printed: str = ""
+    events: list[Event]
 
 
 @pytest.fixture(scope="session")
 def watched(tmp_path_factory: pytest.TempPathFactory) -> Watched:
     """The training of ``trpo_submission`` again, with evaluation during training."""
-    seen = Watched(tmp_path_factory.mktemp("watched") / "trpo")
-
-    def callback(event: Event) -> None:
-        seen.events.append(event)
-
-    monitor = Monitor(callback=callback, evaluate_every=500, evaluate_episodes=2)
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        train("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0, out=seen.folder, progress=monitor)
-    seen.printed = printed.getvalue()
+    seen = Watched(tmp_path_factory.mktemp("watched") / "trpo", [])
+    monitor = Monitor(callback=seen.events.append, evaluate_every=500, evaluate_episodes=2)
+    train("trpo", SHORT_GROUP, ["sequential", "joint"], "smoke", 0, out=seen.folder, progress=monitor)
     return seen
 
 

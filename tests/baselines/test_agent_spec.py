@@ -22,7 +22,6 @@ from gym_extensions.baselines.submission import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import rules
 from gym_extensions.submissions.rules.manifest import findings
 
 from ..conftest import refused
@@ -154,30 +153,6 @@ def alone(observations: Any) -> None: ...
 def test_an_agent_that_cannot_receive_what_it_asks_for_is_rejected(agent: Any, named: str) -> None:
     with refused("bad-agent", named):
         check_context(agent, "mine")
-
-
-class Counted(Zero):
-    """An agent that counts how many were made."""
-
-    made = 0
-
-    def __init__(self, observation_space: Any, action_space: Any, seed: int) -> None:
-        super().__init__(observation_space, action_space, seed)
-        Counted.made += 1
-
-
-def test_one_agent_is_made_to_be_checked_one_to_be_restored_and_one_per_job(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    checked: list[Any] = []
-
-    def problems(*subjects: Any) -> list[Any]:
-        checked.append(subjects)
-        return []
-
-    monkeypatch.setattr(rules, "problems", problems)
-    train(Counted, QUICK_GROUP, ["joint", "sequential"], "smoke", 0, out=tmp_path / "mine")
-    assert (Counted.made, len(checked)) == (2 + 2, 1)
 
 
 class Undecided(Zero):

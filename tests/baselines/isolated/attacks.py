@@ -12,7 +12,8 @@ class Attack(NamedTuple):
 
 
 MISSING, READ_ONLY, REFUSED = r"FileNotFoundError.*", r"OSError: \[Errno 30\].*", r"PermissionError.*"
-NOT_WRITTEN = f"{READ_ONLY}|{REFUSED}"
+NOT_WRITTEN, UNWRITABLE = f"{READ_ONLY}|{REFUSED}", f"{READ_ONLY}|{REFUSED}|{MISSING}"
+EMPTY, ERRNO = r"\[\]", r"OSError: \[Errno {}\].*"
 NO_MODULE = r"ModuleNotFoundError.*"
 
 
@@ -25,19 +26,15 @@ def call(name: str, number: int, *arguments: int, outcome: str = "1") -> Attack:
 
 INSIDE = (
     Attack("rewrite core_pattern", "open('/proc/sys/kernel/core_pattern', 'w').write('|/tmp/x %p')", MISSING),
-    Attack("use other open files", "result = [i for i in range(7, 256) if is_open(i)]", r"\[\]"),
+    Attack("use other open files", "result = [i for i in range(7, 256) if is_open(i)]", EMPTY),
     Attack("rewrite swappiness", "open('/proc/sys/vm/swappiness', 'w').write('1')", MISSING),
     Attack("press SysRq", "open('/proc/sysrq-trigger', 'w').write('b')", f"{READ_ONLY}|{MISSING}"),
     Attack("read the kernel's memory", "open('/proc/kcore', 'rb').read(9)", MISSING),
     Attack("read the environment of the parent", "open('/proc/1/environ').read()", MISSING),
     Attack("list processes", "result = os.listdir('/proc')", r"\['cpuinfo'\]"),
+    Attack("change the processor", "open('/sys/devices/system/cpu/cpu1/online', 'w')", UNWRITABLE),
     Attack(
-        "change the processor", "open('/sys/devices/system/cpu/cpu1/online', 'w')", f"{NOT_WRITTEN}|{MISSING}"
-    ),
-    Attack(
-        "find tokens",
-        "result = [name for name in os.environ if 'TOKEN' in name or 'SECRET' in name]",
-        r"\[\]",
+        "find tokens", "result = [name for name in os.environ if 'TOKEN' in name or 'SECRET' in name]", EMPTY
     ),
     Attack("write /", "open('/x', 'w')", READ_ONLY),
     Attack("write its own file", "open(__file__, 'a')", READ_ONLY),
@@ -53,43 +50,27 @@ INSIDE = (
     Attack("list the users", "open('/etc/passwd').read()", MISSING),
     Attack("enter root's home", "os.listdir('/root')", MISSING),
     Attack("enter its user's home", "os.listdir('/home')", MISSING),
-    Attack(
-        "read submissions",
-        ("from gym_extensions import references; references.__path__; import gym_extensions.scoring"),
-        "ModuleNotFoundError.*|ImportError.*",
-    ),
+    Attack("read references", "from gym_extensions import references; references.__path__", "ImportError.*"),
+    Attack("read submissions", "import gym_extensions.scoring", NO_MODULE),
     Attack("import experts", "import gym_extensions.references.experts", NO_MODULE),
     Attack("import the environments", "import gym_extensions.envs", NO_MODULE),
     Attack("import MuJoCo", "import mujoco", NO_MODULE),
     Attack(
         "find MuJoCo or a model",
-        (
-            "result = [f'{folder}/{name}' for top in ('/packages', '/python', '/usr') for "
-            "folder, _, names in os.walk(top) for name in names if is_of_mujoco(folder, name)]"
-        ),
-        r"\[\]",
+        "result = [path for path in files_in('/packages', '/python', '/usr') if is_of_mujoco(path)]",
+        EMPTY,
     ),
     Attack(
         "find a policy",
-        (
-            "result = sum(name.endswith(('.npz', '.onnx')) for top in "
-            "('/packages/gym_extensions', '/agent') for _, _, names in os.walk(top) for name in "
-            "names if not name.startswith('states-'))"
-        ),
-        "0",
+        "result = [path for path in files_in('/packages/gym_extensions', '/agent') if is_policy(path)]",
+        EMPTY,
     ),
-    Attack(
-        "read observations of experts",
-        "open('/packages/gym_extensions/catalog/states-1.npz', 'rb')",
-        "PermissionError.*",
-    ),
+    Attack("read experts' states", "open('/packages/gym_extensions/catalog/states-1.npz', 'rb')", REFUSED),
     Attack(
         "find a program",
-        (
-            "result = sum(os.path.exists(f'{top}/{name}') for top in ('/bin', '/usr/bin', "
-            "'/python/bin') for name in ('sh', 'gcc', 'bash', 'python3'))"
-        ),
-        "0",
+        "names = 'sh', 'gcc', 'bash', 'python3'\n"
+        "result = [name for name in names if shutil.which(name, os.F_OK, '/bin:/usr/bin:/python/bin')]",
+        EMPTY,
     ),
     Attack("TCP", "socket.create_connection(('1.1.1.1', 80), 1)", REFUSED),
     Attack("UDP", "socket.socket(socket.AF_INET, socket.SOCK_DGRAM)", REFUSED),
@@ -98,7 +79,7 @@ INSIDE = (
     Attack("a pair of sockets", "socket.socketpair()", REFUSED),
     Attack(
         "an address",
-        "import urllib.request; urllib.request.urlopen('http://example.org', timeout=1)",
+        "import urllib.request as web; web.urlopen('http://example.org', timeout=1)",
         "URLError.*",
     ),
     Attack("fork", "os.fork()", REFUSED),
@@ -108,43 +89,32 @@ INSIDE = (
     Attack("a shell", "result = os.system('true') != 0", "True"),
     Attack(
         "worker processes",
-        ("import multiprocessing; multiprocessing.get_context('fork').Process(target=print).start()"),
+        "import multiprocessing; multiprocessing.get_context('fork').Process(target=print).start()",
         REFUSED,
     ),
     Attack(
         "a thousand threads",
-        (
-            "started = []\n"
-            "try:\n"
-            "    for _ in range(1000):\n"
-            "        started.append(threading.Thread(target=hold.wait, daemon=True)); "
-            "started[-1].start()\n"
-            "finally:\n    hold.set()\n    [each.join() for each in started[:-1]]"
-        ),
+        "started = [threading.Thread(target=hold.wait, daemon=True) for _ in range(1000)]\n"
+        "try: [each.start() for each in started]\n"
+        "finally: hold.set()",
         "RuntimeError: can't start new thread",
     ),
     Attack("30 GB of memory", "bytearray(30 * 2**30)", "MemoryError"),
     Attack(
-        "30 GB of shared memory",
-        "mmap.mmap(-1, 30 * 2**30)",
-        r"OSError: \[Errno 12\].*|MemoryError|ValueError.*",
+        "30 GB of shared memory", "mmap.mmap(-1, 30 * 2**30)", rf"{ERRNO.format(12)}|MemoryError|ValueError.*"
     ),
     Attack(
         "fill /tmp",
-        ("for i in range(99):\n    with open(f'/tmp/{i}', 'wb') as file: file.write(bytes(8 * 2**20))"),
-        r"OSError: \[Errno 28\].*",
+        "for i in range(99):\n    with open(f'/tmp/{i}', 'wb') as file: file.write(bytes(8 * 2**20))",
+        ERRNO.format(28),
     ),
     Attack(
-        "a large file",
-        "os.truncate(os.open('/tmp/large', os.O_CREAT | os.O_RDWR), 2**40)",
-        r"OSError: \[Errno 27\].*",
+        "a large file", "os.truncate(os.open('/tmp/large', os.O_CREAT | os.O_RDWR), 2**40)", ERRNO.format(27)
     ),
     Attack(
-        "raise a limit",
-        "resource.setrlimit(resource.RLIMIT_CPU, (10**6, 10**6))",
-        "ValueError: not allowed.*|PermissionError.*",
+        "raise a limit", "resource.setrlimit(resource.RLIMIT_CPU, (10**6, 10**6))", f"ValueError.*|{REFUSED}"
     ),
-    Attack("become root", "os.setuid(0)", r"PermissionError.*|OSError: \[Errno 22\].*"),
+    Attack("become root", "os.setuid(0)", f"{REFUSED}|{ERRNO.format(22)}"),
     Attack("leave the root folder", "os.chroot('/tmp')", REFUSED),
     Attack("kill everybody", "os.kill(-1, 9)", "ProcessLookupError.*"),
     Attack("kill the first process", "os.kill(1, 9); os.kill(1, 0); result = 'alive'", "alive"),
@@ -180,15 +150,21 @@ INSIDE = (
 """Attacks that leave the guest alive, so that all of them run in one box."""
 
 PREAMBLE = """
-import ctypes, json, mmap, os, re, resource, socket, subprocess, sys, threading
+import ctypes, json, mmap, os, re, resource, shutil, socket, subprocess, sys, threading
 import numpy
 libc = ctypes.CDLL(None, use_errno=True)
 
 
-def is_of_mujoco(folder, name):
-    if "libmujoco" in name:
-        return True
-    return name.endswith(".xml") and b"<mujoco" in open(f"{folder}/{name}", "rb").read()
+def files_in(*tops):
+    return (f"{folder}/{name}" for top in tops for folder, _, names in os.walk(top) for name in names)
+
+
+def is_of_mujoco(path):
+    return "libmujoco" in path or (path.endswith(".xml") and b"<mujoco" in open(path, "rb").read())
+
+
+def is_policy(path):
+    return path.endswith((".npz", ".onnx")) and "/states-" not in path
 
 
 def is_open(number):

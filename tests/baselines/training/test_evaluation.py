@@ -6,27 +6,12 @@ import numpy as np
 
 from gym_extensions.baselines import Context
 from gym_extensions.baselines.agent import TaskLabel
-from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.baselines.training.runner import evaluate
-from gym_extensions.catalog.tasks import customize
 from gym_extensions.envs import make_vec
 
 from .test_environment import Counting
 
 SEEDS = [11, 12, 13, 14]
-
-
-def random_agent(env: Any, seed: int = 0) -> Random:
-    return Random(env.single_observation_space, env.single_action_space, seed)
-
-
-def test_an_episode_has_the_success_of_its_last_step() -> None:
-    name = "State-Based-Navigation-2d-Map0-Goal0"
-    envs = make_vec(customize(name, max_steps=40), 4)
-    reports = [row.success for row in evaluate(random_agent(envs), envs, SEEDS)]
-    assert reports == [False] * 4
-    running = make_vec("Hopper", 4)
-    assert [row.success for row in evaluate(random_agent(running), running, SEEDS)] == [None] * 4
 
 
 class Listening:

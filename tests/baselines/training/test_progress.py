@@ -103,12 +103,6 @@ def test_the_evaluation_at_the_end_of_a_stage_always_has_a_line() -> None:
     assert lines[1:] == [f"group run0 stage 1: {TASK} mean return 30.0"]
 
 
-def test_a_call_in_a_script_prints_its_progress(watched: Watched) -> None:
-    lines = watched.printed.splitlines()
-    assert lines[0] == "2 jobs: 4,000 training steps"
-    assert any("steps per second, time left" in line for line in lines)
-
-
 def test_progress_can_be_switched_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     train("zero", QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "mine", progress=False)
     assert capsys.readouterr().out == ""

@@ -8,8 +8,8 @@ from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.trust_region.policy import (
     Architecture,
     Batch,
-    gain,
     initial_policy,
+    log_density,
     mean_and_log_sigma,
 )
 
@@ -31,9 +31,13 @@ def random_batch(n: int = 40, seed: int = 1) -> Batch:
     return Batch(rng.standard_normal((n, 3)), rng.standard_normal((n, 2)), rng.standard_normal(n))
 
 
-def surrogate(architecture: Architecture, theta: Array, batch: Batch, old_log_density: Array) -> float:
-    """Mean of new / old density × advantage of the parameters."""
-    return gain(*mean_and_log_sigma(architecture, theta, batch.observations), batch, old_log_density)
+def surrogate(architecture: Architecture, old: Array, new: Array, batch: Batch) -> float:
+    """The mean of probability ratio times advantage, minus its value at the old parameters."""
+    before, after = (
+        log_density(*mean_and_log_sigma(architecture, theta, batch.observations), batch.actions)
+        for theta in (old, new)
+    )
+    return float(np.mean((np.exp(after - before) - 1) * batch.advantages))
 
 
 def numeric_gradient(function: Callable[[Array], float], at: Array, width: float = 1e-6) -> Array:
