@@ -8,7 +8,7 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import functools
-import importlib
+import importlib.util
 import shutil
 import subprocess
 import sys
@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import product
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,16 @@ def refused(code: str, *facts: str, where: str | None = None) -> Iterator[None]:
     assert where is None or error.value.where == where
     for fact in facts:
         assert fact in str(error.value)
+
+
+def module_of(path: Path) -> ModuleType:
+    """A script, imported; its ``__main__`` block does not run."""
+    spec = importlib.util.spec_from_file_location(f"script_{path.stem}", path)
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses and pickle look it up
+    spec.loader.exec_module(module)
+    return module
 
 
 def loaded(program: str, heavy: str) -> list[str]:

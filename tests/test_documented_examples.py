@@ -1,14 +1,12 @@
 """The options of each documented command exist, and the documented files and programs work."""
 
 import argparse
-import importlib.util
+import importlib
 import re
 import shlex
-import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -17,6 +15,8 @@ from gym_extensions.__main__ import main
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import review_of, training_of
+
+from .conftest import module_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs/environments/README.md"])
@@ -46,23 +46,13 @@ OTHER_PROGRAMS = "libraries.md"
 COMMANDS = sorted({command for page in PAGES if page.name != OTHER_PROGRAMS for command in commands(page)})
 
 
-def module(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None
-    assert spec.loader is not None
-    loaded = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = loaded  # dataclasses look their module up
-    spec.loader.exec_module(loaded)
-    return loaded
-
-
 def program(words: list[str]) -> tuple[Callable[[list[str]], object], list[str]]:
     """The function behind a command line, and its arguments."""
     if words[:2] == ["python", "-m"]:
         is_package = hasattr(importlib.import_module(words[2]), "__path__")
         return importlib.import_module(words[2] + ".__main__" * is_package).main, words[3:]
     if words[0] == "python":
-        return module(ROOT / words[1]).main, words[2:]
+        return module_of(ROOT / words[1]).main, words[2:]
     return main, words[1:] if words[0] == "gym-extensions" else words
 
 

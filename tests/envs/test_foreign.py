@@ -166,11 +166,8 @@ BROKEN: dict[str, tuple[dict[str, Any], str]] = {
 def test_a_broken_environment_is_named_before_training(name: str, task_of: Callable[..., Any]) -> None:
     methods, fact = BROKEN[name]
     task = task_of(type(name, (Odd,), methods), max_episode_steps=2000)
-    with pytest.raises(BenchError) as error:
+    with refused("bad-environment", fact, where=f"mine/{name}-v0"):
         foreign.check(TaskGroup("mine", (task,)))
-    assert (error.value.code, error.value.where) == ("bad-environment", f"mine/{name}-v0")
-    assert fact in str(error.value)
-    assert "agent" not in str(error.value)
 
 
 def test_nan_in_the_thousandth_step_is_named_with_the_step_the_task_and_the_action(

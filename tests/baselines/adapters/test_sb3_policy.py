@@ -232,6 +232,5 @@ def test_every_activation_is_the_same_function(activation: type[nn.Module]) -> N
     ],
 )
 def test_other_networks_are_refused(modules: list[nn.Module], message: str) -> None:
-    with pytest.raises(BenchError) as error:
+    with pytest.raises(BenchError, match=message):
         policy_layers(*modules)
-    assert message in error.value.message

@@ -77,7 +77,7 @@ def test_a_vector_step_can_be_longer_than_several_batches(steps: int, taken: int
     assert agent._moments.count == taken
 
 
-def test_trpo_acts_with_its_mean_and_trpo_2017_samples() -> None:
+def test_trpo_acts_with_its_mean_and_explores_with_its_sigma_and_trpo_2017_samples() -> None:
     observations = np.zeros((4000, 3), np.float32)
     mean = trpo.make(BOX, WIDE, 0).act(observations)
     sampled = trpo.Trpo2017(BOX, WIDE, 0).act(observations)
@@ -85,12 +85,8 @@ def test_trpo_acts_with_its_mean_and_trpo_2017_samples() -> None:
     # σ is half the width of the box.
     np.testing.assert_allclose(sampled.std(axis=0), [2, 2], rtol=0.06)
     np.testing.assert_allclose(sampled.mean(axis=0), 0, atol=0.15)
-
-
-def test_trpo_explores_with_the_initial_log_sigma_of_its_settings() -> None:
-    agent = trpo.make(BOX, WIDE, 0)
-    sampled = agent._explore(np.zeros((4000, 3), np.float32))
-    np.testing.assert_allclose(sampled.std(axis=0), np.exp(REFERENCE.initial_log_sigma), rtol=0.06)
+    explored = trpo.make(BOX, WIDE, 0)._explore(observations)
+    np.testing.assert_allclose(explored.std(axis=0), np.exp(REFERENCE.initial_log_sigma), rtol=0.06)
 
 
 @pytest.mark.parametrize("make", [trpo.make, trpo.Trpo2017], ids=["trpo", "trpo-2017"])
