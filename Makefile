@@ -70,10 +70,8 @@ bench: .venv/everything.installed  ## measure speed, as ratios taken side by sid
 	$(PIP) -e '.[docs]'
 	@touch $@
 
-# Avalanche is an oracle of the tests; its dependencies need a CUDA build of torch.
 .venv/everything.installed: .venv/scoring.installed
 	$(PIP) -e '.[dev]'
-	$(PIP) --no-deps avalanche-lib
 	@touch $@
 
 clean:  ## remove .venv, _site and built packages

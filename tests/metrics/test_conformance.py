@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from collections.abc import Callable
 from pathlib import Path
 from statistics import fmean
 from typing import Any
@@ -167,30 +168,22 @@ def test_forward_transfer_auc(case: dict[str, Any]) -> None:
         assert got[name].why == (NO_TERM if enough else TOO_FEW_POINTS)
 
 
-def _same(found: statistics.Interval, case: dict[str, Any]) -> None:
-    for key in ("mean", "low", "high"):
-        expected = case[key]
-        assert getattr(found, key) == (None if expected is None else pytest.approx(expected, abs=1e-10)), key
+INTERVALS: dict[str, Callable[[dict[str, Any]], statistics.Interval]] = {
+    "mean": lambda case: statistics.interval(case["values"]),
+    "suite": lambda case: statistics.to_interval(
+        statistics.mean_of_groups([statistics.summary(values) for values in case["groups"]])
+    ),
+    "difference": lambda case: statistics.difference(case["first"], case["second"]),
+}
 
 
-@pytest.mark.parametrize("case", kit("intervals")["mean"], ids=named)
-def test_intervals_of_a_mean(case: dict[str, Any]) -> None:
-    _same(statistics.interval(case["values"]), case)
-
-
-@pytest.mark.parametrize("case", kit("intervals")["suite"], ids=named)
-def test_intervals_of_a_suite(case: dict[str, Any]) -> None:
-    _same(
-        statistics.to_interval(
-            statistics.mean_of_groups([statistics.summary(values) for values in case["groups"]])
-        ),
-        case,
-    )
-
-
-@pytest.mark.parametrize("case", kit("intervals")["difference"], ids=named)
-def test_intervals_of_a_difference(case: dict[str, Any]) -> None:
-    _same(statistics.difference(case["first"], case["second"]), case)
+@pytest.mark.parametrize("kind", INTERVALS)
+def test_intervals_of_a_mean_a_suite_and_a_difference(kind: str) -> None:
+    for case in kit("intervals")[kind]:
+        found = INTERVALS[kind](case)
+        for key in ("mean", "low", "high"):
+            expected = None if case[key] is None else pytest.approx(case[key], abs=1e-10)
+            assert getattr(found, key) == expected, (case["name"], key)
 
 
 @pytest.mark.parametrize("case", kit("distribution")["cases"], ids=named)

@@ -19,30 +19,32 @@ from tools.experts.candidates import write_expert, write_policy
 
 from ...conftest import refused
 
+POLICY = Policy(
+    action_offset=np.zeros(3),
+    action_scale=np.ones(3),
+    weights=(np.ones((11, 3), np.float32),),
+    biases=(np.zeros(3, np.float32),),
+)
+MEASURED = Measurement(episodes=100, mean=3600.0, deviation=10.0)
+CARD = ExpertCard(
+    task=task("Hopper").id,
+    fingerprint=fingerprints.published(task("Hopper").id),
+    policy=experts.digest(POLICY),
+    history=(Step("trpo-Hopper-seed0@2000000", "trpo", 2_000_000, 157.0, "train trpo-Hopper"),),
+    from_submission=False,
+    candidates=20,
+    steps_tried=2_000_000,
+    selection=MEASURED,
+    measurement=MEASURED,
+    first_hundred=MEASURED.mean,
+)
 
-def make_policy() -> Policy:
-    return Policy(
-        action_offset=np.zeros(3),
-        action_scale=np.ones(3),
-        weights=(np.ones((11, 3), np.float32),),
-        biases=(np.zeros(3, np.float32),),
-    )
 
-
-def make_card(policy: Policy, mean: float = 3600.0, deviation: float = 10.0) -> ExpertCard:
-    measurement = Measurement(episodes=100, mean=mean, deviation=deviation)
-    return ExpertCard(
-        task=task("Hopper").id,
-        fingerprint=fingerprints.published(task("Hopper").id),
-        policy=experts.digest(policy),
-        history=(Step("trpo-Hopper-seed0@2000000", "trpo", 2_000_000, 157.0, "train trpo-Hopper"),),
-        from_submission=False,
-        candidates=20,
-        steps_tried=2_000_000,
-        selection=measurement,
-        measurement=measurement,
-        first_hundred=mean,
-    )
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with one expert."""
+    write_expert(POLICY, CARD, tmp_path / "Hopper.json")
+    return tmp_path
 
 
 def test_every_published_expert_loads_acts_and_belongs_to_its_task() -> None:
@@ -56,52 +58,51 @@ def test_every_published_expert_loads_acts_and_belongs_to_its_task() -> None:
         assert card.selection.episodes >= 100 <= card.measurement.episodes
 
 
-def test_what_is_written_is_read(tmp_path: Path) -> None:
-    policy = make_policy()
-    write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
-    assert experts.names(tmp_path) == ["Hopper"]
-    assert experts.digest(experts.load("Hopper", tmp_path)) == experts.digest(policy)
-    assert experts.card("Hopper", tmp_path) == make_card(policy)
+def test_what_is_written_is_read(folder: Path) -> None:
+    assert experts.names(folder) == ["Hopper"]
+    assert experts.digest(experts.load("Hopper", folder)) == experts.digest(POLICY)
+    assert experts.card("Hopper", folder) == CARD
 
 
-def test_a_policy_that_is_not_the_cards_is_refused(tmp_path: Path) -> None:
-    policy = make_policy()
-    write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
-    other = replace(policy, action_offset=np.ones(3))
+def test_a_policy_that_is_not_the_cards_is_refused(folder: Path) -> None:
+    other = replace(POLICY, action_offset=np.ones(3))
     with pytest.raises(BenchError, match="describes another policy"):
-        write_expert(other, make_card(policy), tmp_path / "Hopper.json")
-    write_policy(tmp_path / "Hopper.npz", other)
+        write_expert(other, CARD, folder / "Hopper.json")
+    write_policy(folder / "Hopper.npz", other)
     with refused("other-policy"):
-        experts.load("Hopper", tmp_path)
+        experts.load("Hopper", folder)
 
 
-def test_a_file_that_is_no_policy_is_refused(tmp_path: Path) -> None:
-    policy = make_policy()
-    write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
-    for content in (b"", b"no archive", (tmp_path / "Hopper.npz").read_bytes()[:200]):
-        (tmp_path / "Hopper.npz").write_bytes(content)
+def test_a_file_that_is_no_policy_is_refused(folder: Path) -> None:
+    for content in (b"", b"no archive", (folder / "Hopper.npz").read_bytes()[:200]):
+        (folder / "Hopper.npz").write_bytes(content)
         with refused("bad-policy"):
-            experts.load("Hopper", tmp_path)
+            experts.load("Hopper", folder)
 
 
 @pytest.mark.parametrize("mean", [float("nan"), float("inf")])
 def test_a_measurement_that_is_not_finite_is_refused_and_nothing_is_written(
     tmp_path: Path, mean: float
 ) -> None:
-    policy = make_policy()
+    measured = msgspec.structs.replace(MEASURED, mean=mean)
     with refused("bad-card"):
-        write_expert(policy, make_card(policy, mean), tmp_path / "Hopper.json")
+        write_expert(POLICY, msgspec.structs.replace(CARD, measurement=measured), tmp_path / "Hopper.json")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("change", [{"task": "gym_extensions/Walker2d-v0"}, {"policy": 3}, {"surprise": 1}])
-def test_a_card_of_another_task_or_form_is_refused(tmp_path: Path, change: dict[str, object]) -> None:
-    policy = make_policy()
-    write_expert(policy, make_card(policy), tmp_path / "Hopper.json")
-    path = tmp_path / "Hopper.json"
+def test_a_card_of_another_task_or_form_is_refused(folder: Path, change: dict[str, object]) -> None:
+    path = folder / "Hopper.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | change))
     with refused("bad-card"):
-        experts.card("Hopper", tmp_path)
+        experts.card("Hopper", folder)
+
+
+def test_a_card_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
+    card = msgspec.structs.replace(CARD, fingerprint="0" * 16)
+    write_expert(POLICY, card, tmp_path / "Hopper.json")
+    with refused("foreign-fingerprint", "another definition of Hopper"):
+        experts.load("Hopper", tmp_path)
 
 
 def test_a_task_without_expert_and_an_unknown_task_are_named(tmp_path: Path) -> None:
@@ -125,21 +126,11 @@ def test_seeds_are_prescribed() -> None:
     assert experts.seed(row, "measure", 7) == experts.seed("Hopper", "measure", 7) == expected
 
 
-def test_a_card_of_another_definition_of_the_task_is_refused(tmp_path: Path) -> None:
-    policy = make_policy()
-    write_expert(
-        policy, msgspec.structs.replace(make_card(policy), fingerprint="0" * 16), tmp_path / "Hopper.json"
-    )
-    with refused("foreign-fingerprint", "another definition of Hopper"):
-        experts.load("Hopper", tmp_path)
-
-
 def test_origins_name_the_policies_of_submissions_behind_experts() -> None:
     found = experts.origins()["trpo", "hopper-gravity", "sequential"]
     card = experts.card("HopperGravityOneAndHalf")
     (origin,) = [each for each in found if each.task == "HopperGravityOneAndHalf"]
-    assert (
-        card.history[-1].name == f"stored:trpo/hopper-gravity/sequential-run{origin.run}-stage{origin.stage}"
-    )
+    place = f"hopper-gravity/sequential-run{origin.run}-stage{origin.stage}"
+    assert card.history[-1].name == f"stored:trpo/{place}"
     assert origin.is_expert
     assert all(experts.card(each.task).from_submission for each in found)

@@ -8,7 +8,6 @@ import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.copies import duplicate_submissions, is_common, unusually_alike
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.scorecard import Scorecard, Sketch
@@ -17,7 +16,7 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Decision
 from gym_extensions.submissions.run import PolicyFile
 
-from ..made_submissions import GROUP, KEY, Enter, at_level, names, on_gravity
+from ..made_submissions import GROUP, KEY, Enter, at_level, names
 
 RUNS = (0, 1, 2)
 
@@ -156,19 +155,6 @@ def test_a_board_marks_runs_that_are_unusually_alike_and_keeps_their_rank(enter:
     assert rows["one-run"].ranked
     assert rows["a"].alike == rows["b"].alike == ""
     assert board(cards[1:], KEY).rows[0].alike == ""  # one other submission says little
-
-
-def test_a_suite_marks_runs_that_are_unusually_alike_on_a_group(enter: Enter) -> None:
-    levels = {"a": 300, "b": 350, "one-run": 400}
-    *others, one = [on_gravity(enter(name, level), 1.5) for name, level in levels.items()]
-    final = one.groups[GROUP]["sequential"].metrics["final_performance"]
-    narrow = replace(final, runs=(0.5, 0.5001, 0.5002, 0.5001, 0.5))
-    logs = {name: replace(each["sequential"], level="verified") for name, each in one.groups.items()}
-    metrics = {**logs[GROUP].metrics, "final_performance": narrow}
-    logs[GROUP] = replace(logs[GROUP], metrics=metrics)
-    cards = [*others, replace(one, groups={name: {"sequential": log} for name, log in logs.items()})]
-    rows = board(cards, BoardKey("gravity", "sequential", "100k", False)).rows
-    assert {row.name: row.alike.partition(":")[0] for row in rows} == {"a": "", "b": "", "one-run": GROUP}
 
 
 def test_an_honest_spread_of_a_quarter_of_the_others_is_not_marked() -> None:
