@@ -3,11 +3,20 @@
 import pytest
 
 from gym_extensions.metrics.values import NOTHING_LEARNED
+from gym_extensions.site.board_views import BoardView, Leaderboard, shortened
 from gym_extensions.site.submission_results import nothing_to_forget
 from gym_extensions.site.text import rank
 
-from .conftest import Make, estimate
-from .made_boards import around, only
+from .browser import typed
+from .conftest import Document, Make, around, estimate
+
+
+def only(*cards: Document) -> BoardView:
+    """The only board of these cards."""
+    references = {"version": "made-up", "sha256": ""}
+    whole = typed({"format": 1, "references": references, "submissions": list(cards)})
+    (board,) = Leaderboard(whole.references, tuple(map(shortened, whole.submissions))).boards
+    return board
 
 
 def test_ranks_are_intervals_and_a_single_submission_has_none(make_card: Make) -> None:
@@ -18,11 +27,8 @@ def test_ranks_are_intervals_and_a_single_submission_has_none(make_card: Make) -
 
 
 def test_the_least_forgetting_is_among_those_that_learned(make_card: Make) -> None:
-    cards = [
-        make_card("blind", around(0.0), around(0.0)),
-        make_card("a", around(0.5)),
-        make_card("b", around(0.4)),
-    ]
+    blind = make_card("blind", around(0.0), around(0.0))
+    cards = [blind, make_card("a", around(0.5)), make_card("b", around(0.4))]
     scores = [card["groups"]["hopper-gravity-v0"]["sequential"]["metrics"] for card in cards]
     for metrics, lost in zip(scores, (-0.5, 0.2, 0.1), strict=True):
         metrics["forgetting"] = estimate(around(lost))
@@ -64,30 +70,18 @@ def test_an_agent_that_learned_nothing_has_nothing_to_forget(
 @pytest.mark.parametrize(
     ("runs", "sentence"),
     [
-        ({"a": around(0.9)}, "It is the only ranked submission."),
+        ({"a": around(0.9)}, "It is the only ranked submission"),
         (
             {"a": around(0.9), "b": around(0.5), "c": around(0.4)},
-            "It is significantly better than every other ranked submission (95\u202f% confidence).",
+            "significantly better than every other ranked",
         ),
-        ({"a": around(0.9, runs=2)}, "It is the only submission with a score."),
-        (
-            {"a": around(0.9, runs=4), "b": around(0.5, runs=4)},
-            "Its interval lies above those of all other submissions.",
-        ),
-        (
-            {"a": around(0.9, runs=2), **{name: around(0.88, runs=2) for name in "bcde"}},
-            "Its interval overlaps with 4 others, so the order may be due to chance.",
-        ),
-        ({"a": [0.9], "b": around(0.1, runs=2)}, "It has one run, so its uncertainty is unknown."),
-        ({"a": around(0.9, runs=2), "b": [0.1]}, "Its interval lies above those of all other submissions."),
-        (
-            {"a": around(0.9, runs=2), "b": [0.87]},
-            "Its interval overlaps with another submission, so the order may be due to chance.",
-        ),
-        (
-            {"a": around(0.92, wide=3), "b": around(0.9, wide=3)},
-            "No significant difference from 1 other ranked submission.",
-        ),
+        ({"a": around(0.9, 2)}, "It is the only submission with a score"),
+        ({"a": around(0.9, 4), "b": around(0.5, 4)}, "Its interval lies above those of all other"),
+        ({"a": around(0.9, 2), **{name: around(0.88, 2) for name in "bcde"}}, "overlaps with 4 others"),
+        ({"a": [0.9], "b": around(0.1, 2)}, "It has one run"),
+        ({"a": around(0.9, 2), "b": [0.1]}, "Its interval lies above those of all other"),
+        ({"a": around(0.9, 2), "b": [0.87]}, "overlaps with another submission"),
+        ({"a": around(0.92, wide=3), "b": around(0.9, wide=3)}, "No significant difference from 1 other"),
     ],
 )
 def test_the_certainty_of_a_lead_follows_from_its_runs(
@@ -95,4 +89,4 @@ def test_the_certainty_of_a_lead_follows_from_its_runs(
 ) -> None:
     lead = only(*(make_card(name, values) for name, values in runs.items())).scored.lead
     assert lead is not None
-    assert (lead.name, lead.certainty) == ("a", sentence)
+    assert (lead.name, sentence in lead.certainty) == ("a", True)

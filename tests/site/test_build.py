@@ -1,7 +1,6 @@
 """The build is reproducible and atomic, and never overwrites a folder that is not a built site."""
 
 import contextlib
-import copy
 import json
 import os
 import shutil
@@ -107,7 +106,6 @@ def test_a_folder_that_is_not_a_built_site_is_refused(tmp_path: Path, name: str)
 
 
 def test_two_submissions_with_the_same_name_are_refused(document: dict[str, Any]) -> None:
-    document["submissions"].append(copy.deepcopy(document["submissions"][0]))
-    with pytest.raises(BenchError) as raised:
+    document["submissions"].append(document["submissions"][0])
+    with pytest.raises(BenchError, match="Two submissions have the name 'agile'"):
         list(files(document))
-    assert str(raised.value) == "Two submissions have the name 'agile'. Rename one of the folders."

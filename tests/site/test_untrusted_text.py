@@ -7,6 +7,7 @@ from urllib.parse import urlsplit
 from gym_extensions.site.paths import submission_path
 
 from .browser import read
+from .conftest import scores_of
 
 HOSTILE = '<script>alert("1")</script><img src=x onerror=alert(1)>{{ 7*7 }}'
 
@@ -39,7 +40,8 @@ def test_markup_in_a_submission_is_escaped(document: dict[str, Any]) -> None:
     first["decisions"] = [decision]
     first["readme"] = broken["readme"] = f"</pre>{HOSTILE}"
     broken["problems"] = [{"rule": HOSTILE, "where": HOSTILE, "message": HOSTILE, "hint": HOSTILE}]
-    scores = first["groups"]["hopper-gravity-v0"]["sequential"]
+    scores = scores_of(document)
+    scores.update(profile={"tau": [0.0, 1.0], "fraction": [1.0, 0.5]}, iqm=0.4)  # whose lines have the title
     scores["metrics"]["asymptotic_transfer"]["why"] = scores["metrics"]["forgetting"]["why"] = HOSTILE
     scores["metrics"]["forgetting"]["mean"] = None
     pages = read(document)

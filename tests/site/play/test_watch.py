@@ -6,48 +6,36 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
-from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.play.watch import Watch, watches
 from gym_extensions.site.text import fixed
 from gym_extensions.submissions.poses import Clip, Poses, TaskPoses, motion_of, write
 
 from ..browser import Reader, files, typed
+from ..conftest import scores_of
 
 GROUP = "hopper-gravity-v0"
 
 
 def poses_of(document: dict[str, Any], speed: float = 0.02) -> Poses:
     """Poses of the first submission: a Hopper that slides forward at a constant height."""
-    scores = document["submissions"][0]["groups"][GROUP]["sequential"]
+    scores = scores_of(document)
     matrix, tasks = scores["return_matrix"][0], scores["tasks"]
     track = np.zeros((61, 6))
     track[:, 0], track[:, 1] = speed * np.arange(61), 1.25
 
-    def clip(stage: int, index: int) -> Clip:
-        return Clip(
-            stage=stage,
-            episode=2,
-            steps=500,
-            success=None,
-            returns=(matrix[stage][index],) * EVALUATION_EPISODES,
-            frames=61,
-            motion=motion_of(track, 0.01),
-        )
+    facts: dict[str, Any] = {"episode": 2, "steps": 500, "success": None, "frames": 61}
+    timing = {"unit": 0.01, "steps_per_second": 125.0, "steps_per_frame": 125 / 15}
 
-    rows = [
-        TaskPoses(
-            task=task,
-            after=clip(index + 1, index),
-            end=clip(len(tasks), index) if index + 1 < len(tasks) else None,
-            unit=0.01,
-            steps_per_second=125.0,
-            steps_per_frame=125 / 15,
-        )
-        for index, task in enumerate(tasks)
-    ]
+    def clip(stage: int, index: int) -> Clip:
+        returns = (matrix[stage][index],) * EVALUATION_EPISODES
+        return Clip(stage=stage, returns=returns, motion=motion_of(track, 0.01), **facts)
+
+    rows = []
+    for index, task in enumerate(tasks):
+        end = clip(len(tasks), index) if index + 1 < len(tasks) else None
+        rows.append(TaskPoses(task=task, after=clip(index + 1, index), end=end, **timing))
     return Poses(submission="agile", group=GROUP, run=0, tasks=tuple(rows))
 
 
@@ -56,22 +44,17 @@ def panel_of(document: dict[str, Any], poses: Poses) -> Watch:
     return watches(card, {GROUP: poses})[GROUP]
 
 
-@pytest.fixture
-def card(document: dict[str, Any]) -> Scorecard:
-    return typed(document).submissions[0]
-
-
 def test_an_episode_is_described_in_words(document: dict[str, Any]) -> None:
     episode = panel_of(document, poses_of(document)).tasks[0][0]
-    returned = fixed(document["submissions"][0]["groups"][GROUP]["sequential"]["return_matrix"][0][1][0], 1)
+    returned = fixed(scores_of(document)["return_matrix"][0][1][0], 1)
     assert episode.facts == f"return {returned}, 500 steps (4.0 s), 1.2 m forward"
 
 
-def test_poses_of_an_earlier_log_are_not_shown(document: dict[str, Any], card: Scorecard) -> None:
+def test_poses_of_an_earlier_log_are_not_shown(document: dict[str, Any]) -> None:
     poses = poses_of(document)
-    document["submissions"][0]["groups"][GROUP]["sequential"]["return_matrix"][0][5][0] += 1.0
+    assert watches(typed(document).submissions[0], {}) == {}
+    scores_of(document)["return_matrix"][0][5][0] += 1.0
     assert watches(typed(document).submissions[0], {GROUP: poses}) == {}
-    assert watches(card, {}) == {}
 
 
 def test_the_panel_and_its_script_are_on_the_page_of_the_submission(
