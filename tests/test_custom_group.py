@@ -19,9 +19,7 @@ from gym_extensions.envs import load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.references import CURRENT, load_references, read_references
 from gym_extensions.scoring import cli as score_cli
-from gym_extensions.scoring.pipeline import make_scorer, score_folder
-from gym_extensions.scoring.ranking.boards import BoardKey
-from gym_extensions.scoring.ranking.group_board import board
+from gym_extensions.scoring.pipeline import make_scorer
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import read_run, write_run
 
@@ -113,14 +111,6 @@ def test_the_references_hold_the_custom_task_and_keep_the_published_ones(folder:
     assert row["floor"]["fingerprint"] == fingerprint_of(light.tasks[1])
     half = light.task_ids[0]
     assert own.tasks[half] != load_references().tasks[half]
-
-
-def test_a_board_of_a_custom_group_says_so(folder: Path) -> None:
-    card = score_folder(folder / "random", groups=with_custom([folder / "light.toml"]))
-    assert card.problems == ()
-    key = BoardKey("hopper-light-v0", "sequential", "smoke", False)
-    assert board([card], key).published is False
-    assert [submission.name for submission in board([card], key).rows] == ["random"]
 
 
 def test_runs_with_two_fingerprints_of_a_custom_task_are_a_problem(folder: Path, tmp_path: Path) -> None:

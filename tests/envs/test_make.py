@@ -123,12 +123,6 @@ def test_the_spec_of_a_custom_task_survives_json(task: Task) -> None:
     assert many.call("task") == (task, task)
 
 
-def test_a_custom_time_limit_truncates_the_episode() -> None:
-    env = make("HalfCheetah", max_steps=3)
-    env.reset(seed=0)
-    assert [env.step(np.zeros(6, np.float32))[3] for _ in range(3)] == [False, False, True]
-
-
 def broken_spec() -> object:
     spec = make("Hopper", [Gravity(0.8)]).spec
     assert spec is not None

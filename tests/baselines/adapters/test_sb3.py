@@ -19,7 +19,6 @@ from stable_baselines3.common.callbacks import BaseCallback  # noqa: E402
 from gym_extensions.baselines import Context, Factory, Parallel, sb3, train  # noqa: E402
 from gym_extensions.baselines.adapters.sb3 import to_manifest_value  # noqa: E402
 from gym_extensions.baselines.training.environment import Report, TrainingEnv  # noqa: E402
-from gym_extensions.baselines.training.runner import evaluate  # noqa: E402
 from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
 from gym_extensions.submissions.run import read_run  # noqa: E402
@@ -141,17 +140,11 @@ def test_a_model_that_starts_to_count_again_at_each_task_uses_the_boundaries(
     assert create(env, replace(make, continue_counting=continues)).observes.boundaries is not continues
 
 
-@pytest.fixture(scope="module")
-def recurrent(env: Any) -> Any:
-    """A RecurrentPPO agent after one batch of training."""
+def test_a_recurrent_policy_keeps_its_state_until_an_episode_starts(env: Any) -> None:
     algorithm = pytest.importorskip("sb3_contrib").RecurrentPPO
     make = sb3(algorithm, n_steps=64, batch_size=64, n_epochs=1, policy_kwargs={"lstm_hidden_size": 8})
-    agent = create(env, make)
-    learn(agent, env, steps=128)
-    return agent
-
-
-def test_a_recurrent_policy_keeps_its_state_until_an_episode_starts(recurrent: Any) -> None:
+    recurrent = create(env, make)
+    learn(recurrent, env, steps=128)
     observations = np.random.default_rng(0).normal(size=(6, 3, 11)).astype(np.float32)
     starts = np.zeros((6, 3), bool)
     starts[0], starts[4, 1] = True, True
@@ -168,13 +161,6 @@ def test_a_recurrent_policy_keeps_its_state_until_an_episode_starts(recurrent: A
     assert np.array_equal(acted[4] == stateless[4], [[False] * 3, [True] * 3, [False] * 3])
     with refused("needs-context"):
         recurrent.act(np.zeros((2, 11), np.float32))
-
-
-def test_an_evaluation_gives_a_recurrent_policy_the_starts_of_its_episodes(recurrent: Any) -> None:
-    env = make_vec("Hopper", 3)
-    first, second = evaluate(recurrent, env, [1, 2, 3]), evaluate(recurrent, env, [1, 2, 3])
-    assert first == second
-    assert [row.length for row in evaluate(recurrent, make_vec("Hopper", 1), [2])] == [first[1].length]
 
 
 class Counter(BaseCallback):

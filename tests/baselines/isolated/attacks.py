@@ -250,189 +250,115 @@ METHODS = {
 class Ending(NamedTuple):
     """What an agent does in one of its methods, words in the error of the world, and its code."""
 
+    method: str
+    """Empty for what the file does when it is imported."""
     name: str
     program: str
     words: str
     code: str = "agent-failed"
-    method: str = "make"
-    """Empty for what the file does when it is imported."""
 
 
+def in_method(method: str, *rows: tuple[str, ...]) -> tuple[Ending, ...]:
+    return tuple(Ending(method, *row) for row in rows)
+
+
+ENDED, BROKEN, OVER_BUDGET = "agent-ended", "agent-frames", ("its budget is 1000", "budget-exceeded")
+THREAD = "threading.Thread(target=lambda: [0 for _ in iter(int, 1)])"
+NO_SIGNAL = "import signal; signal.signal(signal.SIGXCPU, signal.SIG_IGN)"
+STEP = "env.step(numpy.zeros((env.num_envs, 3)))"
+MANY = "many = numpy.ones((9999, 11)); observed = dict(observation_mean=many, observation_scale=many)"
 ENDINGS = (
-    Ending(
-        "does not import",
-        "import no_such_package",
-        "ModuleNotFoundError: No module named 'no_such_package' (agent.py, line",
-        method="",
+    *in_method(
+        "",
+        ("does not import", "import no_such_package", "'no_such_package' (agent.py, line"),
+        ("has a syntax error", "def (:", "SyntaxError"),
+        ("has no such factory", "del Agent", "no attribute 'Agent'"),
+        ("needs MuJoCo", "import mujoco", "No module named 'mujoco'"),
     ),
-    Ending("has a syntax error", "def (:", "SyntaxError", method=""),
-    Ending("has no such factory", "del Agent", "no attribute 'Agent'", method=""),
-    Ending("needs MuJoCo", "import mujoco", "No module named 'mujoco'", method=""),
-    Ending("fails", "print('before the end'); 1 / 0", "ZeroDivisionError: division by zero (agent.py, line"),
-    Ending("prints what a terminal obeys", r"print('\x1b[2Jred'); 1 / 0", r"| \x1b[2Jred"),
-    Ending("ends Python", "sys.exit(7)", "SystemExit: 7"),
-    Ending(
-        "ends its process",
-        "print('bye', flush=True); os._exit(3)",
-        "ended with status 3. It printed last:\n  | bye",
-        "agent-ended",
+    *in_method(
+        "make",
+        ("fails", "print('before the end'); 1 / 0", "ZeroDivisionError: division by zero (agent.py, line"),
+        ("prints what a terminal obeys", r"print('\x1b[2Jred'); 1 / 0", r"| \x1b[2Jred"),
+        ("ends Python", "sys.exit(7)", "SystemExit: 7"),
+        ("ends its process", "print('bye', flush=True); os._exit(3)", "It printed last:\n  | bye", ENDED),
+        ("crashes", "ctypes.string_at(0)", "status 139", ENDED),
+        ("calls the kernel as x32", "libc.syscall(0x40000000 + 39)", "made a system call of x32", ENDED),
+        ("loops", "while True: pass", "used up its 2 seconds of processor time", "agent-cpu"),
+        ("loops in threads", f"for _ in range(3): {THREAD}.start()", "used up its 2 seconds", "agent-cpu"),
+        ("loops and ignores the signal", f"{NO_SIGNAL}\n        while True: pass", "was killed", ENDED),
+        ("sleeps", "import time; time.sleep(99)", "wait for 3 seconds", "agent-slow"),
+        ("prints gigabytes", "while True: os.write(1, b'x' * 65536)", "1,048,576 bytes", "agent-output"),
+        ("forks for ever", "while True: os.fork()", "PermissionError"),
+        ("sends garbage", "os.write(writer, b'?' * 99)", "the unexpected byte b'?'", BROKEN),
+        (
+            "sends 4 GiB",
+            "os.write(writer, frames.REPLY + frames.LENGTHS.pack(9, 2**32)); os.write(writer, bytes(99))",
+            "a reply of 4,294,967,296 bytes; the limit is 0",
+            BROKEN,
+        ),
+        ("sends a long text", r"os.write(writer, frames.ERROR + b'\xff' * 12)", "limit is 65,536", BROKEN),
+        (
+            "sends deep JSON",
+            "text = b'[' * 60000; os.write(writer, frames.REPLY + frames.LENGTHS.pack(len(text), 0) + text)",
+            "not JSON",
+            BROKEN,
+        ),
+        ("closes its pipes", "os.closerange(0, 99)\n        while True: pass", "closed its pipes", ENDED),
     ),
-    Ending("crashes", "ctypes.string_at(0)", "status 139", "agent-ended"),
-    Ending(
-        "calls the kernel as x32", "libc.syscall(0x40000000 + 39)", "made a system call of x32", "agent-ended"
+    *in_method(
+        "policy",
+        (
+            "returns too large a policy",
+            f"{MANY}; return policy(weights=(many[:11, :3],), biases=(ones,), **observed)",
+            "the limit is 1,000,000",
+            BROKEN,
+        ),
+        ("returns a pickle as policy", "return object()", "Expected a Policy"),
+        ("sends an array of objects", "return policy(packs=('|O', [1]))", "cannot be read", BROKEN),
+        ("sends a huge shape", "return policy(packs=('<f8', [10**6, 10**6]))", "do not fit their", BROKEN),
+        ("sends no policy", "return policy(packs=('<f8', [1]))", "is missing", "bad-policy"),
+        (
+            "returns another policy each time",
+            "return policy(offset=numpy.random.default_rng().uniform())",
+            "differ from act()",
+            "policy-differs",
+        ),
     ),
-    Ending("loops", "while True: pass", "used up its 2 seconds of processor time", "agent-cpu"),
-    Ending(
-        "loops in threads",
-        "for _ in range(3): threading.Thread(target=lambda: [0 for _ in iter(int, 1)]).start()",
-        "used up its 2 seconds",
-        "agent-cpu",
+    *in_method(
+        "save",
+        ("writes no checkpoint", "pass\n    def load(self, path): pass", "save() did not write the file"),
+        ("cannot load what it saved", "path.touch()\n    def load(self, path): 1 / 0", "load(): The agent"),
     ),
-    Ending(
-        "loops and ignores the signal",
-        "import signal; signal.signal(signal.SIGXCPU, signal.SIG_IGN)\n        while True: pass",
-        "was killed",
-        "agent-ended",
+    *in_method(
+        "card",
+        (
+            "states a strange card",
+            "frames.json.dumps = lambda *_, **__: '{\"algorithm\": 1}'; return Card('x')",
+            "cannot be read",
+            "bad-card",
+        ),
     ),
-    Ending("sleeps", "import time; time.sleep(99)", "wait for 3 seconds", "agent-slow"),
-    Ending(
-        "prints gigabytes",
-        "while True: os.write(1, b'x' * 65536)",
-        "printed more than 1,048,576 bytes",
-        "agent-output",
+    *in_method("act", ("returns wrong shapes in evaluation", "return numpy.zeros(7)", "shape (1, 3)")),
+    *in_method(
+        "learn",
+        (
+            "returns NaN in training",
+            "env.reset(); env.step(numpy.full((env.num_envs, 3), numpy.nan))",
+            "The agent returned nan as an action",
+            "bad-actions",
+        ),
+        ("returns wrong shapes in training", "env.reset(); env.step(numpy.zeros(7))", "the shape (7,)"),
+        ("returns text in training", "env.reset(); env.step('left')", "the shape () and the dtype <U4"),
+        (
+            "fails while it trains",
+            f"env.reset(); [{STEP} for _ in range(20)]; raise ValueError('too late')",
+            "learn(), stage 1, after 20 of 1,000 steps: The agent raised ValueError: too late (agent.py",
+        ),
+        ("takes ten times the steps", f"env.reset(); [{STEP} for _ in range(10 * steps)]", *OVER_BUDGET),
+        ("hides steps behind resets", f"while True: env.reset(); {STEP}", *OVER_BUDGET),
+        ("resets for ever", "while True: env.reset()", "reset 1,101 environments", "too-many-resets"),
+        ("asks for the stage unasked", "env.stage", "observes.boundaries"),
     ),
-    Ending("forks for ever", "while True: os.fork()", "PermissionError"),
-    Ending("sends garbage", "os.write(writer, b'?' * 99)", "the unexpected byte b'?'", "agent-frames"),
-    Ending(
-        "sends 4 GiB",
-        "os.write(writer, frames.REPLY + frames.LENGTHS.pack(9, 2**32)); os.write(writer, bytes(99))",
-        "a reply of 4,294,967,296 bytes; the limit is 0",
-        "agent-frames",
-    ),
-    Ending(
-        "sends a long text",
-        r"os.write(writer, frames.ERROR + b'\xff' * 12)",
-        "a text of 4,294,967,295 bytes; the limit is 65,536",
-        "agent-frames",
-    ),
-    Ending(
-        "sends deep JSON",
-        "text = b'[' * 60000; os.write(writer, frames.REPLY + frames.LENGTHS.pack(len(text), 0) + text)",
-        "not JSON",
-        "agent-frames",
-    ),
-    Ending(
-        "closes its pipes",
-        "os.closerange(0, 99)\n        while True: pass",
-        "closed its pipes",
-        "agent-ended",
-    ),
-    Ending(
-        "returns too large a policy",
-        "many = numpy.ones((9999, 11)); return policy(weights=(many[:11, :3],), biases=(ones,), "
-        "observation_mean=many, observation_scale=many)",
-        "the limit is 1,000,000",
-        "agent-frames",
-        method="policy",
-    ),
-    Ending("returns a pickle as policy", "return object()", "Expected a Policy", method="policy"),
-    Ending(
-        "sends an array of objects",
-        "return policy(packs=('|O', [1]))",
-        "arrays that cannot be read",
-        "agent-frames",
-        method="policy",
-    ),
-    Ending(
-        "sends a huge shape",
-        "return policy(packs=('<f8', [10**6, 10**6]))",
-        "do not fit their bytes",
-        "agent-frames",
-        method="policy",
-    ),
-    Ending(
-        "sends no policy", "return policy(packs=('<f8', [1]))", "is missing", "bad-policy", method="policy"
-    ),
-    Ending(
-        "returns another policy each time",
-        "return policy(offset=numpy.random.default_rng().uniform())",
-        "differ from act()",
-        "policy-differs",
-        method="policy",
-    ),
-    Ending(
-        "writes no checkpoint",
-        "pass\n    def load(self, path): pass",
-        "save() did not write the file",
-        method="save",
-    ),
-    Ending(
-        "cannot load what it saved",
-        "path.touch()\n    def load(self, path): 1 / 0",
-        "load(): The agent raised BenchError",
-        method="save",
-    ),
-    Ending(
-        "states a strange card",
-        "frames.json.dumps = lambda *_, **__: '{\"algorithm\": 1}'; return Card('x')",
-        "cannot be read",
-        "bad-card",
-        method="card",
-    ),
-    Ending(
-        "returns NaN in training",
-        "env.reset(); env.step(numpy.full((env.num_envs, 3), numpy.nan))",
-        "The agent returned nan as an action",
-        "bad-actions",
-        method="learn",
-    ),
-    Ending(
-        "returns wrong shapes in training",
-        "env.reset(); env.step(numpy.zeros(7))",
-        "numbers of shape (1, 3), one row per environment; they have the shape (7,)",
-        method="learn",
-    ),
-    Ending(
-        "returns text in training",
-        "env.reset(); env.step('left')",
-        "they have the shape () and the dtype <U4",
-        method="learn",
-    ),
-    Ending(
-        "returns wrong shapes in evaluation",
-        "return numpy.zeros(7)",
-        "act(): The agent raised ValueError: Actions are numbers of shape (1, 3)",
-        method="act",
-    ),
-    Ending(
-        "fails while it trains",
-        "env.reset(); [env.step(numpy.zeros((env.num_envs, 3))) for _ in range(20)]; raise "
-        "ValueError('too late')",
-        "learn(), stage 1, after 20 of 1,000 steps: The agent raised ValueError: too late (agent.py, line",
-        method="learn",
-    ),
-    Ending(
-        "takes ten times the steps",
-        "env.reset(); [env.step(numpy.zeros((env.num_envs, 3))) for _ in range(10 * steps)]",
-        "its budget is 1000",
-        "budget-exceeded",
-        method="learn",
-    ),
-    Ending(
-        "hides steps behind resets",
-        "while True: env.reset(); env.step(numpy.zeros((env.num_envs, 3)))",
-        "its budget is 1000",
-        "budget-exceeded",
-        method="learn",
-    ),
-    Ending(
-        "resets for ever",
-        "while True: env.reset()",
-        "The agent reset 1,101 environments",
-        "too-many-resets",
-        method="learn",
-    ),
-    Ending("asks for the stage unasked", "env.stage", "observes.boundaries", method="learn"),
 )
 """Agents that end with an error; each has a box of its own."""
 

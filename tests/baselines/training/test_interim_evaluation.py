@@ -1,21 +1,18 @@
 """Evaluation during training: when, what is written, and that nothing else changes."""
 
-import random
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gym_extensions import results
+from gym_extensions.baselines import Monitor, train
 from gym_extensions.baselines.algorithms.trpo import Trpo2017
-from gym_extensions.baselines.training.environment import Report, TrainingEnv
 from gym_extensions.baselines.training.progress import TaskEvaluated
-from gym_extensions.baselines.training.runner import acting_copy, evaluate
 from gym_extensions.catalog.groups import group
-from gym_extensions.envs import make_vec
 from gym_extensions.submissions.run import read_run
 
-from ..conftest import SHORT_GROUP, Watched, digests
+from ..conftest import QUICK_GROUP, SHORT_GROUP, Watched, digests
 
 IDS = group(SHORT_GROUP).task_ids
 ROWS = [
@@ -54,38 +51,22 @@ def test_the_evaluations_are_events_and_rows_of_the_results(watched: Watched) ->
     assert job_steps == [500, 500, 1500, 1500] + [step for step in (500, 1000, 1500) for _ in IDS]
 
 
+class Sampling(Trpo2017):
+    """An agent that samples, and draws from a global generator while it learns and acts."""
+
+    policy: Any = None
+
+    def act(self, observations: Any) -> Any:
+        return super().act(observations) * np.random.random()  # noqa: NPY002
+
+    def learn(self, env: Any, steps: int) -> None:
+        super().learn(env, steps)
+        self._theta *= np.float32(np.random.random())  # noqa: NPY002
+
+
 def test_a_sampled_agent_that_can_be_saved_learns_and_acts_the_same(tmp_path: Path) -> None:
-    env: Any = make_vec("Hopper", 2)
-
-    def create() -> Any:
-        return Trpo2017(env.single_observation_space, env.single_action_space, 5)
-
-    def learn(report: Any) -> Any:
-        agent = create()
-        agents.append(agent)
-        recorder = TrainingEnv(env, ["Hopper"], steps=200, batch_steps=100, seed=1, report=report)
-        agent.learn(recorder, 200)
-        return agent, random.random(), np.random.random()  # noqa: NPY002
-
-    agents: list[Any] = []
-    acted, returns = make_vec("Hopper", 2), list[float]()
-
-    def report(batch: Report) -> None:
-        path = tmp_path / "acting.npz"
-        with acting_copy(agents[-1], create, path) as agent:
-            for _ in range(2):
-                random.random()
-                np.random.random()  # noqa: NPY002
-                returns.append(evaluate(agent, acted, [1, 2])[0].return_)
-        assert not path.exists()
-
-    outcomes = []
-    for each in (report, lambda _: None):
-        random.seed(3)
-        np.random.seed(3)  # noqa: NPY002  (agents may draw from the global generators)
-        outcomes.append(learn(each))
-    (first, *numbers), (second, *same) = outcomes
-    assert len(set(returns)) == 4, "the evaluations are samples"
-    assert numbers == same
-    assert np.array_equal(first._theta, second._theta)
-    assert np.array_equal(first.act(np.ones((3, 11))), second.act(np.ones((3, 11))))
+    logs = []
+    for every in (500, None):
+        monitor, out = Monitor(evaluate_every=every, evaluate_episodes=2), tmp_path / f"every-{every}"
+        logs += train(Sampling, QUICK_GROUP, "sequential", "smoke", 0, out=out, progress=monitor)
+    assert logs[0].read_bytes() == logs[1].read_bytes()

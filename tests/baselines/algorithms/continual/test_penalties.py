@@ -187,12 +187,3 @@ def test_a_task_sees_biases_its_weights_and_those_of_earlier_tasks() -> None:
     assert owners.tolist() == [0, 1, 1, 2, -1, -1, 1, 1, 0, 2, -1, -1]
     assert np.flatnonzero(visible(owners, 1)).tolist() == [1, 2, 4, 5, 6, 7, 10, 11]
     assert np.flatnonzero(visible(owners, 2)).tolist() == [1, 2, 3, 4, 5, 6, 7, 9, 10, 11]
-
-
-def test_equal_shares_leave_nothing_after_the_last_task() -> None:
-    owners = no_owners((4, 6, 1))
-    hidden = np.random.default_rng(0).standard_normal(30)
-    for number, share in ((1, 1 / 3), (2, 1 / 2), (3, 1.0)):
-        owners = claimed((4, 6, 1), owners, hidden, number, share)
-        assert np.count_nonzero(owners == number) == 8
-    assert not (owners == 0).any()
