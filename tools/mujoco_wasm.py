@@ -9,7 +9,8 @@ import tempfile
 from pathlib import Path
 
 from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.site.play.mujoco_wasm import FOLDER, PACKAGE, SHA256, VERSION, check, load, read_file
+from gym_extensions.site import SITE_ASSETS
+from gym_extensions.site.play.assets import PACKAGE, SHA256, VERSION, check, load, read_file
 
 
 def fetch(folder: Path) -> None:
@@ -42,7 +43,7 @@ def fetch(folder: Path) -> None:
 def main(argv: list[str] | None = None) -> int:
     """Fetches the files, unless they are there."""
     parser = argparse.ArgumentParser(prog="python -m tools.mujoco_wasm", description=__doc__)
-    parser.add_argument("folder", nargs="?", type=Path, default=FOLDER, help="default: %(default)s")
+    parser.add_argument("folder", nargs="?", type=Path, default=SITE_ASSETS, help="default: %(default)s")
     folder = parser.parse_args(argv).folder
     try:
         is_there = load(folder) is not None

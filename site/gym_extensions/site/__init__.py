@@ -4,3 +4,5 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parent
 """The folder of this package."""
+SITE_ASSETS = Path(".site-assets")
+"""Where ``make site-assets`` puts MuJoCo for the browser, in the current folder."""

@@ -16,7 +16,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
 from gym_extensions.site import FOLDER, board_views, pages, paths
 from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.play.mujoco_wasm import Simulator
+from gym_extensions.site.play.assets import Simulator
 
 COLLECTED_FILES = 500
 """Number of files after which unused objects of their pages are removed from memory."""

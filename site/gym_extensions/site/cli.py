@@ -10,8 +10,8 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from gym_extensions.errors import reports_mistakes, working
+from gym_extensions.site import SITE_ASSETS
 from gym_extensions.site.paths import Source
-from gym_extensions.site.play.mujoco_wasm import FOLDER, load
 
 
 def parser() -> argparse.ArgumentParser:
@@ -23,13 +23,15 @@ def parser() -> argparse.ArgumentParser:
     )
     add = options.add_argument
     submissions = "submission folders, or folders that contain them (default: submissions/)"
-    mujoco = f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {FOLDER}, if it exists)"
+    mujoco = (
+        f"MuJoCo for the page Play, as `make site-assets` fetches it (default: {SITE_ASSETS}, if it exists)"
+    )
     repository = "https address of the public repository, to which pages link"
     url = "https address at which the pages will be: previews of links, the feed and the page 404 name it"
     docs = "link to the documentation, which `make docsite` builds into OUT/docs"
     add("submissions", nargs="*", type=Path, default=[Path("submissions")], help=submissions)
     add("--out", type=Path, default=Path("_site"), help="output folder (default: _site)")
-    add("--mujoco", type=Path, default=FOLDER, metavar="FOLDER", help=mujoco)
+    add("--mujoco", type=Path, default=SITE_ASSETS, metavar="FOLDER", help=mujoco)
     add("--repository", type=address, metavar="ADDRESS", help=repository)
     add("--url", type=partial(address, path=False), metavar="ADDRESS", help=url)
     add("--docs", action="store_true", help=docs)
@@ -80,6 +82,7 @@ def main(argv: list[str] | None = None) -> int:
     from gym_extensions.scoring.pipeline import find_submissions, make_scorer, scorecards
     from gym_extensions.scoring.scorecard import ReferencesInfo
     from gym_extensions.site.build import build_site
+    from gym_extensions.site.play.assets import load
     from gym_extensions.submissions.problem import count
 
     empty = [folder for folder in options.submissions if is_empty(folder)]

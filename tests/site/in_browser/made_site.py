@@ -7,10 +7,11 @@ import pytest
 
 from gym_extensions.references import load_references
 from gym_extensions.scoring.scorecard import ReferencesInfo
+from gym_extensions.site import SITE_ASSETS
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES as PAGES_OF_SITE
 from gym_extensions.site.pages.page import Render
-from gym_extensions.site.play.mujoco_wasm import FOLDER, load
+from gym_extensions.site.play.assets import load
 from gym_extensions.submissions.poses import write
 
 from ..browser import typed
@@ -19,7 +20,7 @@ from ..pages.test_core import GROUPS, method
 from ..play.test_assets import write_runs
 from ..play.test_watch import poses_of
 
-ASSETS = Path(__file__).parents[3] / FOLDER
+ASSETS = Path(__file__).parents[3] / SITE_ASSETS
 """The simulator of Play, where ``make site-assets`` has fetched it."""
 TASK = "tasks/hopperwall-v0.html"
 MANY = "many-"

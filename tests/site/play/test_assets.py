@@ -18,7 +18,6 @@ from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import Render
 from gym_extensions.site.play import assets
-from gym_extensions.site.play.mujoco_wasm import Simulator
 from gym_extensions.submissions.layout import run_file
 from gym_extensions.submissions.policies.files import npz_arrays, write_policies
 from gym_extensions.submissions.policies.mlp import Policy
@@ -28,7 +27,7 @@ from ..conftest import everything, learner, make_submission, sequential
 
 Built = Callable[..., dict[str, bytes | str]]
 """Gives the files of Play for the folders of submissions."""
-SIMULATOR = Simulator(b"script", b"packed", b"licence")
+SIMULATOR = assets.Simulator(b"script", b"packed", b"licence")
 GROUP = "hopper-gravity-v0"
 PLAY = tuple(page for page in PAGES if page.path == "play.html")
 
@@ -61,7 +60,9 @@ def built(monkeypatch: pytest.MonkeyPatch) -> Built:
     """The files of Play for a site in which two submissions trained on hopper-gravity, with one expert."""
     monkeypatch.setattr(experts, "names", lambda: ["Hopper", "Pusher"])
 
-    def build(folders: dict[str, Path], simulator: Simulator | None = SIMULATOR) -> dict[str, bytes | str]:
+    def build(
+        folders: dict[str, Path], simulator: assets.Simulator | None = SIMULATOR
+    ) -> dict[str, bytes | str]:
         scores = {"better": learner(0.9, 0.9, 5), "worse": learner(0.3, 0.9, 5)}
         submissions = [
             make_submission(name, {GROUP: {"sequential": sequential("hopper-gravity", matrices)}})

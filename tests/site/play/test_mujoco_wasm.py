@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.errors import BenchError
-from gym_extensions.site.play import mujoco_wasm
+from gym_extensions.site.play import assets
 
 
 def write_assets(folder: Path, script: bytes = b"script", wasm: bytes = b"wasm") -> Path:
@@ -21,15 +21,15 @@ def test_the_simulator_is_read_only_if_it_is_the_pinned_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     digests = {f"mujoco.{name}": hashlib.sha256(name.encode()).hexdigest() for name in ("js", "wasm")}
-    monkeypatch.setattr(mujoco_wasm, "SHA256", digests)
-    assert mujoco_wasm.load(tmp_path / "none") is None
-    simulator = mujoco_wasm.load(write_assets(tmp_path / "right", b"js", b"wasm"))
+    monkeypatch.setattr(assets, "SHA256", digests)
+    assert assets.load(tmp_path / "none") is None
+    simulator = assets.load(write_assets(tmp_path / "right", b"js", b"wasm"))
     assert simulator is not None
     assert b"Apache License" in simulator.license
     assert set(simulator.files()) == {"play/mujoco.js", "play/mujoco.wasm.packed", "play/LICENSE-mujoco.txt"}
     with pytest.raises(BenchError, match=r"mujoco\.wasm is not the one") as found:
-        mujoco_wasm.load(write_assets(tmp_path / "wrong", b"js", b"other"))
+        assets.load(write_assets(tmp_path / "wrong", b"js", b"other"))
     assert "make site-assets" in found.value.hint
     (tmp_path / "right" / "mujoco.js").unlink()
     with pytest.raises(BenchError, match="No such file"):
-        mujoco_wasm.load(tmp_path / "right")
+        assets.load(tmp_path / "right")

@@ -16,8 +16,7 @@ from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages import changes, compare, data, numbers, overview, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
-from gym_extensions.site.play.assets import assets
-from gym_extensions.site.play.mujoco_wasm import VERSION
+from gym_extensions.site.play.assets import VERSION, assets
 
 SHOWN_ROWS = 20
 """Rows of a board on the page of its group, with drawings; the board's own table has all."""

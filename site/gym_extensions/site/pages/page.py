@@ -16,7 +16,7 @@ from gym_extensions.site import FOLDER, paths, submission_results, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import line_charts, strips, task_pictures
 from gym_extensions.site.pages import landscapes
-from gym_extensions.site.play import assets, mujoco_wasm, stroboscopes
+from gym_extensions.site.play import assets, stroboscopes
 from gym_extensions.submissions import diagnostics, review
 
 TASK_LIST = "tasks.html"
@@ -86,7 +86,7 @@ class Render:
     references: ReferencesInfo  # that normalize all scores
     pages: "tuple[Page, ...]"  # all kinds
     folders: Mapping[str, Path] = field(default_factory=dict)  # of submissions by name, where they are known
-    simulator: mujoco_wasm.Simulator | None = None  # MuJoCo for the browser, if the site has it
+    simulator: assets.Simulator | None = None  # MuJoCo for the browser, if the site has it
     source: paths.Source = paths.NOWHERE
     docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
 

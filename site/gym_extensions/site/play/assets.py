@@ -1,15 +1,24 @@
-"""The files that the page Play loads: bodies, tasks, and policies that a script in the browser evaluates.
+"""The files that the page Play loads: MuJoCo, bodies, tasks, and policies that a script in the browser runs.
 
 There is no room for every policy. The site publishes the experts of the tasks, then of each group the first
 run of the submissions that trained in sequence, the best submissions first, then their second run, and so on,
 until ``MAX_BYTES`` are reached. Policies of more than ``MAX_FILE_BYTES`` are left out.
+
+MuJoCo for the browser are two files of the npm package ``@mujoco/mujoco``, pinned by their digests.
+``make site-assets`` fetches them with ``npm``. They belong to no package and to no commit.
 """
 
+import base64
+import gzip
+import hashlib
 import importlib.util
 import json
 import math
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
+from importlib import metadata
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -25,11 +34,17 @@ from gym_extensions.references import experts, load_references
 from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.paths import slug
-from gym_extensions.site.play.mujoco_wasm import Simulator, license_of
 from gym_extensions.site.submission_results import SEQUENTIAL
 from gym_extensions.submissions.policies import mlp, mlp_arrays
 from gym_extensions.submissions.policies.files import has_policies, npz_bytes, read_policies, run_arrays
 
+PACKAGE, VERSION = "@mujoco/mujoco", "3.14.0"
+SHA256 = {
+    "mujoco.js": "bc6980e4bc5ee5f809a6cabde0743798637e113d333f9e85124714d42be1ccae",
+    "mujoco.wasm": "2d380f1070a556c3003b4a7c7c10c98a5f61db4e91815de1075ec478e9487e76",
+}
+"""The files that are used, by name."""
+HINT = "Run: make site-assets"
 MODELS = "play/models/"
 FORMAT = 1
 """Of the index."""
@@ -42,6 +57,82 @@ NO_POLICIES = "No policies are published"
 NOT_ARRAYS = "The policies are not plain arrays, which the script needs"
 TOO_LARGE = f"The policies take more than {MAX_FILE_BYTES // 10**6} MB"
 NO_ROOM = f"This site offers {MAX_BYTES // 10**6} MB of policies, the best submissions first"
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """The two files as the site publishes them."""
+
+    script: bytes  # the JavaScript that loads the other
+    wasm: bytes  # the WebAssembly, compressed with gzip
+    license: bytes  # of both, Apache-2.0
+
+    @property
+    def megabytes(self) -> float:
+        """Their size as they are loaded."""
+        return sum(map(len, self.files().values())) / 1e6
+
+    def facts(self) -> dict[str, str]:
+        """Paths and digests, for the page's script."""
+        return {
+            "version": VERSION,
+            "script": "play/mujoco.js",
+            "script_integrity": integrity(self.script),
+            "wasm": "play/mujoco.wasm.packed",
+            "wasm_integrity": integrity(self.wasm),
+        }
+
+    def files(self) -> dict[str, bytes]:
+        """The files by their paths in the site."""
+        facts = self.facts()
+        return {
+            facts["script"]: self.script,
+            facts["wasm"]: self.wasm,
+            "play/LICENSE-mujoco.txt": self.license,
+        }
+
+
+def integrity(content: bytes) -> str:
+    """The digest of a file as browsers check it (Subresource Integrity)."""
+    return f"sha256-{base64.b64encode(hashlib.sha256(content).digest()).decode()}"
+
+
+def load(folder: Path) -> Simulator | None:
+    """The files of a folder; None if there is no such folder.
+
+    Raises ``BenchError`` if a file is missing, or is not the pinned one.
+    """
+    if not folder.is_dir():
+        return None
+    script, packed = (read_file(folder / name) for name in ("mujoco.js", "mujoco.wasm.gz"))
+    try:
+        wasm = gzip.decompress(packed)
+    except (OSError, EOFError, zlib.error) as error:
+        raise BenchError("bad-asset", f"It is no gzip file: {error}.", str(folder), HINT) from error
+    for name, content in (("mujoco.js", script), ("mujoco.wasm", wasm)):
+        check(name, content, folder)
+    return Simulator(script, packed, license_of("mujoco"))
+
+
+def license_of(package: str) -> bytes:
+    """The licence that an installed package comes with."""
+    text = metadata.distribution(package).read_text("licenses/LICENSE")
+    return (text or f"See the package {package}.\n").encode()
+
+
+def read_file(path: Path) -> bytes:
+    """The content of a file. Raises ``BenchError`` if it cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BenchError("bad-asset", f"{error.strerror or error}.", str(path), HINT) from error
+
+
+def check(name: str, content: bytes, where: Path) -> None:
+    """Raises ``BenchError`` if a file is not the pinned one of this name."""
+    if hashlib.sha256(content).hexdigest() != SHA256[name]:
+        message = f"{name} is not the one of {PACKAGE} {VERSION}."
+        raise BenchError("bad-asset", message, str(where), f"Remove the folder. {HINT}")
 
 
 def is_playable(task: Task) -> bool:
