@@ -31,10 +31,8 @@ def rows_of(folder: Path, protocol: str) -> list[dict[str, str]]:
 def with_evaluations(folder: Path) -> Path:
     """The submission with an evaluation of every task in the second stage of run 0."""
     path = folder / GROUP / "sequential" / "run0.json"
-    parts = [
-        InterimEvaluation(stage=2, task=task, episodes=5, steps=[250], returns=[70.0 + index])
-        for index, task in enumerate(IDS)
-    ]
+    facts = {"stage": 2, "episodes": 5, "steps": [250]}
+    parts = [InterimEvaluation(task=task, returns=[70.0 + at], **facts) for at, task in enumerate(IDS)]  # type: ignore[arg-type]
     write_run(path, msgspec.structs.replace(read_run(path), evaluations=parts))
     return folder
 
@@ -71,11 +69,7 @@ def test_success_is_missing_only_where_the_task_defines_none(make_submission: Wr
 def test_every_point_of_the_curves_is_a_row(make_submission: Write) -> None:
     folder = make_submission(curves=12)
     frame = results.curves(folder)
-    documents = [
-        read_run(folder / GROUP / protocol / f"run{run}.json")
-        for protocol in ("sequential", "single")
-        for run in (0, 1)
-    ]
+    documents = [read_run(path) for path in sorted(folder.glob(f"{GROUP}/*/run*.json"))]
     expected = [(document, curve) for document in documents for curve in document.curves]
     assert frame["step"].tolist() == [step for _, curve in expected for step in curve.steps]
     assert frame["return"].tolist() == [value for _, curve in expected for value in curve.returns]
@@ -90,12 +84,9 @@ def test_several_submissions_are_one_frame(make_submission: Write) -> None:
 
 
 def test_a_submission_without_curves_gives_an_empty_frame_with_the_same_types(make_submission: Write) -> None:
-    filled, empty = (
-        results.curves(make_submission(name="a", curves=12)),
-        results.curves(make_submission(name="b")),
-    )
-    assert len(empty) == 0
-    assert empty.dtypes.equals(filled.dtypes)
+    filled = results.curves(make_submission(name="a", curves=12))
+    empty = results.curves(make_submission(name="b"))
+    assert (len(empty), empty.dtypes.equals(filled.dtypes)) == (0, True)
 
 
 def test_a_submission_with_problems_is_refused(make_submission: Write) -> None:

@@ -12,12 +12,13 @@ import pytest
 from gym_extensions import results
 from gym_extensions.errors import BenchError
 
-from .test_frames import IDS, with_evaluations
+from .test_frames import with_evaluations
 
 matplotlib = pytest.importorskip("matplotlib")
 pyplot = pytest.importorskip("matplotlib.pyplot")
 SUBMISSION = Path(__file__).resolve().parents[2] / "submissions" / "trpo-2017"
 GROUP = "hopper-gravity-v0"
+FORGETTING = pd.DataFrame(columns=["forgetting_low"])
 NAMES = ["HopperGravityHalf", "HopperGravityThreeQuarters", "Hopper", "HopperGravityOneAndQuarter"]
 
 
@@ -54,33 +55,25 @@ def test_curves_are_a_line_per_run_in_the_color_of_the_task() -> None:
 def test_the_matrix_is_the_mean_return_by_stage_and_task(submission: pd.DataFrame) -> None:
     axes = results.plot_matrix(submission, GROUP)
     (image,) = axes.images
-    rows = submission[(submission["group"] == GROUP) & (submission["protocol"] == "sequential")]
+    rows = submission.query("group == @GROUP and protocol == 'sequential'")
     expected = rows.groupby(["stage", "task"])["return"].mean()
-    drawn = image.get_array()
-    assert drawn is not None
+    drawn: Any = image.get_array()
     assert drawn.shape == (6, 5)
-    tasks = rows["task"].unique()
-    assert np.allclose(drawn, expected.unstack("task")[tasks].to_numpy())
+    assert np.allclose(drawn, expected.unstack("task")[rows["task"].unique()].to_numpy())
     assert [label.get_text() for label in axes.get_xticklabels()][:4] == NAMES
 
 
 @pytest.mark.committed
 def test_retention_is_a_line_per_task_over_the_trained_tasks(submission: pd.DataFrame) -> None:
     axes = results.plot_retention(submission, GROUP)
-    rows = submission[
-        (submission["group"] == GROUP)
-        & (submission["task"] == IDS[0])
-        & (submission["protocol"] == "sequential")
-    ]
+    rows = submission.query("group == @GROUP and task == @IDS[0] and protocol == 'sequential'")
     line = next(line for line in axes.lines if line.get_label() == NAMES[0])
     means = rows.groupby("stage")["return"].mean()
     assert [x for x, _ in points(line)] == [*range(6)]
     assert [y for _, y in points(line)] == pytest.approx(means.tolist())
 
 
-def test_evaluations_during_training_are_points_within_the_stages(
-    make_submission: Callable[..., Path],
-) -> None:
+def test_interim_evaluations_are_points_within_the_stages(make_submission: Callable[..., Path]) -> None:
     folder = with_evaluations(make_submission(runs=(0, 1)))
     _, ax = pyplot.subplots()
     axes = results.plot_retention(folder, ax=ax)
@@ -113,10 +106,7 @@ def test_a_board_is_a_point_per_submission_with_its_interval() -> None:
         (lambda frame: results.plot_curves(frame.drop(columns="step")), "no column 'step'"),
         (results.plot_board, "no submission with a metric"),
         (lambda _: results.plot_board(SUBMISSION), "group='hopper-gravity'"),
-        (
-            lambda _: results.plot_board(pd.DataFrame(columns=["forgetting_low"]), metric="forgeting"),
-            "Did you mean 'forgetting'",
-        ),
+        (lambda _: results.plot_board(FORGETTING, metric="forgeting"), "Did you mean 'forgetting'"),
     ],
 )
 def test_a_plot_of_unsuitable_data_is_an_error(

@@ -1,7 +1,7 @@
 """Scores as data frames: the numbers of the scorecards and boards, with documented columns and types."""
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -44,9 +44,8 @@ def test_every_metric_of_the_scorecard_is_a_row(make_submission: Write) -> None:
         for metric in METRICS[protocol]
     ]
     assert len(frame) == len(rows) == len(METRICS["sequential"]) + 1
-    assert [*zip(frame["group"], frame["protocol"], frame["metric"], strict=True)] == [
-        (group, protocol, metric) for group, protocol, metric, _ in rows
-    ]
+    keys = [*zip(frame["group"], frame["protocol"], frame["metric"], strict=True)]
+    assert keys == [(group, protocol, metric) for group, protocol, metric, _ in rows]
     for end in ("mean", "low", "high"):
         assert [*map(number, frame[end])] == [getattr(value, end) for *_, value in rows]
     assert frame["why"].tolist() == [value.why for *_, value in rows]
@@ -74,10 +73,7 @@ def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
     assert frame["name"].tolist() == [submission.name for submission in published.rows]
     assert frame["ranked"].tolist() == [submission.ranked for submission in published.rows]
     assert frame["why"].tolist() == [submission.why for submission in published.rows]
-    assert dict(zip(frame["name"], frame["evaluation"], strict=True)) == {
-        "trpo": "deterministic",
-        "cloning": "deterministic",
-    }
+    assert set(frame["evaluation"]) == {"deterministic"}
     ranks = [submission.metrics["final_performance"].rank or (None, None) for submission in published.rows]
     for column, ends in zip(("rank_first", "rank_last"), zip(*ranks, strict=True), strict=True):
         assert [*map(number, frame[column])] == [*ends]
@@ -105,20 +101,18 @@ def test_an_empty_board_has_the_same_types(make_submission: Write) -> None:
 
 @pytest.mark.committed
 @pytest.mark.parametrize(
-    ("arguments", "facts"),
+    ("argument", "name", "closest"),
     [
-        ({"group": "hoper-gravity"}, ("group", "'hopper-gravity'")),
-        ({"group": "gravty"}, ("group", "'gravity'")),
-        ({"protocol": "singel"}, ("protocol", "'single'")),
-        ({"budget": "1m0"}, ("budget", "'1M'")),
+        ("group", "hoper-gravity", "'hopper-gravity'"),
+        ("group", "gravty", "'gravity'"),
+        ("protocol", "singel", "'single'"),
+        ("budget", "1m0", "'1M'"),
     ],
 )
-def test_an_unknown_name_is_reported_with_the_closest(
-    arguments: Mapping[str, str], facts: tuple[str, str]
-) -> None:
+def test_an_unknown_name_is_reported_with_the_closest(argument: str, name: str, closest: str) -> None:
     with pytest.raises(BenchError) as error:
-        results.board(**{"group": "hopper-gravity", "submissions": SUBMISSIONS, **arguments})  # type: ignore[arg-type]
-    assert (error.value.where, facts[1] in error.value.hint) == (facts[0], True)
+        results.board(**{"group": "hopper-gravity", "submissions": SUBMISSIONS, argument: name})  # type: ignore[arg-type]
+    assert (error.value.where, closest in error.value.hint) == (argument, True)
 
 
 @pytest.mark.parametrize("function", [results.episodes, results.curves, results.metrics])
@@ -145,11 +139,8 @@ def test_scores_are_the_mean_returns_by_run_stage_and_task(
     keys = ["run", "stage", "task"]
     means = episodes[episodes["protocol"] == "sequential"].groupby(keys)["return"].mean()
     assert frame.set_index(keys)["return"].to_dict() == pytest.approx(means.to_dict())
-    expected = [
-        references.tasks[task].normalize(value)
-        for task, value in zip(frame["task"], frame["return"], strict=True)
-    ]
-    assert frame["normalized"].tolist() == expected
+    both = zip(frame["task"], frame["return"], strict=True)
+    assert frame["normalized"].tolist() == [references.tasks[task].normalize(value) for task, value in both]
     last = results.scores(make_submission(), "hopper-gravity-v0", stage=-1)
     assert set(last["stage"]) == {5}
 

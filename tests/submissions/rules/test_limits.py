@@ -10,14 +10,13 @@ import pytest
 
 from gym_extensions.catalog.groups import group
 from gym_extensions.catalog.protocol import BUDGETS
-from gym_extensions.submissions.layout import MAX_FILE_BYTES, max_bytes
+from gym_extensions.submissions.layout import MAX_FILE_BYTES
 from gym_extensions.submissions.reader import read
 
 from ..examples import (
     DOCUMENT,
     GROUP,
     HALF,
-    LOG,
     TOML,
     Change,
     CopySubmission,
@@ -103,9 +102,3 @@ def test_at_most_a_hundred_runs(good: CopySubmission, tmp_path: Path, last: int,
                 os.link(path / f"run1{suffix}", path / f"run{run}{suffix}")
     found = [problem for problem in read(folder).problems if problem.rule == "gaps-in-runs"]
     assert len(found) == problems
-
-
-def test_every_kind_of_file_has_a_limit() -> None:
-    kib = {TOML: 256, LOG: 8192, "README.md": 64, "x/joint/run0.json": 4096, "x/joint/run0.npz": 65536}
-    kib |= {"review.toml": 65536, "poses/x.json": 65536, "x": 1024}
-    assert {path: max_bytes(path) // 2**10 for path in kib} == kib
