@@ -64,9 +64,7 @@ def write_site(folder: Path) -> Path:
     many = [_many(index) for index in range(52)]
     methods = [method("keeps", 0.8, 0.98), method("loses", 0.8, 0.5), method("lacks", 0.9, 0.9, GROUPS[:3])]
     methods[1]["title"] = "W" * 200
-    document["submissions"] = sorted(
-        document["submissions"] + many + methods, key=lambda submission: submission["name"]
-    )
+    document["submissions"] = sorted(document["submissions"] + many + methods, key=lambda each: each["name"])
     write(write_runs(folder.parent / "agile"), "hopper-gravity", poses_of(document))
     references = load_references()
     info = ReferencesInfo(references.version, references.digest)

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[3]
 MASTHEAD = ".masthead, .masthead .mark a, .masthead li:first-child a"
+PLACES = """(selector) => [...document.querySelectorAll(selector)]
+  .flatMap((e) => [e.getBoundingClientRect().x, getComputedStyle(e).color])
+  .concat(getComputedStyle(document.body).backgroundColor)"""
 pytestmark = pytest.mark.slow
 
 
@@ -77,13 +80,7 @@ def test_a_page_has_the_masthead_in_the_place_that_it_has_on_the_board(
         context = browser.new_context(viewport={"width": 1300, "height": 900}, color_scheme=scheme)
         page = context.new_page()
         page.goto(http_address + path)
-        places.append(
-            page.evaluate(
-                f"() => [...document.querySelectorAll('{MASTHEAD}')]"
-                ".flatMap((e) => [e.getBoundingClientRect().x, getComputedStyle(e).color])"
-                ".concat(getComputedStyle(document.body).backgroundColor)"
-            )
-        )
+        places.append(page.evaluate(PLACES, MASTHEAD))
         context.close()
     assert places[0] == places[1]
 

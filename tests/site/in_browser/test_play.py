@@ -154,11 +154,8 @@ def test_an_expert_returns_what_it_returns_in_python(loaded: Page, name: str) ->
 def test_actions_have_the_bits_of_python(loaded: Page, name: str) -> None:
     policy, observations = policies()[name], seen(30)
     for index in (0, 1, 4):
-        expected = policy.act(observations, task=index).tolist()
-        assert (
-            loaded.evaluate(ACT, [list(policy_file(policy.arrays())), observations.tolist(), index])
-            == expected
-        )
+        given = [list(policy_file(policy.arrays())), observations.tolist(), index]
+        assert loaded.evaluate(ACT, given) == policy.act(observations, task=index).tolist()
 
 
 @pytest.fixture
@@ -167,8 +164,22 @@ def panel(page: Page, http_address: str) -> Page:
     page.set_viewport_size({"width": 1300, "height": 900})
     page.lines = reports(page, http_address, "play.html#?task=HopperGravityThreeQuarters")  # type: ignore[attr-defined]
     page.locator("#play-load").press("Enter")
-    page.wait_for_function("() => Number(document.querySelector('#play-status').dataset.ratio) > 0")
+    runs(page)
     return page
+
+
+VALUES = "(menus) => menus.map((menu) => menu.value)"
+
+
+def said(page: Page, selector: str, condition: str) -> None:
+    """Waits until the text of an element meets a condition."""
+    text = f"const text = document.querySelector('{selector}').textContent;"
+    page.wait_for_function(f"() => {{ {text} return {condition}; }}")
+
+
+def runs(page: Page) -> None:
+    """Waits until the simulator runs."""
+    page.wait_for_function("() => Number(document.querySelector('#play-status').dataset.ratio) > 0")
 
 
 def caption(panel: Page, side: int) -> str:
@@ -178,25 +189,15 @@ def caption(panel: Page, side: int) -> str:
 def walk(panel: Page) -> None:
     """The expert takes the place of the made policies, which fall at once."""
     panel.locator(".policy").first.select_option("/expert")
-    panel.wait_for_function(  # it is there once its file is offered
-        "() => document.querySelector('#play-panel').textContent.includes('experts.load')"
-    )
+    said(panel, "#play-panel", "text.includes('experts.load')")  # it is there once its file is offered
 
 
 def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
-    policies = panel.locator("select.policy")
-    assert [policies.nth(side).locator("option:checked").inner_text() for side in (0, 1)] == [
-        "Agile",
-        "Agile",
-    ]
-    values = "(menus) => menus.map((menu) => menu.value)"
-    assert panel.locator(".stage-of").evaluate_all(values) == ["2", "5"], (
-        "right after learning, and at the end"
-    )
+    policies = panel.locator("select.policy option:checked")
+    assert policies.all_inner_texts() == ["Agile", "Agile"]
+    assert panel.locator(".stage-of").evaluate_all(VALUES) == ["2", "5"], "after learning, and at the end"
     walk(panel)
-    panel.wait_for_function(
-        "() => /step \\d\\d/.test(document.querySelector('.sides figcaption').textContent)"
-    )
+    said(panel, ".sides figcaption", "/step \\d\\d/.test(text)")
     status = panel.locator("#play-status")
     assert status.inner_text().startswith("This is HopperGravityThreeQuarters.")
     assert float(status.get_attribute("data-ratio") or 0) > 1
@@ -215,17 +216,15 @@ def test_the_keyboard_pauses_pushes_and_changes_the_world(panel: Page) -> None:
     assert caption(panel, 0) == paused
     panel.locator("#play-gravity").press("ArrowLeft")
     assert panel.locator("#play-gravity + output").inner_text() == "0.70 g"
-    panel.wait_for_function("() => document.querySelector('#play-status').textContent.includes('no task')")
+    said(panel, "#play-status", "text.includes('no task')")
     panel.locator("#play-has-wall").press("Space")
     panel.locator("#play-factor").press("ArrowRight")
     assert panel.locator("#play-factor + output").inner_text() == "× 1.05"
     panel.locator("#play-run").press("Space")
     panel.locator("#play-forward").press("Enter")
-    panel.wait_for_function("() => document.querySelector('#play-status').textContent.includes('pushed')")
+    said(panel, "#play-status", "text.includes('pushed')")
     panel.locator("#play-group").select_option("humanoid-gravity-v0")
-    panel.wait_for_function(
-        "() => document.querySelector('#play-status').textContent.startsWith('This is Humanoid')"
-    )
+    said(panel, "#play-status", "text.startsWith('This is Humanoid')")
     assert panel.lines == []  # type: ignore[attr-defined]
 
 
@@ -239,9 +238,8 @@ def test_a_link_chooses_a_run_and_other_choices_are_right_after_learning_and_at_
     page.goto(f"{http_address}play.html#?group=hopper-gravity-v0&submission=agile&run=1&stage=2")
     page.locator("#play-load").click()
     page.wait_for_function("() => document.querySelector('.stage-of').value === '2'")
-    values = "(menus) => menus.map((menu) => menu.value)"
-    assert page.locator(".run-of").evaluate_all(values) == ["1", "1"]
-    assert page.locator(".stage-of").evaluate_all(values) == ["2", "5"]
+    assert page.locator(".run-of").evaluate_all(VALUES) == ["1", "1"]
+    assert page.locator(".stage-of").evaluate_all(VALUES) == ["2", "5"]
     page.locator("#play-group").select_option("hopper-body-v0")
     page.wait_for_function("() => document.querySelector('.stage-of').value === '1'")
     for policy, stage in (("/expert", "0"), ("agile", "1")):
@@ -258,15 +256,13 @@ def test_the_mouse_pulls_a_body(panel: Page) -> None:
     panel.mouse.move(box["x"] + 0.47 * box["width"], box["y"] + 0.6 * box["height"])
     panel.mouse.down()
     panel.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 0.2 * box["height"])
-    panel.wait_for_function("() => document.querySelector('#play-status').textContent.includes('pushed')")
+    said(panel, "#play-status", "text.includes('pushed')")
     panel.mouse.up()
 
 
 def test_a_wall_that_is_ticked_stands_in_front_of_the_body_and_stays(panel: Page) -> None:
     walk(panel)
-    panel.wait_for_function(
-        "() => parseFloat(document.querySelector('.sides figcaption').textContent.split(', ')[2]) > 1"
-    )
+    said(panel, ".sides figcaption", "parseFloat(text.split(', ')[2]) > 1")
     panel.locator("#play-has-wall").check()
     ahead = panel.evaluate("() => Number(document.getElementById('play-wall').value)")
     body = float(caption(panel, 0).split(", ")[2].split(" m")[0])
@@ -289,24 +285,20 @@ def test_the_address_follows_every_control_and_brings_it_back(panel: Page) -> No
     chosen = panel.locator(controls).evaluate_all(state)
     panel.reload()
     panel.locator("#play-load").press("Enter")
-    panel.wait_for_function("() => Number(document.querySelector('#play-status').dataset.ratio) > 0")
+    runs(panel)
     assert panel.locator(controls).evaluate_all(state) == chosen
     assert panel.url == address
 
 
 def test_finished_episodes_are_counted_and_policies_can_be_taken(panel: Page) -> None:
     panel.locator("#play-speed").select_option("4")
-    panel.wait_for_function(
-        "() => /Fell in \\d of \\d finished/.test(document.querySelector('figcaption').textContent)"
-    )
+    said(panel, "figcaption", "/Fell in \\d of \\d finished/.test(text)")
     panel.get_by_text("Download").first.click()
     with panel.expect_download() as download:
         panel.get_by_role("link", name="The policies of this run").first.click()
     assert download.value.suggested_filename.endswith("-run0.npz")
     line = panel.locator(".download").first.locator("code").last.inner_text()
-    assert line.endswith(
-        '.load("submissions/agile", "hopper-gravity", run=0, stage=2).to_onnx("policy.onnx")'
-    )
+    assert '.load("submissions/agile", "hopper-gravity", run=0, stage=2)' in line
 
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
@@ -327,12 +319,9 @@ def test_body_and_return_are_on_the_first_screen_and_a_finger_scrolls_it(
 def test_what_is_unknown_in_the_address_is_said(page: Page, http_address: str, name: str, value: str) -> None:
     page.goto(f"{http_address}play.html#?task=Hopper&{name}={value}")
     page.locator("#play-load").click()
-    page.wait_for_function("() => Number(document.querySelector('#play-status').dataset.ratio) > 0")
-    assert (
-        page.locator("#play-status")
-        .inner_text()
-        .startswith(f"This page has no {name} {value}; shown is another.")
-    )
+    runs(page)
+    status = page.locator("#play-status").inner_text()
+    assert status.startswith(f"This page has no {name} {value}; shown is another.")
 
 
 def test_the_panel_fits_a_narrow_screen_and_is_accessible(panel: Page) -> None:
