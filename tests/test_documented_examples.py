@@ -35,10 +35,8 @@ def blocks(page: Path, *languages: str) -> list[str]:
 
 def commands(page: Path) -> list[str]:
     """The lines of the blocks without a language that are commands."""
-    lines = [
-        line for code in blocks(page, "", "bash", "sh") for line in code.replace("\\\n", " ").splitlines()
-    ]
-    return [line for line in lines if COMMAND.match(line)]
+    code = "".join(blocks(page, "", "bash", "sh")).replace("\\\n", " ")
+    return [line for line in code.splitlines() if COMMAND.match(line)]
 
 
 OTHER_PROGRAMS = "libraries.md"

@@ -41,9 +41,7 @@ def test_the_version_is_that_of_pyproject() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("installed", ["development mode", "wheel"])
-def test_the_agent_of_a_user_that_imports_every_public_module_passes_mypy(
-    installed: str, tmp_path: Path
-) -> None:
+def test_a_users_agent_that_imports_every_public_module_passes_mypy(installed: str, tmp_path: Path) -> None:
     names = [(module, name) for module, names in PUBLIC.items() for name in names.split()]
     imports = [f"from {module} import {name} as name{i}" for i, (module, name) in enumerate(names)]
     (tmp_path / "agent.py").write_text("\n".join([*imports, AGENT]))

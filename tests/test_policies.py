@@ -29,9 +29,7 @@ def test_a_policy_is_loaded_by_run_and_stage_by_default_the_last_one_or_by_task(
     assert single.num_actions == 3
 
 
-def test_an_address_needs_the_digest_of_its_content(
-    submission: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_address_needs_the_digest_of_its_file(submission: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(submission.parent / "cache"))
     url = submission.joinpath(RUN).with_suffix(".npz").as_uri()
     stated = read_run(submission / RUN).policies

@@ -99,7 +99,7 @@ def with_methods(**methods: Any) -> Any:
         (17, "type int"),
     ],
 )
-def test_a_factory_that_does_not_fit_is_rejected_before_anything_runs(
+def test_a_factory_that_does_not_fit_is_rejected_before_training(
     agent: Any, named: str, tmp_path: Path
 ) -> None:
     with refused("bad-agent", named):
@@ -127,9 +127,7 @@ def with_act(act: Callable[..., Any], observes: Any = None) -> Any:
         (lambda observations, *rest, **more: (rest or more) or None, False),
     ],
 )
-def test_an_agent_with_a_parameter_of_this_name_receives_the_context(
-    act: Callable[..., Any], receives: bool
-) -> None:
+def test_an_agent_with_a_parameter_context_receives_it(act: Callable[..., Any], receives: bool) -> None:
     agent = with_act(act)
     check_context(agent, "mine")
     received: object = action_function(agent)(np.zeros((2, 3)), CONTEXT)
@@ -249,9 +247,7 @@ def test_an_agent_that_holds_steps_and_states_none_is_warned(held: dict[str, Any
     vars(agent).update(held)
     with warnings.catch_warnings(record=True) as caught:
         agent_spec.warn_of_stored_steps(agent, (23,))
-    shown = [
-        "holds about 1,000 steps, and its card says stored_steps=0" in str(each.message) for each in caught
-    ]
+    shown = ["about 1,000 steps, and its card says stored_steps=0" in str(each.message) for each in caught]
     assert shown == [True] * is_memory
 
 

@@ -88,9 +88,7 @@ class Slow(Zero):
 @pytest.mark.parametrize(
     ("jobs", "sent"), [("0", signal.SIGTERM), ("1", signal.SIGTERM), ("0", signal.SIGINT)]
 )
-def test_an_interrupted_command_says_that_it_continues(
-    jobs: str, sent: signal.Signals, tmp_path: Path
-) -> None:
+def test_an_interrupted_command_says_how_to_continue(jobs: str, sent: signal.Signals, tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(SLOW)
     words = [sys.executable, "-m", "gym_extensions", *command("slow:Slow", protocol="joint", jobs=jobs)]
     with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
@@ -162,9 +160,7 @@ def failing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("failing")
 @pytest.mark.parametrize(("name", "cause"), CAUSES.items())
-def test_a_failed_job_is_reported_with_its_cause(
-    name: str, cause: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_failed_job_is_named_with_cause(name: str, cause: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(command(f"failing:{name}", out="mine", **SHORT)) == 1
     printed = capsys.readouterr()
     assert f"hopper-motor-noise joint-run0: failed: {cause}\n" in printed.out
@@ -175,7 +171,7 @@ def test_a_failed_job_is_reported_with_its_cause(
 
 
 @pytest.mark.usefixtures("failing")
-def test_a_failed_job_stops_no_other_and_is_repeated_by_the_same_command(
+def test_a_failed_job_stops_no_other_and_is_repeated_by_the_command(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     words = command("failing:FailsOnce", out="mine", runs="0-2", **SHORT)

@@ -35,9 +35,7 @@ def push(observations: Any) -> Any:
     return np.full((len(observations), 7), 0.5)
 
 
-def record_stage(
-    out: Path, policy: Any = zero, protocol: str = "sequential", **changes: Any
-) -> dict[str, float]:
+def record_stage(out: Path, policy: Any = zero, protocol: str = "sequential", **changes: Any) -> Any:
     """Records one stage of run 0, by default with the policy ``zero``."""
     arguments: dict[str, Any] = {"run": 0, "out": out, "budget": "smoke", "card": CARD} | changes
     return record(policy, QUICK_GROUP, protocol, **arguments)
@@ -171,9 +169,7 @@ def test_a_model_of_stable_baselines3_keeps_its_state_within_a_task(tmp_path: Pa
 def test_a_policy_of_plain_arrays_samples_the_same_each_time_and_is_stored(tmp_path: Path) -> None:
     uniform = Policy(np.zeros(7), np.ones(7), head="uniform")
     card = replace(CARD, evaluation="sampled")
-    first, second = (
-        record_stage(tmp_path / name, uniform, "joint", card=card) for name in ("first", "second")
-    )
+    first, second = (record_stage(tmp_path / name, uniform, "joint", card=card) for name in ("first", "next"))
     assert first == second
     stored = read_policies(tmp_path / "first", QUICK_GROUP, "joint", 0)[1, None]
     assert {name: value.tobytes() for name, value in stored.arrays().items()} == {

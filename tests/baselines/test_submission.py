@@ -120,9 +120,7 @@ def test_a_new_manifest_passes_the_rules_and_reads_back_as_it_is() -> None:
         ({"card": replace(CARD, algorithm="other")}, "protocol.algorithm is 'climber'"),
     ],
 )
-def test_a_run_of_another_agent_or_setting_is_rejected(
-    changes: dict[str, Any], named: str, tmp_path: Path
-) -> None:
+def test_a_run_of_another_setting_is_rejected(changes: dict[str, Any], named: str, tmp_path: Path) -> None:
     path, existing = tmp_path / MANIFEST, manifest_tables(settings())
     existing["protocol"].pop("parent", None)  # a key that may be left out
     path.write_text(tomli_w.dumps(existing), encoding="utf-8")

@@ -40,9 +40,7 @@ def test_a_setting_of_another_type_or_out_of_range_is_rejected(
 @pytest.mark.parametrize(
     ("arguments", "code"), [({"jobs": Parallel(num_envs=2000)}, "bad-num-envs"), ({"jobs": 1.5}, "bad-jobs")]
 )
-def test_a_wrong_argument_is_rejected_before_training(
-    arguments: dict[str, Any], code: str, tmp_path: Path
-) -> None:
+def test_a_wrong_argument_is_rejected_at_once(arguments: dict[str, Any], code: str, tmp_path: Path) -> None:
     with refused(code):
         train("zero", SHORT_GROUP, "single", "smoke", 0, out=tmp_path / "mine", **arguments)
     assert not (tmp_path / "mine").exists()
@@ -77,9 +75,7 @@ class Explorer:
             self.weights += scale * np.outer(observations.mean(axis=0), env.single_action_space.sample())
 
 
-def test_random_numbers_of_spaces_environments_and_global_generators_follow_from_the_run(
-    tmp_path: Path,
-) -> None:
+def test_random_numbers_of_spaces_environments_and_global_generators_follow_the_run(tmp_path: Path) -> None:
     for name in ("first", "second"):
         train(Explorer, QUICK_GROUP, "sequential", "smoke", [0, 1], out=tmp_path / name)
     first, second = (digests(tmp_path / name) for name in ("first", "second"))

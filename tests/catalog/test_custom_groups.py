@@ -57,7 +57,7 @@ def test_a_name_a_path_and_an_object_resolve_to_their_group(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("wrong", "code", "where", "fact"),
+    ("wrong", "code", "at", "fact"),
     [
         (LIGHT.replace("max_steps", "max_step"), "unknown-key", ", task 2", "'max_steps'"),
         (LIGHT.replace("name =", "nme ="), "unknown-key", "", "'name'"),
@@ -77,11 +77,9 @@ def test_a_name_a_path_and_an_object_resolve_to_their_group(tmp_path: Path) -> N
         ("name = ", "malformed-group", "", "not TOML"),
     ],
 )
-def test_a_mistake_is_reported_with_its_place(
-    wrong: str, code: str, where: str, fact: str, tmp_path: Path
-) -> None:
+def test_a_mistake_is_named_with_its_place(wrong: str, code: str, at: str, fact: str, tmp_path: Path) -> None:
     path = write(tmp_path, wrong)
-    with refused(code, fact, where=f"{path}{where}"):
+    with refused(code, fact, where=f"{path}{at}"):
         load_group(path)
 
 

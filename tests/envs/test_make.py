@@ -67,9 +67,7 @@ def test_no_keyword_makes_another_task_under_a_published_id() -> None:
     ("keywords", "code"),
     [({"max_episode_steps": 50}, "changed-task"), ({"render_mode": "rgb_array"}, "no-rendering")],
 )
-def test_environments_that_are_stepped_together_have_their_limit_and_no_pictures(
-    keywords: Any, code: str
-) -> None:
+def test_environments_stepped_together_have_their_limit_and_no_pictures(keywords: Any, code: str) -> None:
     with refused(code, where=ID):
         gym.make_vec(ID, 2, **keywords)
 

@@ -31,12 +31,8 @@ OBSERVES = {
     "ewc": Observes(boundaries=True),
     "sb3_ppo": Observes(boundaries=True),  # a new Stable-Baselines3 model for every stage
 }
-QUICK = {
-    "ppo": {"epochs": 5},
-    "sac": {"steps_per_update": 40},
-    "ewc": {"epochs": 10},
-    "recurrent": {"epochs": 3},
-}
+EPOCHS = {"ppo": {"epochs": 5}, "ewc": {"epochs": 10}, "recurrent": {"epochs": 3}}
+QUICK = EPOCHS | {"sac": {"steps_per_update": 40}}
 """Settings that save time in the tests."""
 LEARN = ("ppo", "ewc", "multi_head", "recurrent")
 """The agents whose first task shows progress after its 1000 steps. SAC learns later."""

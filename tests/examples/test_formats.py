@@ -20,9 +20,7 @@ def example(name: str) -> dict[str, Any]:
     return runpy.run_path(str(EXAMPLES / f"{name}.py"))
 
 
-def write_run(
-    folder: Path, config: dict[str, str], columns: list[str], rows: Sequence[Sequence[float]]
-) -> None:
+def write_run(folder: Path, config: object, columns: list[str], rows: Sequence[Sequence[float]]) -> None:
     """A run as Continual World writes it."""
     folder.mkdir()
     (folder / "config.json").write_text(json.dumps(config), encoding="utf-8")
@@ -69,9 +67,7 @@ def test_a_record_of_every_eval_ever_has_every_ranked_metric_and_its_interval() 
 
 
 @pytest.mark.committed
-def test_minari_loads_the_dataset_and_its_environment(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_minari_loads_the_data_and_its_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     minari = pytest.importorskip("minari")
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     name = example("minari_dataset")["write"](str(TRPO), "hopper-wall", episodes=1)

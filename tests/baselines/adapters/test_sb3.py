@@ -43,9 +43,8 @@ def create(env: Any, make: Factory, seed: int = 3) -> Any:
 
 def learn(agent: Any, env: Any, seed: int = 0, steps: int = 60) -> list[Report]:
     batches: list[Report] = []
-    agent.learn(
-        TrainingEnv(env, ["Hopper"], steps=steps, batch_steps=60, seed=seed, report=batches.append), steps
-    )
+    report = batches.append
+    agent.learn(TrainingEnv(env, ["Hopper"], steps=steps, batch_steps=60, seed=seed, report=report), steps)
     return batches
 
 
@@ -133,9 +132,7 @@ def test_acting_does_not_change_what_an_sb3_agent_learns(env: Any) -> None:
 
 
 @pytest.mark.parametrize("continues", [True, False])
-def test_a_model_that_starts_to_count_again_at_each_task_uses_the_boundaries(
-    continues: bool, env: Any
-) -> None:
+def test_a_model_that_counts_again_at_each_task_uses_the_boundaries(continues: bool, env: Any) -> None:
     make: Any = sb3(PPO, **SMALL)
     assert create(env, replace(make, continue_counting=continues)).observes.boundaries is not continues
 
@@ -143,24 +140,22 @@ def test_a_model_that_starts_to_count_again_at_each_task_uses_the_boundaries(
 def test_a_recurrent_policy_keeps_its_state_until_an_episode_starts(env: Any) -> None:
     algorithm = pytest.importorskip("sb3_contrib").RecurrentPPO
     make = sb3(algorithm, n_steps=64, batch_size=64, n_epochs=1, policy_kwargs={"lstm_hidden_size": 8})
-    recurrent = create(env, make)
-    learn(recurrent, env, steps=128)
+    agent = create(env, make)
+    learn(agent, env, steps=128)
     observations = np.random.default_rng(0).normal(size=(6, 3, 11)).astype(np.float32)
     starts = np.zeros((6, 3), bool)
     starts[0], starts[4, 1] = True, True
     actions, state = [], None
     for seen, start in zip(observations, starts, strict=True):
-        chosen, state = recurrent._model.predict(seen, state, start, deterministic=True)
+        chosen, state = agent._model.predict(seen, state, start, deterministic=True)
         actions.append(chosen)
     for _ in range(2):  # a second evaluation starts again
-        acted = [
-            recurrent.act(seen, Context(start)) for seen, start in zip(observations, starts, strict=True)
-        ]
+        acted = [agent.act(seen, Context(start)) for seen, start in zip(observations, starts, strict=True)]
         assert np.array_equal(np.stack(acted), np.stack(actions))
-    stateless = np.stack([recurrent._model.predict(seen, deterministic=True)[0] for seen in observations])
+    stateless = np.stack([agent._model.predict(seen, deterministic=True)[0] for seen in observations])
     assert np.array_equal(acted[4] == stateless[4], [[False] * 3, [True] * 3, [False] * 3])
     with refused("needs-context"):
-        recurrent.act(np.zeros((2, 11), np.float32))
+        agent.act(np.zeros((2, 11), np.float32))
 
 
 class Counter(BaseCallback):

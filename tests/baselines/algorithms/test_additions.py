@@ -69,9 +69,7 @@ def test_a_coefficient_of_zero_is_the_base_bit_by_bit(base: str, addition: str) 
 
 @each_base
 @pytest.mark.parametrize("addition", ADDITIONS)
-def test_the_first_task_is_learned_as_by_the_base_if_the_card_names_it_as_parent(
-    base: str, addition: str
-) -> None:
+def test_the_first_task_is_learned_as_by_the_base_if_it_is_the_cards_parent(base: str, addition: str) -> None:
     method = learned(create(base, addition), 0)
     is_equal = contents(method) == contents(learned(create(base), 0))
     assert is_equal == (method.card().parent == BASES[base].card.algorithm)

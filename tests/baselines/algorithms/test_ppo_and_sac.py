@@ -74,9 +74,7 @@ def test_ppo_starts_with_the_standard_deviation_of_its_settings_and_learns(env: 
 
 
 @pytest.mark.parametrize(("name", "stored"), [("sac", 2 * STEPS), ("sac-fresh-buffer", STEPS)])
-def test_sac_keeps_its_replay_buffer_and_sac_fresh_buffer_empties_it(
-    name: str, stored: int, env: Any
-) -> None:
+def test_sac_keeps_its_buffer_and_sac_fresh_buffer_empties_it(name: str, stored: int, env: Any) -> None:
     agent = create(small(name, warm_up=1000), env)
     for stage in (1, 2):
         learn(agent, env, stage)

@@ -30,9 +30,7 @@ def spaces() -> Spaces:
 
 
 @pytest.mark.parametrize("name", NUMPY)
-def test_each_describes_itself_can_be_saved_and_repeats_itself_with_the_same_seed(
-    name: str, spaces: Spaces
-) -> None:
+def test_each_describes_itself_can_be_saved_and_repeats_itself_by_its_seed(name: str, spaces: Spaces) -> None:
     agent, twin = (algorithms.factory(name)(*spaces, 7) for _ in range(2))
     assert isinstance(agent, Described)
     assert isinstance(twin, Resumable)
@@ -95,9 +93,8 @@ def test_the_stored_policy_acts_like_the_agent_up_to_rounding(name: str, spaces:
     states = np.random.default_rng(0).standard_normal((20, *spaces[0].shape))
     for steps in (0, 250):  # untrained, and with normalized observations
         if steps:
-            agent.learn(
-                TrainingEnv(make_vec("Pusher", 2), ["Pusher"], steps=steps, batch_steps=250, seed=0), steps
-            )
+            env = TrainingEnv(make_vec("Pusher", 2), ["Pusher"], steps=steps, batch_steps=250, seed=0)
+            agent.learn(env, steps)
         policy = Policy.from_arrays(agent.policy().arrays())
         noise = copy.deepcopy(getattr(agent, "_acting", None))
         np.testing.assert_allclose(policy.act(states, noise), agent.act(states), rtol=1e-4, atol=1e-5)

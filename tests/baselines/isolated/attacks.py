@@ -33,9 +33,7 @@ INSIDE = (
     Attack("read the environment of the parent", "open('/proc/1/environ').read()", MISSING),
     Attack("list processes", "result = os.listdir('/proc')", r"\['cpuinfo'\]"),
     Attack("change the processor", "open('/sys/devices/system/cpu/cpu1/online', 'w')", UNWRITABLE),
-    Attack(
-        "find tokens", "result = [name for name in os.environ if 'TOKEN' in name or 'SECRET' in name]", EMPTY
-    ),
+    Attack("find tokens", "result = [each for each in os.environ if re.search('TOKEN|SECRET', each)]", EMPTY),
     Attack("write /", "open('/x', 'w')", READ_ONLY),
     Attack("write its own file", "open(__file__, 'a')", READ_ONLY),
     Attack("write numpy", "open(numpy.__file__, 'a')", NOT_WRITTEN),
@@ -78,9 +76,7 @@ INSIDE = (
     Attack("netlink", "socket.socket(16, socket.SOCK_RAW)", REFUSED),
     Attack("a pair of sockets", "socket.socketpair()", REFUSED),
     Attack(
-        "an address",
-        "import urllib.request as web; web.urlopen('http://example.org', timeout=1)",
-        "URLError.*",
+        "an address", "from urllib import request; request.urlopen('http://a.org', timeout=1)", "URLError.*"
     ),
     Attack("fork", "os.fork()", REFUSED),
     Attack("spawn", "os.posix_spawn('/python/bin/python', ['python'], {})", f"{REFUSED}|{MISSING}"),
@@ -100,9 +96,7 @@ INSIDE = (
         "RuntimeError: can't start new thread",
     ),
     Attack("30 GB of memory", "bytearray(30 * 2**30)", "MemoryError"),
-    Attack(
-        "30 GB of shared memory", "mmap.mmap(-1, 30 * 2**30)", rf"{ERRNO.format(12)}|MemoryError|ValueError.*"
-    ),
+    Attack("30 GB shared", "mmap.mmap(-1, 30 * 2**30)", f"{ERRNO.format(12)}|MemoryError|ValueError.*"),
     Attack(
         "fill /tmp",
         "for i in range(99):\n    with open(f'/tmp/{i}', 'wb') as file: file.write(bytes(8 * 2**20))",

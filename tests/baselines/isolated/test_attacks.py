@@ -91,9 +91,7 @@ def test_an_attack_is_stopped(outcomes: dict[str, str], attack: Attack) -> None:
 @pytest.fixture(scope="module")
 def verdicts(ordinary: Ordinary) -> dict[str, tuple[str, str]]:
     """The code and the text of the error of every agent that ends with one."""
-    files = [
-        (ending.name, agent_file(ending), TIMES.get(ending.name.split()[0], (60, 60))) for ending in ENDINGS
-    ]
+    files = [(each.name, agent_file(each), TIMES.get(each.name.split()[0], (60, 60))) for each in ENDINGS]
     (ordinary.home / "endings.json").write_text(json.dumps(files), encoding="utf-8")
     found: dict[str, tuple[str, str]] = ordinary.run(ONE_BOX_EACH)
     return found

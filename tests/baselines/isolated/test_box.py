@@ -78,7 +78,7 @@ class TestRefusals:
 
 
 class TestNames:
-    def test_an_agent_is_a_file_a_package_or_a_name(
+    def test_an_agent_is_a_file_package_or_name(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.chdir(tmp_path)

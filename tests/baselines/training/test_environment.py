@@ -141,9 +141,7 @@ NEEDS = {
 }
 
 
-def training(
-    observes: Observes, trained: slice = slice(2, 4), num_envs: int = 4, stage: int = 3
-) -> TrainingEnv:
+def training(observes: Observes, trained: slice = slice(2, 4), num_envs: int = 4, stage: int = 3) -> Any:
     """The environment of the tasks in the slice of hopper-gravity."""
     tasks = GROUP.tasks[trained]
     shown: Any = {"observes": observes, "group_ids": GROUP.task_ids, "stage": stage}

@@ -44,9 +44,7 @@ def test_a_job_has_the_stages_of_its_protocol_and_evaluates_all_tasks_after_each
 ) -> None:
     (job,) = jobs_of(GROUP, protocol, [run])
     stages = job.stages(SMOKE)
-    assert [stage.trained for stage in stages] == [
-        tuple(GROUP.tasks[index] for index in tasks) for tasks in trained
-    ]
+    assert [stage.trained for stage in stages] == [tuple(GROUP.tasks[at] for at in each) for each in trained]
     assert [stage.steps for stage in stages] == steps
     assert {stage.evaluated for stage in stages} == {GROUP.tasks}
     assert (job.name, job.title) == (f"{protocol}-run{run}", f"hopper-gravity {protocol}-run{run}")

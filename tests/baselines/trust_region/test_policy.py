@@ -95,9 +95,8 @@ def test_the_surrogates_gradient_agrees_with_finite_differences(architecture: po
     theta, batch = random_policy(architecture), random_batch()
     expected = numeric_gradient(lambda at: surrogate(architecture, theta, at, batch), theta)
     values = policy.forward(architecture, theta, batch.observations)
-    np.testing.assert_allclose(
-        policy.surrogate_gradient(architecture, theta, batch, values), expected, atol=1e-7
-    )
+    gradient = policy.surrogate_gradient(architecture, theta, batch, values)
+    np.testing.assert_allclose(gradient, expected, atol=1e-7)
 
 
 def test_the_divergence_of_two_gaussians_by_hand() -> None:
@@ -135,7 +134,5 @@ def test_damping_adds_to_the_diagonal(architecture: policy.Architecture) -> None
     theta, observations = random_policy(architecture), random_batch().observations
     vector = np.random.default_rng(5).standard_normal(theta.shape)
     values = policy.forward(architecture, theta, observations)
-    plain, damped = (
-        policy.fisher_product(architecture, theta, values, damping)(vector) for damping in (0.0, 0.5)
-    )
+    plain, damped = (policy.fisher_product(architecture, theta, values, each)(vector) for each in (0.0, 0.5))
     np.testing.assert_allclose(damped - plain, 0.5 * vector)

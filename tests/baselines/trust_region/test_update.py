@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trust_region.policy import (
-    Architecture,
-    Batch,
-    divergence,
-    mean_and_log_sigma,
-)
+from gym_extensions.baselines.trust_region.policy import Architecture, Batch, divergence, mean_and_log_sigma
 from gym_extensions.baselines.trust_region.update import (
     Curvature,
     TrustRegion,
@@ -46,9 +41,7 @@ def test_an_update_raises_the_surrogate_within_the_bound(
 
 @each_architecture
 @pytest.mark.parametrize("advantage", [0.0, np.nan])
-def test_an_update_with_no_or_broken_advantages_changes_nothing(
-    architecture: Architecture, advantage: float
-) -> None:
+def test_an_update_without_advantages_changes_nothing(architecture: Architecture, advantage: float) -> None:
     theta, batch = random_policy(architecture), random_batch()
     flat = Batch(batch.observations, batch.actions, np.full(len(batch.actions), advantage))
     assert np.array_equal(updated(architecture, theta, flat, TrustRegion(0.01, 0.1)), theta)
@@ -86,18 +79,14 @@ def test_conjugate_gradient_solves_a_positive_definite_system(size: int) -> None
     root = rng.standard_normal((size, size))
     matrix = root @ root.T + np.eye(size)
     target = rng.standard_normal(size)
-    solution, image = conjugate_gradient(
-        lambda vector: matrix @ vector, target, iterations=3 * size, tolerance=1e-24
-    )
+    solution, image = conjugate_gradient(lambda v: matrix @ v, target, iterations=3 * size, tolerance=1e-24)
     np.testing.assert_allclose(image, matrix @ solution, atol=1e-9)
     np.testing.assert_allclose(solution, np.linalg.solve(matrix, target), rtol=1e-7, atol=1e-9)
 
 
 def test_one_iteration_of_conjugate_gradient_is_the_steepest_descent_step_by_hand() -> None:
     # A = diag(1, 3), b = (1, 1): bᵀb / bᵀAb = 2 / 4.
-    solution, image = conjugate_gradient(
-        lambda vector: np.array([1.0, 3.0]) * vector, np.ones(2), iterations=1
-    )
+    solution, image = conjugate_gradient(lambda vector: np.array([1, 3]) * vector, np.ones(2), iterations=1)
     np.testing.assert_allclose((solution, image), ([0.5, 0.5], [0.5, 1.5]))
 
 

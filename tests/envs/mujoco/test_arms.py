@@ -125,9 +125,7 @@ def test_the_smallest_distance_includes_the_one_at_reset() -> None:
         ((1.0, -1.0), (0.0, 0.0), 45),
     ],
 )
-def test_the_cups_open_side_faces_the_ball(
-    ball: tuple[float, float], goal: tuple[float, float], turn: float
-) -> None:
+def test_the_cup_opens_to_the_ball(ball: tuple[float, float], goal: tuple[float, float], turn: float) -> None:
     w, _, _, z = facing(np.array(ball), np.array(goal))
     assert math.degrees(2 * math.atan2(z, w)) == pytest.approx(turn)
 

@@ -28,9 +28,7 @@ DIAGONAL = geometry.parse(["######", "#....#", "#..#.#", "#.#..#", "#....#", "##
         ((float("nan"), 25.0), True),
     ],
 )
-def test_a_point_is_in_an_obstacle_edges_and_corners_included(
-    point: tuple[float, float], inside: bool
-) -> None:
+def test_a_point_is_in_an_obstacle_with_edges_and_corners(point: tuple[float, float], inside: bool) -> None:
     assert geometry.touches(BLOCK.solid, *point) is inside
 
 

@@ -21,9 +21,7 @@ def test_a_penalty_by_hand() -> None:
 
 
 def test_gradient_and_curvature_are_the_derivatives() -> None:
-    np.testing.assert_allclose(
-        PENALTY.gradient(THETA), numeric_gradient(PENALTY.value, THETA), rtol=1e-6, atol=1e-9
-    )
+    np.testing.assert_allclose(PENALTY.gradient(THETA), numeric_gradient(PENALTY.value, THETA), 1e-6, 1e-9)
     curvature, vector = PENALTY.curvature(THETA), np.array([1.0, -2.0, 0.5])
     difference = (PENALTY.gradient(THETA + 1e-4 * vector) - PENALTY.gradient(THETA)) / 1e-4
     np.testing.assert_allclose(curvature.product(vector), difference, rtol=1e-8)
@@ -94,9 +92,7 @@ def test_online_ewc_adds_the_normalized_importance_of_each_task_and_decays_the_s
         (0, 10, 5, []),
     ],
 )
-def test_observations_of_the_last_half_are_sampled(
-    size: int, steps: int, batch: int, sampled: list[int]
-) -> None:
+def test_states_of_the_last_half_are_sampled(size: int, steps: int, batch: int, sampled: list[int]) -> None:
     sample = continual.StateSample(size, steps)
     for start in range(0, steps, batch):
         sample.add(np.arange(start, min(start + batch, steps))[:, None])
@@ -124,9 +120,7 @@ def test_a_divergence_by_hand() -> None:
 @each_architecture
 def test_the_gradient_is_the_derivative(architecture: Architecture) -> None:
     penalty, theta = random_penalty(architecture), random_policy(architecture)
-    np.testing.assert_allclose(
-        penalty.gradient(theta), numeric_gradient(penalty.value, theta), rtol=1e-5, atol=1e-7
-    )
+    np.testing.assert_allclose(penalty.gradient(theta), numeric_gradient(penalty.value, theta), 1e-5, 1e-7)
 
 
 @each_architecture
