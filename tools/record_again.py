@@ -19,7 +19,7 @@ from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.log import Episode, write_log
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification.episodes import Store, run_all
+from gym_extensions.verification.episodes import Player
 from gym_extensions.verification.verify import LoggedRun, is_first_arithmetic, logged_runs
 
 
@@ -28,7 +28,7 @@ def record_again(submission: Submission, run: LoggedRun, cache: Path) -> str:
     if run.document.policies is None:
         return "has no policies; train it again"
     request = run.request(submission, run.prescribed, Fetcher(cache / "policies"))
-    (found,) = run_all([request], Store(cache / "verify"))
+    (found,) = Player(cache / "verify").play([request])
     if found.problem:
         raise BenchError("bad-policies", found.problem, run.name)
     group, episodes, changes = run.log.group, list[Episode](), list[float]()

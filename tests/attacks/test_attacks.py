@@ -23,7 +23,7 @@ from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Review, write_review
 from gym_extensions.submissions.run import PolicyFile, Versions, read_run
-from gym_extensions.verification.episodes import Store
+from gym_extensions.verification.episodes import Player
 from gym_extensions.verification.verify import verify
 
 from ..verification import made_submissions as submissions
@@ -301,7 +301,7 @@ ATTACKS = (
 )
 
 
-STORES = Store(submissions.CACHE / "verify"), Fetcher(submissions.CACHE / "policies")
+STORES = Player(submissions.CACHE / "verify"), Fetcher(submissions.CACHE / "policies")
 
 
 def stop_of(submission: Path) -> str:

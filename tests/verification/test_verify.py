@@ -302,8 +302,8 @@ def test_a_later_run_with_the_policy_of_an_earlier_one_is_refused(submission: Pa
         assert isinstance(policy, Policy)
         noisy[key] = replace(policy, biases=(policy.biases[0] + 0.1,))
     submissions.write_run_files(submission, "sequential", 2, noisy)
-    last, store = f"{GROUP}/sequential/run2", episodes.Store(tmp_path / "store")
-    report = verify_submission(read(submission), VALUE, store, Fetcher(tmp_path / "cache"), only=[last])
+    last, player = f"{GROUP}/sequential/run2", episodes.Player(tmp_path / "store")
+    report = verify_submission(read(submission), VALUE, player, Fetcher(tmp_path / "cache"), only=[last])
     assert f"{last}: nearly the same policy as {GROUP}/sequential/run0" in report.twins
     assert report.verification is not None
     assert (list(report.verification.runs), report.verification.passed) == ([last], False)

@@ -6,6 +6,7 @@ import secrets
 import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
@@ -89,16 +90,12 @@ def verified(
         def started(cells: int) -> None:
             progress.update(task, total=(progress.tasks[task].total or 0) + cells)
 
-        return verify(
-            *(submission, value, episodes.Store(options.cache / "verify")),
-            Fetcher(options.cache / "policies", options.public_only),
-            only=runs,
-            groups=files,
-            jobs=options.jobs,
-            hours=options.hours,
-            started=started,
-            done=lambda cells: progress.advance(task, cells),
+        store = options.cache / "verify"
+        player = episodes.Player(
+            store, files, options.jobs, options.hours, started, partial(progress.advance, task)
         )
+        fetcher = Fetcher(options.cache / "policies", options.public_only)
+        return verify(submission, value, player, fetcher, runs)
 
 
 def reports_on(

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from hashlib import sha256
 from itertools import groupby
 from pathlib import Path
@@ -187,95 +188,88 @@ def play(call: Mapping[str, Any]) -> Iterator[Any]:
         yield from ([number, msgspec.to_builtins(part)] for part in played(request, group))
 
 
-class Store:
-    """Outcomes of cells in a folder, so that an interrupted verification goes on where it was.
+def _nothing(_: int) -> None:
+    """Listens to no number of cells."""
 
-    A file is named by all that determines its content: the cell, the run's files and versions.
+
+@dataclass(frozen=True)
+class Player:
+    """Runs episodes of stored policies in processes with limits, and keeps the outcomes of cells in a folder.
+
+    So an interrupted verification goes on where it was. A file is named by all that determines its content:
+    the cell, the run's files and versions.
+
+    Attributes:
+        folder: of the outcomes.
+        groups: TOML files of custom groups that submissions contain.
+        jobs: processes that work at once.
+        hours: of processor time for all runs of one call; others are too slow.
+        started, done: called with the number of cells before they are run, and of those that are finished, in
+            any thread.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    folder: Path
+    groups: Sequence[str] = ()
+    jobs: int = 1
+    hours: float = HOURS
+    started: Callable[[int], None] = _nothing
+    done: Callable[[int], None] = _nothing
+
+    @cached_property
+    def _machine(self) -> list[str]:
         packages = (versions.version("numpy"), versions.version("gym-extensions"), str(ARITHMETIC))
-        self._machine = [*fingerprinting.engine().values(), *packages]
-        self._machine += [found] if (found := versions.version_or_none(onnx.RUNTIME)) else []
+        runtime = versions.version_or_none(onnx.RUNTIME)
+        return [*fingerprinting.engine().values(), *packages, *([runtime] if runtime else [])]
 
-    def _path(self, request: RunRequest) -> Path:
-        content = [replace(request, folder="", file=""), self._machine]
-        return self._folder / f"{sha256(msgspec.json.encode(content)).hexdigest()}.json"
+    def _file(self, request: RunRequest, cell: Cell | None) -> Path:
+        """Where the outcomes of a cell are kept, or without one what is known of the policies."""
+        one = replace(request, folder="", file="", cells=() if cell is None else (cell,))
+        return self.folder / f"{sha256(msgspec.json.encode([one, self._machine])).hexdigest()}.json"
 
-    def load(self, request: RunRequest) -> Played | None:
-        """The outcomes of a request for at most one cell, if they were stored."""
-        try:
-            return msgspec.json.decode(self._path(request).read_bytes(), type=Played)
-        except (OSError, ValueError):
-            return None
+    def play(self, requests: Sequence[RunRequest]) -> list[Played]:
+        """The outcomes of each run, as they are kept, or made now.
 
-    def save(self, request: RunRequest, result: Played) -> None:
-        """Stores the outcomes of a request."""
-        files.write_bytes(self._path(request), msgspec.json.encode(result))
+        Raises ``BenchError`` if a process reached a limit or failed.
+        """
+        self.started(sum(len(request.cells) for request in requests))
+        found: list[dict[Cell | None, Played]] = [{} for _ in requests]
+        missing = []
+        for place, (request, known) in enumerate(zip(requests, found, strict=True)):
+            for cell in request.cells or (None,):
+                with suppress(OSError, ValueError):  # it is not there, or was not written to its end
+                    known[cell] = msgspec.json.decode(self._file(request, cell).read_bytes(), type=Played)
+            rest = tuple(cell for cell in request.cells if cell not in known)
+            if rest or not known:
+                missing.append((place, replace(request, cells=rest)))
+            self.done(len(request.cells) - len(rest))
+        share = 3600 * self.hours / max(1, sum(len(request.cells) for _, request in missing))
 
+        def work(batch: Sequence[tuple[int, RunRequest]]) -> None:
+            own = [request for _, request in batch]
+            call = {"runs": msgspec.to_builtins(own), "groups": list(self.groups)}
+            waiting = [iter(request.cells or (None,)) for request in own]
+            for number, answer in answers(JOB, call, limits_of(own, share)):
+                (place, request), cell = batch[number], next(waiting[number])
+                found[place][cell] = part = msgspec.convert(answer, Played)
+                if not part.problem:  # a problem may be mended
+                    files.write_bytes(self._file(request, cell), msgspec.json.encode(part))
+                self.done(len(request.cells) if part.problem else 1)
 
-def run_all(
-    requests: Sequence[RunRequest],
-    store: Store,
-    *,
-    groups: Sequence[str] = (),
-    jobs: int = 1,
-    hours: float = HOURS,
-    done: Callable[[int], None] = lambda _: None,
-) -> list[Played]:
-    """The outcomes of each run, from the store or, with ``jobs`` processes at once, made now.
-
-    ``groups`` are TOML files of custom groups. All runs together have ``hours`` of processor time. ``done``
-    is called with the number of cells that were finished, in any thread; each is stored. Raises
-    ``BenchError`` if a process reached a limit or failed.
-    """
-    found: list[dict[Cell | None, Played]] = [{} for _ in requests]
-
-    def of_one(request: RunRequest, cell: Cell | None) -> RunRequest:
-        return replace(request, cells=() if cell is None else (cell,))
-
-    def work(batch: Sequence[tuple[int, RunRequest]]) -> None:
-        own = [request for _, request in batch]
-        call = {"runs": msgspec.to_builtins(own), "groups": list(groups)}
-        waiting = [iter(request.cells or (None,)) for request in own]
-        for number, answer in answers(JOB, call, limits_of(own, share)):
-            (place, request), cell, part = (
-                batch[number],
-                next(waiting[number]),
-                msgspec.convert(answer, Played),
-            )
-            found[place][cell] = part
-            if not part.problem:  # a problem may be mended
-                store.save(of_one(request, cell), part)
-            done(len(request.cells) if part.problem else 1)
-
-    missing = []
-    for place, request in enumerate(requests):
-        known = found[place]
-        for cell in request.cells or (None,):
-            if part := store.load(of_one(request, cell)):
-                known[cell] = part
-        rest = tuple(cell for cell in request.cells if cell not in known)
-        if rest or not known:
-            missing.append((place, replace(request, cells=rest)))
-        done(len(request.cells) - len(rest))
-    share = 3600 * hours / max(1, sum(len(request.cells) for _, request in missing))
-    with ThreadPoolExecutor(jobs) as pool:
-        futures = []
-        for _, members in groupby(missing, key=lambda item: item[1].group):
-            runs = list(members)
-            size = -(-len(runs) // jobs)
-            parts = (runs[start : start + size] for start in range(0, len(runs), size))
-            futures += [pool.submit(work, batch) for batch in parts]
-        try:
-            for future in as_completed(futures):
-                future.result()
-        except BaseException:  # Ctrl-C as well
-            pool.shutdown(wait=False, cancel_futures=True)
-            end_all()
-            raise
-    return [_joined(request, parts) for request, parts in zip(requests, found, strict=True)]
+        with ThreadPoolExecutor(self.jobs) as pool:
+            futures = []
+            for _, members in groupby(missing, key=lambda item: item[1].group):
+                runs = list(members)
+                size = -(-len(runs) // self.jobs)
+                parts = (runs[start : start + size] for start in range(0, len(runs), size))
+                futures += [pool.submit(work, batch) for batch in parts]
+            try:
+                for future in as_completed(futures):
+                    future.result()
+            except BaseException:  # Ctrl-C as well
+                pool.shutdown(wait=False, cancel_futures=True)
+                end_all()
+                raise
+        return [_joined(request, parts) for request, parts in zip(requests, found, strict=True)]
 
 
 def _joined(request: RunRequest, parts: Mapping[Cell | None, Played]) -> Played:

@@ -3,7 +3,7 @@
 import contextlib
 import platform
 from collections import defaultdict
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cached_property
@@ -219,28 +219,18 @@ def settings_of(submission: Submission) -> str:
 def verify(
     submission: Submission,
     value: str,
-    store: episodess.Store,
+    player: episodess.Player,
     fetcher: fetch.Fetcher,
-    *,
     only: Collection[str] | None = None,
-    groups: Sequence[str] = (),
-    jobs: int = 1,
-    hours: float = episodess.HOURS,
-    started: Callable[[int], None] = lambda _: None,
-    done: Callable[[int], None] = lambda _: None,
 ) -> Report:
     """Verifies the runs of a submission that have policies.
 
     Args:
         submission: the submission.
         value: 40 to 128 hexadecimal digits that were fixed after the files.
-        store: keeps outcomes, so that an interrupted verification goes on where it was.
+        player: runs the policies. Those that need more than its hours are *undecided: too slow*.
         fetcher: gets policies that lie elsewhere.
         only: the names of the runs to verify; all if None.
-        groups: TOML files of custom groups that the submission contains.
-        jobs: processes that work at once.
-        hours: of processor time for all runs; policies that need more are *undecided: too slow*.
-        started, done: called with the number of cells before they are run, and of those that are finished.
 
     Raises:
         BenchError: policies that lie elsewhere cannot be fetched, a limit was reached, or another version of
@@ -259,10 +249,8 @@ def verify(
     requests = {name: run.request(submission, fetcher=fetcher) for name, run in runs.items()}
 
     def play(cells: Mapping[str, tuple[episodess.Cell, ...]]) -> dict[str, episodess.Played]:
-        started(sum(map(len, cells.values())))
         wanted = [replace(request, cells=cells[name]) for name, request in requests.items()]
-        played = episodess.run_all(wanted, store, groups=groups, jobs=jobs, hours=hours, done=done)
-        return dict(zip(requests, played, strict=True))
+        return dict(zip(requests, player.play(wanted), strict=True))
 
     digests = {name: run.document.digest for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
@@ -280,7 +268,7 @@ def verify(
     except BenchError as error:
         if error.code != limits.TOO_SLOW:
             raise
-        why = UNDECIDED.format(hours, episodess.SECONDS_PER_CELL)
+        why = UNDECIDED.format(player.hours, episodess.SECONDS_PER_CELL)
         found = review.Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
         return replace(report, verification=found)
     repetitions, fresh = {}, {}
@@ -293,7 +281,7 @@ def verify(
     machines = {name: run.other_machine for name, run in runs.items()}
     sketches = {name: each.sketches for name, each in first.items()}
     others = runs_to_compare(submission, every, runs)
-    compared = episodess.run_all(list(others.values()), store, groups=groups, jobs=jobs)
+    compared = player.play(list(others.values()))
     sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
     failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
     twins = _twins(submission, runs, sketches)
