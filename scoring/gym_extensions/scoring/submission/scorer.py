@@ -33,7 +33,7 @@ def score(
     that are scored; all if empty.
     """
     submission = submissions.scored_runs(submission)
-    manifest, review = submission.manifest, submission.review
+    manifest, review, of_code = submission.manifest, submission.review, submission.trained
     groups: dict[str, dict[str, scorecard.GroupScore]] = {}
     trained: dict[str, scorecard.GroupScore] = {}
     digests, settings = dict[str, str](), manifest.digest if manifest else ""
@@ -67,8 +67,8 @@ def score(
                     ],
                     sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
                 )
-        if submission.trained:
-            trained = trained_logs(submission.trained, references)
+        if of_code:
+            trained = trained_logs(of_code, references)
             for name, log in trained.items():  # where the author has no runs that count
                 if name not in groups or not BUDGETS[budget].on_boards:
                     groups[name] = {"sequential": log}
@@ -83,7 +83,14 @@ def score(
         steps_counted=level != REPORTED and all(run.steps_counted for run in submission.documents),
         problems=submission.problems,
         manifest=manifest_summary(submission),
-        training=training_summary(submission),
+        training=filled(
+            scorecard.TrainingSummary,
+            of_code.training,
+            attempts=of_code.version,
+            outdated=of_code.training.agent != submission.code,
+        )
+        if of_code
+        else None,
         trained=trained,
         readme=submission.readme,
         notes=tuple(
@@ -117,14 +124,6 @@ def manifest_summary(submission: submissions.Submission) -> scorecard.ManifestSu
         manifest = msgspec.structs.replace(manifest, **told)
         memory = memory or trained.runs.memory
     return filled(scorecard.ManifestSummary, manifest, memory=memory)
-
-
-def training_summary(submission: submissions.Submission) -> scorecard.TrainingSummary | None:
-    """What the scorecard says of the training of a submission's code."""
-    if (trained := submission.trained) is None:
-        return None
-    is_outdated = trained.training.agent != submission.code
-    return filled(scorecard.TrainingSummary, trained.training, attempts=trained.version, outdated=is_outdated)
 
 
 def trained_logs(trained: submissions.Trained, references: References) -> dict[str, scorecard.GroupScore]:

@@ -11,25 +11,6 @@ from gym_extensions.metrics.statistics import holm, interval, summary, zero_mean
 from gym_extensions.metrics.values import learned_nothing
 from gym_extensions.scoring.scorecard import GroupScore, LargestChange, StageScore, TaskChange
 
-
-def stage_scores(score: GroupScore) -> tuple[tuple[StageScore, ...], ...]:
-    """The means over runs ``[stage][task]`` of a log with these returns and success rates."""
-    stages = len(score.return_matrix[0]) if score.return_matrix else 0
-    normalized = [score.scores(at) for at in range(len(score.tasks))]
-
-    def cell(stage: int, at: int) -> StageScore:
-        scores, rates = normalized[at], [run[stage][at] for run in score.success_rates]
-        defined = [rate for rate in rates if rate is not None]
-        value = interval([run[stage] for run in scores]) if scores else None
-        return StageScore(
-            *((value.mean, value.low, value.high) if value else ()),
-            mean_return=fmean(run[stage][at] for run in score.return_matrix),
-            success_rate=fmean(defined) if defined and len(defined) == len(rates) else None,
-        )
-
-    return tuple(tuple(cell(stage, at) for at in range(len(score.tasks))) for stage in range(stages))
-
-
 LEAST_CHANGE = 0.05
 """The smallest change of normalized return that is reported."""
 
@@ -110,6 +91,20 @@ def with_stages(score: GroupScore, protocol: str, single: GroupScore | None = No
     if open_tasks:
         sentences.append(f"open (no expert), left out of normalized means: {', '.join(open_tasks)}")
     scores = [score.scores(at) for at in range(len(score.tasks))]
+
+    def cell(stage: int, at: int) -> StageScore:
+        """The means over runs of a task after a stage."""
+        rows, rates = scores[at], [run[stage][at] for run in score.success_rates]
+        defined = [rate for rate in rates if rate is not None]
+        value = interval([run[stage] for run in rows]) if rows else None
+        return StageScore(
+            *((value.mean, value.low, value.high) if value else ()),
+            mean_return=fmean(run[stage][at] for run in score.return_matrix),
+            success_rate=fmean(defined) if defined and len(defined) == len(rates) else None,
+        )
+
+    # The stages of balanced runs differ between runs.
+    stages = range(len(score.return_matrix[0]) if score.return_matrix and protocol != "balanced" else 0)
     task_changes = []
     for at, normalized in enumerate(scores[:-1] if protocol == "sequential" and score.return_matrix else ()):
         rows = normalized or [[stage[at] for stage in run] for run in score.return_matrix]
@@ -117,7 +112,7 @@ def with_stages(score: GroupScore, protocol: str, single: GroupScore | None = No
         task_changes.append(TaskChange(value.mean, value.low, value.high, normalized=normalized is not None))
     return replace(
         score,
-        stages=stage_scores(score) if protocol != "balanced" else (),  # its stages differ between runs
+        stages=tuple(tuple(cell(stage, at) for at in range(len(score.tasks))) for stage in stages),
         changes=tuple(task_changes),
         top_score=max([1.0, *(value for rows in scores for row in rows or () for value in row)]),
         largest_loss=changes[0],

@@ -232,8 +232,7 @@ def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
         for value in (log.metrics[metric] for metric in CORE_METRICS)
         if not value.runs
     ]
-    counts = {name: counted_runs(log) for name, log in logs.items()}
-    look = 0 if missing or without else last_look(min(counts.values()))
+    look = 0 if missing or without else last_look(min(map(counted_runs, logs.values())))
     protocol = card.manifest.protocol if card.manifest else None
     why, found = _why(logs, missing, without), claim(card)
     metrics = dict.fromkeys(CORE_METRICS, MetricValue(why=why))
@@ -251,10 +250,7 @@ def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
         trained_here=is_trained_here(card),
         claim=found,
         cost=scorecard.CoreCost() if missing else _cost(logs),
-        notes=(
-            *_notes(logs, counts, missing, look, card.steps_counted),
-            *_remarks(card, found),
-        ),
+        notes=tuple(_notes(card, logs, look, found)),
     )
 
 
@@ -269,32 +265,33 @@ def _why(logs: Mapping[str, scorecard.GroupScore], missing: Sequence[str], witho
 
 
 def _notes(
+    card: scorecard.Scorecard,
     logs: Mapping[str, scorecard.GroupScore],
-    counts: Mapping[str, int],
-    missing: Sequence[str],
     look: int,
-    steps_counted: bool,
-) -> tuple[str, ...]:
-    """What of a submission is not compared or not trained, in words, with the name of the case."""
-    notes = [f"partial-core: It has no sequential runs of {', '.join(missing)}."] if missing else []
+    found: scorecard.Claim | None,
+) -> Iterator[str]:
+    """What is not compared, and what to know of runs that were trained here, with the name of the case."""
+    counts = {name: counted_runs(log) for name, log in logs.items()}
+    if missing := [name for name in CORES[CORE] if name not in logs]:
+        yield f"partial-core: It has no sequential runs of {', '.join(missing)}."
     if len(set(counts.values())) > 1:
         parts = ", ".join(f"{name} {count}" for name, count in counts.items())
-        notes.append(f"different-numbers-of-runs: The groups have {parts} runs.")
-    beyond = {name: range(look, count) for name, count in counts.items() if count > look > 0}
-    if beyond:
+        yield f"different-numbers-of-runs: The groups have {parts} runs."
+    if beyond := {name: range(look, count) for name, count in counts.items() if count > look > 0}:
         parts = _runs_by_group(beyond)
-        notes.append(
-            f"runs-beyond-the-look: Compared are runs 0 to {look - 1}. Further runs by number: {parts}."
-        )
-    if not steps_counted:
-        notes.append(
-            "steps-claimed: Its training steps are claimed; its page says where its policies are from."
-        )
+        yield f"runs-beyond-the-look: Compared are runs 0 to {look - 1}. Further runs by number: {parts}."
+    if not card.steps_counted:
+        yield "steps-claimed: Its training steps are claimed; its page says where its policies are from."
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
     if waiting and look:
-        parts = _runs_by_group(waiting)
-        notes.append(f"unverified-runs: Not compared until they are verified: {parts}.")
-    return tuple(notes)
+        yield f"unverified-runs: Not compared until they are verified: {_runs_by_group(waiting)}."
+    if found:
+        says = "agree with these" if found.agrees else f"claim {found.difference:.2f} more"
+        yield f"claim: The author's own runs {says}."
+    if card.training and card.training.attempts > 1:
+        yield f"attempts: {card.training.attempts} versions of its code were trained; this is the last."
+    if card.training and card.training.failed:
+        yield f"failed-runs: {len(card.training.failed)} runs failed and count as the floor."
 
 
 def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
@@ -304,17 +301,6 @@ def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
         for name, runs in found.items()
     }
     return ", ".join(f"{name} {' '.join(map(str, each))}" for name, each in ends.items())
-
-
-def _remarks(card: scorecard.Scorecard, found: scorecard.Claim | None) -> Iterator[str]:
-    """What a reader should know of runs that were trained here, in words, with the name of the case."""
-    if found:
-        says = "agree with these" if found.agrees else f"claim {found.difference:.2f} more"
-        yield f"claim: The author's own runs {says}."
-    if card.training and card.training.attempts > 1:
-        yield f"attempts: {card.training.attempts} versions of its code were trained; this is the last."
-    if card.training and card.training.failed:
-        yield f"failed-runs: {len(card.training.failed)} runs failed and count as the floor."
 
 
 def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
