@@ -56,15 +56,7 @@ def write_run_files(
     policies: Mapping[files.Key, files.AnyPolicy],
     played: Mapping[files.Key, files.AnyPolicy] | None = None,
 ) -> None:
-    """Writes the log, the document and the policies of a run.
-
-    Args:
-        folder: the submission.
-        protocol: of the run.
-        run: its number.
-        policies: those that are stored.
-        played: those whose episodes are logged; by default the stored ones.
-    """
+    """Writes the log, the document and the policies of a run; ``played`` are those whose episodes it logs."""
     members = group_of(GROUP)
     episodes = []
     for stage in stages(protocol, len(members.tasks)):
@@ -109,9 +101,7 @@ def write_submission(
         policies = {key: network(100 * run + number, head) for number, key in enumerate(keys)}
         write_run_files(folder, protocol, run, policies)
     evaluation = "deterministic" if head == "deterministic" else "sampled"
-    text = MANIFEST.replace('"smoke"', '"100k"').replace(
-        'evaluation = "sampled"', f'evaluation = "{evaluation}"'
-    )
+    text = MANIFEST.replace('"smoke"', '"100k"').replace('"sampled"', f'"{evaluation}"')
     (folder / "submission.toml").write_text(text, encoding="utf-8", newline="\n")
     return folder
 

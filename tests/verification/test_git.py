@@ -29,10 +29,8 @@ def test_files_of_a_commit_are_read_with_their_modes_and_sizes(tmp_path: Path) -
     folder = make_repository(tmp_path)
     head = commit(folder, {"a/b.csv": "1\n", "c": b"\0\xff\n\n"})
     repository = Repository(folder)
-    assert [
-        (submission.mode, submission.size, submission.path)
-        for submission in repository.tree(head, sizes=True)
-    ] == [("100644", 2, "a/b.csv"), ("100644", 4, "c")]
+    found = [(each.mode, each.size, each.path) for each in repository.tree(head, sizes=True)]
+    assert found == [("100644", 2, "a/b.csv"), ("100644", 4, "c")]
     assert (repository.file(head, "c"), repository.file(head, "a")) == (b"\0\xff\n\n", None)
 
 

@@ -4,6 +4,7 @@ import shutil
 from itertools import product
 from pathlib import Path
 from statistics import fmean
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.worlds import axes
 from gym_extensions.curation.cli import maintain
-from gym_extensions.submissions import landscapes as landscapess
+from gym_extensions.submissions import landscapes as stored
 from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file
 from gym_extensions.submissions.policies.files import policies_of, read_arrays
 from gym_extensions.verification.recorders import returns_of
@@ -45,8 +46,8 @@ def landscapes(submission: Path, *options: str) -> int:
     return maintain(["landscapes", str(submission), "--cache", str(submission.parent / "cache"), *options])
 
 
-def landscape(submission: Path) -> landscapess.Landscape:
-    (found,) = landscapess.landscapes_of(submission).values()
+def landscape(submission: Path) -> stored.Landscape:
+    (found,) = stored.landscapes_of(submission).values()
     return found
 
 
@@ -56,13 +57,13 @@ def test_every_run_has_a_return_and_a_deviation_per_stage_and_value(measured: Pa
     (axis,) = found.axes
     assert np.shape(axis.returns) == np.shape(axis.deviations) == (2, 3, len(axes(HERE)[0].points))
     assert len({axis.returns[0], axis.returns[1]}) == 2
-    assert landscapess.path_of(measured, HERE).stat().st_size < 60_000
+    assert stored.path_of(measured, HERE).stat().st_size < 60_000
 
 
 def test_the_same_machine_writes_the_same_file_whatever_the_number_of_jobs(submission: Path) -> None:
-    before = landscapess.path_of(submission, HERE).read_bytes()
+    before = stored.path_of(submission, HERE).read_bytes()
     assert landscapes(submission, "--again", "--jobs", "2", "--groups", GROUP) == 0
-    assert landscapess.path_of(submission, HERE).read_bytes() == before
+    assert stored.path_of(submission, HERE).read_bytes() == before
 
 
 def test_a_landscape_that_is_up_to_date_is_not_measured_again(
@@ -75,13 +76,13 @@ def test_a_landscape_that_is_up_to_date_is_not_measured_again(
 def test_a_landscape_of_other_policies_is_not_shown(submission: Path) -> None:
     document = submission / run_file(GROUP, "sequential", 1, DOCUMENT)
     change_document(document, policies=None)
-    assert landscapess.load(submission, HERE) == landscapess.OTHER_RUNS
-    assert landscapess.landscapes_of(submission) == {}
+    assert stored.load(submission, HERE) == stored.OTHER_RUNS
+    assert stored.landscapes_of(submission) == {}
 
 
 def test_a_submission_without_policies_has_none(submission: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shutil.rmtree(submission / LANDSCAPES)
-    assert landscapess.load(submission, HERE) == landscapess.NOT_MEASURED
+    assert stored.load(submission, HERE) == stored.NOT_MEASURED
     change_document(submission / run_file(GROUP, "sequential", 0, DOCUMENT), policies=None)
     assert landscapes(submission) == 0
     assert "not published" in capsys.readouterr().out
@@ -99,39 +100,26 @@ def test_a_group_without_worlds_is_refused(
     assert message in capsys.readouterr().err
 
 
-class Listener:
-    """A policy that writes down which task it is told."""
+def test_an_agent_that_observes_the_task_is_told_the_nearest_one() -> None:
+    gravity, told = GROUPS["hopper-gravity"], list[int]()
 
-    num_actions = 3
-    told: list[int]
-
-    def __init__(self) -> None:
-        self.told = []
-
-    def reset(self) -> None:
-        """Nothing to reset."""
-
-    def act(self, observations: Any, rng: np.random.Generator, task: int) -> Any:
-        self.told.append(task)
+    def act(observations: Any, rng: np.random.Generator, task: int) -> Any:
+        told.append(task)
         return network(0, inputs=11).act(observations)
 
-
-def test_an_agent_that_observes_the_task_is_told_the_nearest_one() -> None:
-    gravity = GROUPS["hopper-gravity"]
-    policy = Listener()
-    returns_of(gravity, policy, axes(gravity)[0], 5, 0)  # type: ignore[arg-type]
-    assert list(dict.fromkeys(policy.told)) == [0, 1, 2, 3, 4]
+    policy: Any = SimpleNamespace(num_actions=3, reset=lambda: None, act=act)
+    returns_of(gravity, policy, axes(gravity)[0], 5, 0)
+    assert list(dict.fromkeys(told)) == [0, 1, 2, 3, 4]
 
 
 @pytest.mark.committed
 @pytest.mark.parametrize("path", MEASURED, ids=lambda path: f"{path.parts[-3]}-{path.stem}")
 def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path) -> None:
     submission, group = path.parents[1], GROUPS[path.stem]
-    found = landscapess.load(submission, group)
-    assert isinstance(found, landscapess.Landscape), found
-    assert path.stat().st_size < 20 * sum(2 * np.size(axis.returns) for axis in found.axes), (
-        "20 bytes per number"
-    )
+    found = stored.load(submission, group)
+    assert isinstance(found, stored.Landscape), found
+    numbers = sum(2 * np.size(axis.returns) for axis in found.axes)
+    assert path.stat().st_size < 20 * numbers
     differences = []
     for index, run in enumerate(found.runs):
         file = submission / run_file(group.name, "sequential", run, ".csv")
@@ -156,7 +144,7 @@ def test_at_trained_values_a_committed_landscape_agrees_with_the_logs(path: Path
 def test_a_stage_of_a_committed_landscape_is_measured_again() -> None:
     """Golden numbers: equal on the kernels of the file, and close at most points on others."""
     submission, group, stage = SUBMISSIONS / "cloning", GROUPS["hopper-gravity"], 1
-    found, (axis,) = landscapess.landscapes_of(submission)[group.id], axes(group)
+    found, (axis,) = stored.landscapes_of(submission)[group.id], axes(group)
     arrays = read_arrays(submission, group, "sequential", 0)
     policy = policies_of(arrays, group, "sequential")[stage, None]
     returns = np.array(returns_of(group, policy, axis, stage, 0))

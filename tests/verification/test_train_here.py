@@ -13,11 +13,11 @@ from gym_extensions.curation.cli import maintain
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Training, training_of, training_text
-from gym_extensions.submissions.run import read_run, write_run
 from gym_extensions.verification import train_here
 from gym_extensions.verification.git import Repository
 
 from ..curation.repositories import make_repository, merge
+from .made_submissions import change_document
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="what a job wrote is read with limits")
 GROUP, CODE = "pusher", "make = other = None\n"
@@ -34,20 +34,12 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     manifest = (folder / "smoke/submission.toml").read_text(encoding="utf-8")
     manifest += '\n[agent]\nentry = "agent.py:make"\n'
     make_repository(folder / "main")
-    merge(
-        folder / "main", {"submissions/new/agent/agent.py": CODE, "submissions/new/submission.toml": manifest}
-    )
+    files = {"agent/agent.py": CODE, "submission.toml": manifest}
+    merge(folder / "main", {f"submissions/new/{name}": text for name, text in files.items()})
     number, training = train_here.present(read(submission), "")
     assert number == 1
-    train(
-        "random",
-        GROUP,
-        "sequential",
-        "smoke",
-        [0, 1],
-        out=folder / "trained/1",
-        origin=Origin(seeds=training.seeds),
-    )
+    origin = Origin(seeds=training.seeds)
+    train("random", GROUP, "sequential", "smoke", [0, 1], out=folder / "trained/1", origin=origin)
     write(folder / "trained", training)
     return folder
 
@@ -90,29 +82,22 @@ def test_a_run_that_was_finished_when_the_machine_died_is_taken(folder: Path) ->
     assert len(training_of((take(folder) / "trained/1.toml").read_bytes()).runs) == 2
 
 
-def known(trained: Path) -> Training:
-    return training_of((trained / "1.toml").read_bytes())
-
-
 def record(**changes: object) -> Change:
     def change(trained: Path) -> None:
         path = trained / "1.toml"
-        stated = msgspec.to_builtins(known(trained)) | changes
+        stated = msgspec.to_builtins(training_of(path.read_bytes())) | changes
         path.write_text(training_text(msgspec.convert(stated, Training)), encoding="utf-8")
 
     return change
 
 
 def document(**changes: object) -> Change:
-    path = f"1/{RUN}.json"
-    return lambda trained: write_run(
-        trained / path, msgspec.structs.replace(read_run(trained / path), **changes)
-    )
+    return lambda trained: change_document(trained / f"1/{RUN}.json", **changes)
 
 
 def other_seeds(trained: Path) -> None:
     document(command="gym-extensions train --seeds 1")(trained)
-    write(trained, known(trained))
+    write(trained, training_of((trained / "1.toml").read_bytes()))
 
 
 REFUSED: dict[str, tuple[Change, str]] = {
