@@ -13,7 +13,7 @@ from gym_extensions.catalog.protocol import IN_ORDER, task_order
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval
-from gym_extensions.references import Reference, load_references
+from gym_extensions.references import load_references
 from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, read_groups
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths
@@ -77,7 +77,10 @@ def policies(submissions: Paths = "submissions", *, groups: CustomGroups = ()) -
                     if protocol == "single":  # a policy is evaluated on its own task
                         means = np.where(np.arange(len(means)) == at, means, np.nan)
                     task = "" if at is None else submitted.group.task_ids[at]
-                    scores = tuple(map(_score, experts, means))
+                    scores = tuple(
+                        math.nan if expert is None or expert.open else expert.normalize(mean)
+                        for expert, mean in zip(experts, means, strict=True)
+                    )
                     rows.append((*keys, stage, task, tuple(means), scores, *astuple(diagnosis), why))
     return typed(rows, POLICY_DTYPES)
 
@@ -90,10 +93,6 @@ def _stages(document: RunDocument, group: TaskGroup) -> tuple[list[int], list[in
         return numbers, [order[stage - 1] if stage else None for stage in numbers]
     last = {"single": [*range(count)], "cumulative": [count - 1], "joint": [None]}
     return numbers, last[document.protocol]
-
-
-def _score(reference: Reference | None, mean: float) -> float:
-    return math.nan if reference is None or reference.open else reference.normalize(mean)
 
 
 def _diagnosed(

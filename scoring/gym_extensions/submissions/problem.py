@@ -69,12 +69,15 @@ Check = Callable[..., Iterator[Finding]]
 
 
 class Rule(NamedTuple):
-    """A rule, with its name in kebab case, its scope, its text and its function."""
+    """A rule, with its name in kebab case, its scope, its text and its function.
+
+    Who reads a file reports that it cannot be read: rules of the scope ``file`` have no function.
+    """
 
     name: str
     scope: Scope
     text: str
-    check: Check
+    check: Check | None = None
 
 
 RULES: dict[str, Rule] = {}
@@ -95,7 +98,8 @@ def rule(scope: Scope, rules: dict[str, Rule] = RULES) -> Callable[[Check], Chec
 def problems(scope: Scope, *subject: object, rules: Mapping[str, Rule] = RULES) -> list[Problem]:
     """Every problem that the rules of a scope report for a subject, their arguments."""
     chosen = (rule for rule in rules.values() if rule.scope == scope)
-    return [Problem(rule.name, *found) for rule in chosen for found in rule.check(*subject)]
+    checks = [(rule.name, rule.check) for rule in chosen if rule.check]
+    return [Problem(name, *found) for name, check in checks for found in check(*subject)]
 
 
 def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:

@@ -105,6 +105,10 @@ class _Reader:
         self.problems += found
         return not found
 
+    def _broken(self, rule: str, where: str, reason: str) -> None:
+        """Collects the problem of a file that cannot be read, or of its line, for a reason in a sentence."""
+        self.problems.append(problem.Problem(rule, where, reason, rules.folder.BROKEN_FILES[rule][1]))
+
     def _bytes(self, path: str) -> bytes | None:
         """The bytes of a file; None if there is none, it is too large, or it cannot be read (a problem)."""
         file = self.folder.files.get(path)
@@ -114,7 +118,7 @@ class _Reader:
             return self.folder.read(path)
         except OSError as error:
             reason = f"The file cannot be read: {error.strerror or type(error).__name__}."
-            self._check("file", "unreadable-file", path, reason)
+            self._broken("unreadable-file", path, reason)
             return None
 
     def _parsed(
@@ -126,10 +130,10 @@ class _Reader:
         try:
             return parse(data)
         except TableError as error:
-            self._check("file", f"malformed-{kind}", f"{path}, line {error.line}", error.message)
+            self._broken(f"malformed-{kind}", f"{path}, line {error.line}", error.message)
         except (ValueError, RecursionError) as error:
             reason = str(error) or "It is nested too deeply"
-            self._check("file", f"malformed-{kind}", path, f"{reason[:300].rstrip('.')}.")
+            self._broken(f"malformed-{kind}", path, f"{reason[:300].rstrip('.')}.")
         return None
 
     def _section(self, name: str) -> dict[str, Any] | None:
@@ -197,7 +201,7 @@ class _Reader:
                 if POLICIES in suffixes and not whole:  # it is not unpacked
                     data = self._bytes(path)
                     if data is not None and (error := files_module.npz_error(data)):
-                        self._check("file", "malformed-policies", path, f"It cannot be read: {error}.")
+                        self._broken("malformed-policies", path, f"It cannot be read: {error}.")
                     continue
                 if files_module.missing_networks(suffixes, group, protocol):
                     continue  # a problem of the document
@@ -205,7 +209,7 @@ class _Reader:
                     arrays = files_module.read_arrays(self.folder.root, group, protocol, run)
                 except BenchError as error:
                     path = Path(error.where).relative_to(self.folder.root).as_posix()
-                    self._check("file", "malformed-policies", path, error.message)
+                    self._broken("malformed-policies", path, error.message)
                     continue
                 stated = (first, sketches, observes_task, evaluation)
                 subject = rules.policies.RunPolicies(group, document, arrays, whole, *stated)

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, PROTOCOLS
@@ -191,13 +190,5 @@ BROKEN_FILES = {
     ),
 }
 """Text and hint of the rules about files that cannot be read, by name."""
-
-
-def _check_file(name: str, rule: str, where: str, reason: str) -> Iterator[Finding]:
-    """The finding about a file that breaks a rule: its path (with a line), and the reason as a sentence."""
-    if rule == name:
-        yield Finding(where, reason, BROKEN_FILES[name][1])
-
-
 for _name, (_text, _) in BROKEN_FILES.items():
-    RULES[_name] = Rule(_name, "file", _text, partial(_check_file, _name))
+    RULES[_name] = Rule(_name, "file", _text)
