@@ -146,9 +146,7 @@ def test_the_python_of_the_page_trains_and_scores(folder: Path, monkeypatch: pyt
     assert sorted(names["board"]["name"]) == ["other", "random", "random", "zero"]
 
 
-def test_the_page_names_a_module_that_registers_an_environment(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_page_names_a_module_that_registers_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _, text = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
     (tmp_path / "pendulum.toml").write_text(text)
     (tmp_path / "my_tasks.py").write_text(

@@ -9,11 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-GUIDES = [
-    *sorted(ROOT.glob("*.md")),
-    *sorted((ROOT / "docs").glob("*.md")),
-    *sorted((ROOT / "docs" / "adr").glob("*.md")),
-]
+GUIDES = [path for folder in (".", "docs", "docs/adr") for path in sorted((ROOT / folder).glob("*.md"))]
 
 
 def relative(path: Path) -> str:

@@ -58,7 +58,7 @@ def test_the_folder_that_contains_submissions_is_rejected(random_submission: Pat
 
 
 @pytest.mark.parametrize("folder", ["poses", "landscapes"])
-def test_a_run_can_be_added_to_a_submission_that_has_a_review(
+def test_a_run_can_be_added_to_a_reviewed_submission(
     folder: str, random_submission: Path, tmp_path: Path
 ) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
@@ -78,9 +78,7 @@ def test_a_damaged_run_is_named_before_training(name: str, random_submission: Pa
 
 
 @pytest.mark.parametrize(("origin", "target"), [("balanced", "sequential"), ("sequential", "balanced")])
-def test_a_run_in_the_place_of_another_order_is_named_before_training(
-    origin: str, target: str, tmp_path: Path
-) -> None:
+def test_a_run_in_the_place_of_another_order_is_named_first(origin: str, target: str, tmp_path: Path) -> None:
     out = tmp_path / "mine"
     train("zero", QUICK_GROUP, origin, "smoke", 1, out=out)
     (out / QUICK_GROUP.name / origin).rename(out / QUICK_GROUP.name / target)
@@ -89,7 +87,7 @@ def test_a_run_in_the_place_of_another_order_is_named_before_training(
     assert not (out / QUICK_GROUP.name / target / "run0.csv").exists()
 
 
-def test_runs_without_a_manifest_or_with_one_that_is_not_toml_are_rejected(
+def test_runs_without_a_manifest_or_with_a_broken_one_are_rejected(
     random_submission: Path, tmp_path: Path
 ) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))

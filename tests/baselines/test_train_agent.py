@@ -30,7 +30,7 @@ BAD: list[tuple[type[Monitor | Origin | Parallel], dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("settings", "arguments", "code"), BAD)
-def test_a_setting_of_another_type_or_out_of_range_is_rejected(
+def test_a_setting_of_another_type_or_range_is_rejected(
     settings: Any, arguments: dict[str, Any], code: str
 ) -> None:
     with refused(code):

@@ -9,15 +9,7 @@ import pytest
 from gym_extensions import envs
 from gym_extensions.catalog.descriptions import picture_file
 from gym_extensions.catalog.tasks import Task, customize, task
-from gym_extensions.catalog.variations import (
-    Gravity,
-    LimbScale,
-    MotorNoise,
-    RangeSensor,
-    SensorNoise,
-    TrackingGoal,
-    Wall,
-)
+from gym_extensions.catalog.variations import Gravity, LimbScale, Wall
 from gym_extensions.errors import BenchError
 
 from ..conftest import refused
@@ -38,14 +30,14 @@ def test_variations_are_added_after_those_of_the_task_and_named_in_its_id() -> N
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_combination_that_is_published_is_the_published_task_in_any_order(order: int) -> None:
-    variations = [RangeSensor(), Wall(0.8)][::order]
+    variations = [envs.RangeSensor(), Wall(0.8)][::order]
     assert customize("Hopper", variations) is task("HopperWall")
 
 
 @pytest.mark.parametrize("factor", [np.float64(0.5), np.float32(0.5), 0.5])
 def test_numbers_of_any_type_give_one_task(factor: float) -> None:
     assert customize("Hopper", [Gravity(factor)]) is task("HopperGravityHalf")
-    assert customize("Humanoid", [RangeSensor(), Wall(10)]) is task("HumanoidWall")
+    assert customize("Humanoid", [envs.RangeSensor(), Wall(10)]) is task("HumanoidWall")
     assert customize("Hopper", [Gravity(2)]) == customize("Hopper", [Gravity(2.0)])
     assert customize("Hopper", [Gravity(2)]).id == "gym_extensions/Hopper.Gravity-2.0-v0"
     limit: Any = np.int64(1000)
@@ -64,14 +56,14 @@ def test_values_that_differ_in_a_sign_give_two_ids() -> None:
     [
         (lambda: Gravity(-0.5), "Gravity's factor is -0.5"),
         (lambda: LimbScale("Foot", float("nan")), "LimbScale's factor is nan"),
-        (lambda: MotorNoise(0), "MotorNoise's scale is 0"),
-        (lambda: SensorNoise(dropout=1.5), "dropout is 1.5"),
+        (lambda: envs.MotorNoise(0), "MotorNoise's scale is 0"),
+        (lambda: envs.SensorNoise(dropout=1.5), "dropout is 1.5"),
         (lambda: Wall(farthest=float("inf")), "farthest is inf"),
         (lambda: Wall(farthest=WORD), "farthest is 'no'"),
         (lambda: Wall(nearest=3.0, farthest=2.0), "nearest 3.0"),
         (lambda: Wall(centre_height=float("nan")), "centre_height is nan"),
         (lambda: Wall(parked=WORD), "parked is 'no'"),
-        (lambda: TrackingGoal(4.1), "Give at most 4"),
+        (lambda: envs.TrackingGoal(4.1), "Give at most 4"),
     ],
 )
 def test_a_value_that_no_simulation_can_have_is_refused(make: Callable[[], object], fact: str) -> None:
@@ -89,8 +81,8 @@ def test_a_limb_is_named_and_has_a_mass_that_mujoco_simulates() -> None:
 @pytest.mark.parametrize(
     ("made", "picture"),
     [
-        (customize("Hopper", [Gravity(0.3), MotorNoise()]), "hopper.webp"),
-        (customize("Hopper", [RangeSensor(), Wall(), SensorNoise(0.1)]), "hopperwall.webp"),
+        (customize("Hopper", [Gravity(0.3), envs.MotorNoise()]), "hopper.webp"),
+        (customize("Hopper", [envs.RangeSensor(), Wall(), envs.SensorNoise(0.1)]), "hopperwall.webp"),
         (customize("HopperBigFoot", [Gravity(0.3)]), "hopperbigfoot.webp"),
         (customize("Hopper", [LimbScale("Foot", 1.1)]), "hopper.limbscale-foot-1.1.webp"),
     ],

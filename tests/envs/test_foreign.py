@@ -167,9 +167,7 @@ def test_a_broken_environment_is_named_before_training(name: str, task_of: Calla
         foreign.check(TaskGroup("mine", (task,)))
 
 
-def test_nan_in_the_thousandth_step_is_named_with_the_step_the_task_and_the_action(
-    task_of: Callable[..., Any],
-) -> None:
+def test_nan_in_the_thousandth_step_is_named_with_step_task_and_action(task_of: Callable[..., Any]) -> None:
     late = {"reward": lambda self, _: float("nan") if self.steps == 1000 else 0.0}
     task = task_of(type("LateNan", (Odd,), late), max_episode_steps=2000)
     foreign.check(TaskGroup("mine", (task,)))

@@ -48,8 +48,8 @@ def test_a_task_of_each_kind_passes_gymnasiums_checker(task_id: str) -> None:
     ],
 )
 @pytest.mark.parametrize("keyword", ["frameskip", "ctrl_cost_weight", "xml_file", "custom_arena"])
-def test_a_keyword_that_a_published_id_does_not_accept_is_a_type_error(
-    call: Callable[..., object], keyword: str
+def test_a_keyword_that_a_published_id_does_not_take_is_an_error(
+    call: Callable[..., Any], keyword: str
 ) -> None:
     with pytest.raises(TypeError, match=f"unexpected keyword argument '{keyword}'"):
         call(**{keyword: 1})

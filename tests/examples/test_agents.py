@@ -18,14 +18,8 @@ GROUP = TaskGroup(  # two tasks whose episodes are short
     "short-hoppers",
     (customize("Hopper", max_steps=60), customize("Hopper", [MotorNoise(0.05)], max_steps=60)),
 )
-FACTORIES = {
-    "ppo": "Ppo",
-    "sac": "Sac",
-    "ewc": "Ewc",
-    "multi_head": "MultiHead",
-    "recurrent": "Recurrent",
-    "sb3_ppo": "ppo",
-}
+NAMED = {"ppo": "Ppo", "sac": "Sac", "ewc": "Ewc", "multi_head": "MultiHead", "recurrent": "Recurrent"}
+FACTORIES = NAMED | {"sb3_ppo": "ppo"}
 OBSERVES = {
     "multi_head": Observes(task_in_training=True, task_in_evaluation=True),
     "ewc": Observes(boundaries=True),

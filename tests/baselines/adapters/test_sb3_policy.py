@@ -153,9 +153,8 @@ def test_a_recurrent_policy_is_a_network_with_a_state_that_acts_as_the_model(det
     pytest.importorskip("onnxruntime", reason="needs the extra onnx")
     algorithm: Any = pytest.importorskip("sb3_contrib").RecurrentPPO
     lstm: dict[str, Any] = {"lstm_hidden_size": 4, "n_lstm_layers": 2, "net_arch": [6]}
-    agent: Any = sb3(algorithm, deterministic=deterministic, policy_kwargs=lstm, batch_size=16)(
-        OBSERVATIONS, ACTIONS, 0
-    )
+    make: Any = sb3(algorithm, deterministic=deterministic, policy_kwargs=lstm, batch_size=16)
+    agent = make(OBSERVATIONS, ACTIONS, 0)
     policy, state, rng, same = agent.policy(), None, np.random.default_rng(0), np.random.default_rng(0)
     sigma = 0 if deterministic else np.exp(agent._model.policy.log_std.detach().numpy())
     for seen in np.random.default_rng(1).normal(size=(5, 3, 5)).astype(np.float32):

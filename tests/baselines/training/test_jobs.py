@@ -62,18 +62,14 @@ def test_the_single_protocol_has_a_job_per_run_and_task() -> None:
 @pytest.mark.parametrize(
     ("num_envs", "num_tasks", "expected"), [(None, 1, 1), (None, 5, 5), (8, 1, 8), (8, 5, 10), (10, 5, 10)]
 )
-def test_every_task_has_equally_many_training_environments(
+def test_every_task_has_equally_many_environments(
     num_envs: int | None, num_tasks: int, expected: int
 ) -> None:
     assert Settings(SPEC, SMOKE, num_envs).num_envs_for(num_tasks) == expected
 
 
 def test_seeds_differ_by_run_and_by_purpose() -> None:
-    purposes = [
-        ("hopper-gravity-v0", "agent"),
-        ("hopper-gravity-v0", "training"),
-        ("hopper-gravity-v0/agent", ""),
-    ]
+    purposes = [("hopper-v0", "agent"), ("hopper-v0", "training"), ("hopper-v0/agent", "")]
     seeds = {training_seed(run, *purpose) for run in range(5) for purpose in purposes}
     assert len(seeds) == 15
     assert all(0 <= seed < 2**32 for seed in seeds)

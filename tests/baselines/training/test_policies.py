@@ -95,7 +95,7 @@ def test_a_policy_that_a_submission_may_not_contain_is_refused_before_training(
     assert not (tmp_path / "mine").exists()
 
 
-def test_policies_that_grew_beyond_the_limit_are_kept_and_named(
+def test_policies_that_grew_too_large_are_kept_and_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(layout, "MAX_POLICY_BYTES", 200_000)

@@ -10,15 +10,8 @@ import pytest
 from rich.console import Console
 from rich.progress import Progress, TextColumn
 
-from gym_extensions.baselines import (
-    BatchTrained,
-    JobFinished,
-    Monitor,
-    StageStarted,
-    StepsTrained,
-    TaskEvaluated,
-    train,
-)
+from gym_extensions.baselines import JobFinished, Monitor, train
+from gym_extensions.baselines.training import progress as events
 from gym_extensions.baselines.training.progress import Bars, Event, TrainingStarted, printer
 
 from ...conftest import refused
@@ -29,8 +22,8 @@ TASK = "gym_extensions/Hopper-v0"
 JOBS = (f"{SHORT_GROUP} sequential-run0", f"{SHORT_GROUP} joint-run0")
 
 
-def batch(step: int, stage: int = 1) -> BatchTrained:
-    return BatchTrained("group run0", stage, step, (stage - 1) * 400 + step, 21.25, 1234.5, 2.0)
+def batch(step: int, stage: int = 1) -> events.BatchTrained:
+    return events.BatchTrained("group run0", stage, step, (stage - 1) * 400 + step, 21.25, 1234.5, 2.0)
 
 
 class Clock:
@@ -51,7 +44,7 @@ def bars_of(started: TrainingStarted, clock: Clock) -> Bars:
 
 def test_the_time_left_is_that_of_the_steps_that_are_left_without_those_of_an_earlier_call() -> None:
     bars = bars_of(STARTED, clock := Clock())
-    bars.show(StageStarted("group run0", 2, (TASK,), 400))
+    bars.show(events.StageStarted("group run0", 2, (TASK,), 400))
     for step, clock.now, left in ((100, 20.0, "unknown"), (200, 40.0, "0:00:40")):
         bars.show(batch(step, stage=2))
         assert bars.time_left() == left  # 5 steps per second; 200 steps are left
@@ -60,7 +53,7 @@ def test_the_time_left_is_that_of_the_steps_that_are_left_without_those_of_an_ea
 def test_the_time_left_follows_from_all_jobs_and_their_evaluations() -> None:
     bars = bars_of(TrainingStarted({f"group run{run}": 400 for run in range(4)}), clock := Clock())
     bars.show(batch(200))
-    bars.show(TaskEvaluated("group run0", 1, 200, 200, TASK, 20, 30.0, 60.0))
+    bars.show(events.TaskEvaluated("group run0", 1, 200, 200, TASK, 20, 30.0, 60.0))
     clock.now = 100.0
     assert bars.time_left() == "0:11:40"  # 1400 steps at 2 per second
     bars.show(JobFinished("group run1"))
@@ -69,18 +62,18 @@ def test_the_time_left_follows_from_all_jobs_and_their_evaluations() -> None:
 
 def test_an_agent_that_takes_no_steps_advances_with_its_stages() -> None:
     bars = bars_of(STARTED, clock := Clock())
-    bars.show(TaskEvaluated("group run0", 0, 0, 0, TASK, 20, 30.0, 1.0))
+    bars.show(events.TaskEvaluated("group run0", 0, 0, 0, TASK, 20, 30.0, 1.0))
     clock.now = 40.0
     assert bars.time_left() == "unknown"
-    bars.show(TaskEvaluated("group run0", 1, 400, 400, TASK, 20, 30.0, 1.0))
+    bars.show(events.TaskEvaluated("group run0", 1, 400, 400, TASK, 20, 30.0, 1.0))
     assert bars.time_left() == "0:00:40"
 
 
 def test_a_slow_agent_shows_its_steps_within_a_batch() -> None:
     bars = bars_of(STARTED, Clock())
-    bars.show(StepsTrained("group run0", 1, 7, 7, 0.35))
+    bars.show(events.StepsTrained("group run0", 1, 7, 7, 0.35))
     lines = list[str]()
-    printer(lines.append, bars.time_left)(StepsTrained("group run0", 1, 7, 7, 0.35))
+    printer(lines.append, bars.time_left)(events.StepsTrained("group run0", 1, 7, 7, 0.35))
     assert lines == ["group run0 stage 1: 7 steps, 0.35 steps per second, time left unknown"]
 
 
@@ -98,8 +91,8 @@ def test_the_evaluation_at_the_end_of_a_stage_always_has_a_line() -> None:
     show = printer(lines.append, str, clock=lambda: 0.0)
     show(batch(100))
     where = ("group run0", 1, 400, 400, TASK, 20, 30.0, 1.0)
-    show(TaskEvaluated(*where, in_training=True))
-    show(TaskEvaluated(*where))
+    show(events.TaskEvaluated(*where, in_training=True))
+    show(events.TaskEvaluated(*where))
     assert lines[1:] == [f"group run0 stage 1: {TASK} mean return 30.0"]
 
 
@@ -119,10 +112,10 @@ def test_the_log_file_has_a_line_per_event_with_its_time(watched: Watched) -> No
 
 def test_the_events_of_a_job_come_in_order(watched: Watched) -> None:
     names = [type(event).__name__ for event in watched.events]
-    evaluated = [TaskEvaluated.__name__] * 2
-    half = [BatchTrained.__name__] * 2
-    stage = [StageStarted.__name__, *half, *evaluated, *half, *evaluated]
-    expected = [TrainingStarted.__name__, StageStarted.__name__, *evaluated, *stage, *stage]
+    evaluated = [events.TaskEvaluated.__name__] * 2
+    half = [events.BatchTrained.__name__] * 2
+    stage = [events.StageStarted.__name__, *half, *evaluated, *half, *evaluated]
+    expected = [TrainingStarted.__name__, events.StageStarted.__name__, *evaluated, *stage, *stage]
     assert names[: len(expected) + 1] == [*expected, JobFinished.__name__]
 
 
@@ -150,9 +143,9 @@ def test_a_callback_that_raises_stops_the_training_and_loses_no_finished_stage(t
     stages = list[int]()
 
     def listen(event: Event) -> None:
-        if isinstance(event, StageStarted):
+        if isinstance(event, events.StageStarted):
             stages.append(event.stage)
-        if isinstance(event, BatchTrained) and stages == [0, 1, 2]:
+        if isinstance(event, events.BatchTrained) and stages == [0, 1, 2]:
             raise ValueError("seen enough")
 
     monitor = Monitor(callback=listen)

@@ -5,13 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trust_region.policy import (
-    Architecture,
-    Batch,
-    initial_policy,
-    log_density,
-    mean_and_log_sigma,
-)
+from gym_extensions.baselines.trust_region import policy
+from gym_extensions.baselines.trust_region.policy import Architecture, Batch
 
 SIZES = (3, 6, 5, 2)
 ARCHITECTURES = (Architecture(SIZES, "tanh", tanh_mean=False), Architecture(SIZES, "relu", tanh_mean=True))
@@ -21,7 +16,7 @@ ARCHITECTURES = (Architecture(SIZES, "tanh", tanh_mean=False), Architecture(SIZE
 def random_policy(architecture: Architecture, seed: int = 0) -> Array:
     """Nonzero parameters in float64."""
     rng = np.random.default_rng(seed)
-    theta = initial_policy(architecture, rng, 1.0).astype(np.float64)
+    theta = policy.initial_policy(architecture, rng, 1.0).astype(np.float64)
     return theta + 0.1 * rng.standard_normal(theta.shape)
 
 
@@ -34,7 +29,7 @@ def random_batch(n: int = 40, seed: int = 1) -> Batch:
 def surrogate(architecture: Architecture, old: Array, new: Array, batch: Batch) -> float:
     """The mean of probability ratio times advantage, minus its value at the old parameters."""
     before, after = (
-        log_density(*mean_and_log_sigma(architecture, theta, batch.observations), batch.actions)
+        policy.log_density(*policy.mean_and_log_sigma(architecture, theta, batch.observations), batch.actions)
         for theta in (old, new)
     )
     return float(np.mean((np.exp(after - before) - 1) * batch.advantages))

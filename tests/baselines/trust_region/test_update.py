@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 
 from gym_extensions.baselines.agent import Array
+from gym_extensions.baselines.trust_region import update
 from gym_extensions.baselines.trust_region.policy import Architecture, Batch, divergence, mean_and_log_sigma
-from gym_extensions.baselines.trust_region.update import (
-    Curvature,
-    TrustRegion,
-    conjugate_gradient,
-    step_within,
-    updated,
-)
+from gym_extensions.baselines.trust_region.update import Curvature, TrustRegion, updated
 
 from .policies import ARCHITECTURES, random_batch, random_policy, surrogate
 
@@ -28,7 +23,7 @@ each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=[
 @each_architecture
 @pytest.mark.parametrize("max_kl", [0.01, 0.04])
 @pytest.mark.parametrize("seed", range(5))
-def test_an_update_raises_the_surrogate_within_the_bound(
+def test_an_update_raises_the_surrogate_in_the_bound(
     architecture: Architecture, max_kl: float, seed: int
 ) -> None:
     theta, batch = random_policy(architecture, seed).astype(np.float32), random_batch(200, seed)
@@ -79,14 +74,18 @@ def test_conjugate_gradient_solves_a_positive_definite_system(size: int) -> None
     root = rng.standard_normal((size, size))
     matrix = root @ root.T + np.eye(size)
     target = rng.standard_normal(size)
-    solution, image = conjugate_gradient(lambda v: matrix @ v, target, iterations=3 * size, tolerance=1e-24)
+    solution, image = update.conjugate_gradient(
+        lambda v: matrix @ v, target, iterations=3 * size, tolerance=1e-24
+    )
     np.testing.assert_allclose(image, matrix @ solution, atol=1e-9)
     np.testing.assert_allclose(solution, np.linalg.solve(matrix, target), rtol=1e-7, atol=1e-9)
 
 
 def test_one_iteration_of_conjugate_gradient_is_the_steepest_descent_step_by_hand() -> None:
     # A = diag(1, 3), b = (1, 1): bᵀb / bᵀAb = 2 / 4.
-    solution, image = conjugate_gradient(lambda vector: np.array([1, 3]) * vector, np.ones(2), iterations=1)
+    solution, image = update.conjugate_gradient(
+        lambda vector: np.array([1, 3]) * vector, np.ones(2), iterations=1
+    )
     np.testing.assert_allclose((solution, image), ([0.5, 0.5], [0.5, 1.5]))
 
 
@@ -109,7 +108,7 @@ class Pull:
 
 def step(fisher: Array, slope: Array, bend: Array, max_kl: float, damping: float = 0.1) -> Array:
     region, curvature = TrustRegion(max_kl, damping, 50), Curvature(lambda v: bend @ v, np.diag(bend))
-    result = step_within(region, lambda vector: fisher @ vector, slope, curvature)
+    result = update.step_within(region, lambda vector: fisher @ vector, slope, curvature)
     assert result is not None
     return result
 
@@ -118,7 +117,7 @@ def test_without_curvature_the_step_is_the_natural_step() -> None:
     rng = np.random.default_rng(0)
     root, slope = rng.standard_normal((6, 6)), rng.standard_normal(6)
     fisher = root @ root.T + np.eye(6)
-    natural = step_within(TrustRegion(0.04, 0.1, 50), lambda vector: fisher @ vector, slope)
+    natural = update.step_within(TrustRegion(0.04, 0.1, 50), lambda vector: fisher @ vector, slope)
     assert natural is not None
     np.testing.assert_allclose(step(fisher, slope, np.zeros((6, 6)), 0.04), natural, rtol=1e-8)
 
@@ -149,7 +148,7 @@ def test_a_penalty_without_a_binding_trust_region_is_minimized_at_once() -> None
 def test_no_step_is_made_along_a_gradient_of_zero_or_one_that_is_not_finite() -> None:
     for slope in (np.zeros(3), np.full(3, np.nan)):
         curvature = Curvature(lambda vector: vector)
-        assert step_within(TrustRegion(0.04, 0.1), lambda v: v, slope, curvature) is None
+        assert update.step_within(TrustRegion(0.04, 0.1), lambda v: v, slope, curvature) is None
 
 
 @pytest.mark.parametrize("coefficient", [0.01, 1.0, 100.0])

@@ -10,18 +10,7 @@ from gymnasium.vector import SyncVectorEnv
 
 from gym_extensions import envs
 from gym_extensions.catalog.tasks import TASKS, Task
-from gym_extensions.catalog.variations import (
-    Course,
-    Gravity,
-    LimbScale,
-    MotorNoise,
-    MovingGoal,
-    MovingStart,
-    RangeSensor,
-    SensorNoise,
-    TrackingGoal,
-    Wall,
-)
+from gym_extensions.catalog.variations import Course, RangeSensor, Wall
 
 SEED, SCALE = 5, 1.2
 BEFORE_LIMIT = 4
@@ -103,12 +92,19 @@ CUSTOM: dict[str, list[Task]] = {
         Task(
             "HopperBusy",
             "Hopper",
-            (Gravity(0.7), LimbScale("Foot", 1.2), RangeSensor(), Wall(), SensorNoise(), MotorNoise()),
+            (
+                envs.Gravity(0.7),
+                envs.LimbScale("Foot", 1.2),
+                RangeSensor(),
+                Wall(),
+                envs.SensorNoise(),
+                envs.MotorNoise(),
+            ),
         )
     ],
     "a sensor, and no wall to see": [
         Task("WalkerLooking", "Walker2d", (RangeSensor(),)),
-        Task("WalkerBlurred", "Walker2d", (RangeSensor(), SensorNoise(dropout=0.5))),
+        Task("WalkerBlurred", "Walker2d", (RangeSensor(), envs.SensorNoise(dropout=0.5))),
     ],
     "walls of several sizes and places": [
         Task("CheetahNear", "HalfCheetah", (RangeSensor(), Wall(nearest=0.6, farthest=0.7))),
@@ -117,11 +113,16 @@ CUSTOM: dict[str, list[Task]] = {
     ],
     "a wall that is felt and not seen": [Task("HumanoidBlind", "Humanoid", (Wall(width=10.0, nearest=0.5),))],
     "goals that move from fixed places": [
-        Task("PusherTracking", "Pusher", (TrackingGoal(0.5),), max_steps=40),
-        Task("PusherMoving", "Pusher", (MovingGoal(), MotorNoise()), max_steps=50),
+        Task("PusherTracking", "Pusher", (envs.TrackingGoal(0.5),), max_steps=40),
+        Task("PusherMoving", "Pusher", (envs.MovingGoal(), envs.MotorNoise()), max_steps=50),
     ],
     "a ball that starts elsewhere": [
-        Task("StrikerBoth", "Striker", (MovingStart(), TrackingGoal(), MotorNoise(0.02)), max_steps=60)
+        Task(
+            "StrikerBoth",
+            "Striker",
+            (envs.MovingStart(), envs.TrackingGoal(), envs.MotorNoise(0.02)),
+            max_steps=60,
+        )
     ],
 }
 

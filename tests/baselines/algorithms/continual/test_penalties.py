@@ -111,9 +111,8 @@ def random_penalty(architecture: Architecture) -> continual.Divergence:
 
 def test_a_divergence_by_hand() -> None:
     # Old N(0, 1) and N(1, 2²); new N(1, 2²) in both states. KL: log 2 + (1 + 1) / 8 − 1/2, and 0.
-    penalty = continual.Divergence(
-        2.0, LINE, np.array([[1.0], [1.0]]), np.array([[0.0], [1.0]]), np.log([[1.0], [2.0]])
-    )
+    old = np.array([[0.0], [1.0]]), np.log([[1.0], [2.0]])
+    penalty = continual.Divergence(2.0, LINE, np.ones((2, 1)), *old)
     assert penalty.value(np.array([1.0, 0.0, np.log(2)])) == pytest.approx(np.log(2) - 0.25)
 
 
@@ -133,9 +132,8 @@ def test_the_curvature_is_the_second_derivative_where_new_equals_old(architectur
     vector = np.random.default_rng(6).standard_normal(len(theta))
     width = 1e-5
     difference = penalty.gradient(theta + width * vector) - penalty.gradient(theta - width * vector)
-    np.testing.assert_allclose(
-        penalty.curvature(theta).product(vector), difference / (2 * width), rtol=1e-4, atol=1e-6
-    )
+    product = penalty.curvature(theta).product(vector)
+    np.testing.assert_allclose(product, difference / (2 * width), rtol=1e-4, atol=1e-6)
 
 
 def test_the_states_of_all_tasks_are_stored_with_the_policy_that_learned_them() -> None:
