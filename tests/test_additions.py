@@ -10,7 +10,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -101,6 +100,7 @@ METRIC = """\
         shown=("boards", "screen"),
     ),
 """
+KIT = '"forgetting": [0.5], "best_task": [1],'
 USE_METRIC = """
 from gym_extensions.scoring import score_folder
 from tools.docs import tables
@@ -206,31 +206,13 @@ def copy(tmp_path: Path) -> Path:
     return copied
 
 
-def run(copy: Path, *arguments: str | Path) -> str:
-    """Runs Python in the copy and returns its output; fails with what it prints."""
-    paths = [str(copy / root) for root in ROOTS]
-    process = subprocess.run(
-        [sys.executable, *map(str, arguments)],
-        cwd=copy,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([*paths, str(copy)])},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+def run(copy: Path, *arguments: str) -> None:
+    """Runs Python in the copy; fails with what it prints."""
+    paths = os.pathsep.join(map(str, [*(copy / root for root in ROOTS), copy]))
+    own = os.environ | {"PYTHONPATH": paths}
+    command = [sys.executable, *arguments]
+    process = subprocess.run(command, cwd=copy, env=own, capture_output=True, text=True, check=False)
     assert process.returncode == 0, process.stdout + process.stderr
-    return process.stdout
-
-
-def run_tests(copy: Path, *tests: str) -> None:
-    """Runs tests of the copy."""
-    run(copy, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests)
-
-
-def edit(path: Path, old: str, new: str) -> None:
-    """Replaces the last occurrence of a text in a file."""
-    before, match, after = path.read_text(encoding="utf-8").rpartition(old)
-    assert match
-    path.write_text(before + new + after, encoding="utf-8")
 
 
 def changed(copy: Path) -> list[str]:
@@ -244,72 +226,8 @@ def changed(copy: Path) -> list[str]:
     )
 
 
-def listed(addition: str, name: str = "") -> list[str]:
-    """The files that CONTRIBUTING.md lists for an addition of that name."""
-    return sorted(file.replace("NAME", name) for file in FILES[addition])
-
-
-ADDED = {"Reference agent": "ones", "Page": "hello"}
-"""What NAME is."""
-
-
-def catalog_of(copy: Path) -> Path:
-    return copy / "envs" / "gym_extensions" / "catalog"
-
-
-def add_task(copy: Path) -> None:
-    edit(
-        catalog_of(copy) / "tasks.py",
-        '    tasks += [_task("", body) for body in STANDING',
-        '    tasks.append(_task("GravityOneAndThreeQuarters", "Hopper", variations.Gravity(1.75)))\n'
-        '    tasks += [_task("", body) for body in STANDING',
-    )
-
-
-def add_version(copy: Path) -> None:
-    tasks = catalog_of(copy) / "tasks.py"
-    version = (
-        '    tasks.append(replace(_task("GravityHalf", "Hopper", variations.Gravity(0.4)), version=1))\n'
-    )
-    before = '    tasks += [_task("", body) for body in STANDING'
-    edit(tasks, before, version + before)
-    edit(tasks, "str] = {}", 'str] = {"gym_extensions/HopperGravityHalf-v1": "less gravity"}')
-
-
-def add_body(copy: Path) -> None:
-    catalog = catalog_of(copy)
-    edit(catalog / "bodies.py", "\n)\n\n\nBODIES", f"{ROW}\n\nBODIES")
-    edit(catalog / "prose.toml", "[Hopper]", f"{TEXTS}[Hopper]")
-    edit(catalog.parent / "envs" / "mujoco" / "env.py", '}\n"""One row', IMPLEMENTATION + '}\n"""One row')
-
-
-def add_variation(copy: Path) -> None:
-    variations = catalog_of(copy) / "variations.py"
-    edit(variations, "\n\n@dataclass(frozen=True)\nclass MovingGoal", VARIATION)
-    edit(variations, '    "Wall",\n]', '    "Wall",\n    "WeakMotors",\n]')
-    effects = catalog_of(copy).parent / "envs" / "effects.py"
-    edit(effects, "EFFECTS: ", EFFECT)
-    edit(effects, "TrackingGoalEffect),", "TrackingGoalEffect, WeakMotorsEffect),")
-
-
-def add_metric(copy: Path) -> None:
-    metrics = copy / "scoring" / "gym_extensions" / "metrics"
-    edit(metrics / "formulas.py", ')\n"""Every metric.', METRIC + ')\n"""Every metric.')
-    kit = metrics / "conformance" / "sequential.json"
-    edit(kit, '"forgetting": [0.5],', '"forgetting": [0.5], "best_task": [1],')
-
-
-def add_agent(copy: Path) -> None:
-    algorithms = copy / "baselines" / "gym_extensions" / "baselines" / "algorithms"
-    (algorithms / "ones.py").write_text(AGENT, encoding="utf-8")
-
-
-def add_page(copy: Path) -> None:
-    site = copy / "site" / "gym_extensions" / "site"
-    edit(site / "pages" / "__init__.py", "\n)\n", PAGE)
-    (site / "templates" / "hello.html").write_text(TEMPLATE, encoding="utf-8")
-
-
+PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider")
+FINGERPRINTS = ("-m", "tools.environments.fingerprints")
 WRITE_TABLES = """
 from tools import docs
 for page in (docs.ROOT / "docs").glob("*.md"):
@@ -318,17 +236,63 @@ for page in (docs.ROOT / "docs").glob("*.md"):
 """
 """The tables of ``make docs``. Its other pages take longer, and some need submissions."""
 
-
-ADDITIONS: dict[str, tuple[Callable[[Path], None], str]] = {
-    "Task": (add_task, USE_TASK),
-    "Base body": (add_body, USE_BODY),
-    "Run-time variation": (add_variation, USE_VARIATION),
-    "Metric": (add_metric, USE_METRIC),
-    "Reference agent": (add_agent, USE_AGENT),
-    "Page": (add_page, USE_PAGE),
-    "Version of a task": (add_version, USE_VERSION),
+LAST = '    tasks += [_task("", body) for body in STANDING'
+HEAVY = '    tasks.append(_task("GravityOneAndThreeQuarters", "Hopper", variations.Gravity(1.75)))\n'
+LIGHTER = '    tasks.append(replace(_task("GravityHalf", "Hopper", variations.Gravity(0.4)), version=1))\n'
+CHANGES = 'str] = {"gym_extensions/HopperGravityHalf-v1": "less gravity"}'
+CATALOG, ENVS = "envs/gym_extensions/catalog", "envs/gym_extensions/envs"
+METRICS, SITE = "scoring/gym_extensions/metrics", "site/gym_extensions/site"
+Edit = tuple[str, str, str]
+"""A file; a text, whose last occurrence is replaced, or nothing for a new file; and the new text."""
+ADDITIONS: dict[str, tuple[list[Edit], str]] = {
+    "Task": ([(f"{CATALOG}/tasks.py", LAST, HEAVY + LAST)], USE_TASK),
+    "Base body": (
+        [
+            (f"{CATALOG}/bodies.py", "\n)\n\n\nBODIES", f"{ROW}\n\nBODIES"),
+            (f"{CATALOG}/prose.toml", "[Hopper]", f"{TEXTS}[Hopper]"),
+            (f"{ENVS}/mujoco/env.py", '}\n"""One row', IMPLEMENTATION + '}\n"""One row'),
+        ],
+        USE_BODY,
+    ),
+    "Run-time variation": (
+        [
+            (f"{CATALOG}/variations.py", "\n\n@dataclass(frozen=True)\nclass MovingGoal", VARIATION),
+            (f"{CATALOG}/variations.py", '    "Wall",\n]', '    "Wall",\n    "WeakMotors",\n]'),
+            (f"{ENVS}/effects.py", "EFFECTS: ", EFFECT),
+            (f"{ENVS}/effects.py", "TrackingGoalEffect),", "TrackingGoalEffect, WeakMotorsEffect),"),
+        ],
+        USE_VARIATION,
+    ),
+    "Metric": (
+        [
+            (f"{METRICS}/formulas.py", ')\n"""Every metric.', METRIC + ')\n"""Every metric.'),
+            (f"{METRICS}/conformance/sequential.json", '"forgetting": [0.5],', KIT),
+        ],
+        USE_METRIC,
+    ),
+    "Reference agent": ([("baselines/gym_extensions/baselines/algorithms/ones.py", "", AGENT)], USE_AGENT),
+    "Page": (
+        [(f"{SITE}/pages/__init__.py", "\n)\n", PAGE), (f"{SITE}/templates/hello.html", "", TEMPLATE)],
+        USE_PAGE,
+    ),
+    "Version of a task": (
+        [(f"{CATALOG}/tasks.py", LAST, LIGHTER + LAST), (f"{CATALOG}/tasks.py", "str] = {}", CHANGES)],
+        USE_VERSION,
+    ),
 }
 """By name in CONTRIBUTING.md: what is added, and a test that uses it."""
+ADDED = {"Reference agent": "ones", "Page": "hello"}
+"""What NAME is."""
+
+
+def add(name: str, copy: Path) -> None:
+    for file, old, new in ADDITIONS[name][0]:
+        path = copy / file
+        before, match, after = path.read_text("utf-8").rpartition(old) if old else ("", old, "")
+        assert match == old
+        path.write_text(before + new + after, encoding="utf-8")
+
+
 TESTS = (
     *("tests/catalog", "tests/metrics", "tests/tools/test_docs.py", "tests/baselines/test_public_api.py"),
     *("tests/site/test_documentation.py", "tests/site/test_markup.py"),
@@ -342,34 +306,35 @@ TESTS = (
 def test_additions_edit_the_files_of_the_table_and_work_together(copy: Path) -> None:
     assert FILES.keys() < ADDITIONS.keys()
     before: list[str] = []
-    for index, (name, (add, use)) in enumerate(ADDITIONS.items()):
-        add(copy)
+    for index, (name, (_, use)) in enumerate(ADDITIONS.items()):
+        add(name, copy)
         (copy / "tests" / f"test_added_{index}.py").write_text(use, encoding="utf-8")
         if name in FILES:
-            assert sorted({*changed(copy)} - {*before}) == listed(name, ADDED.get(name, ""))
+            listed = sorted(file.replace("NAME", ADDED.get(name, "")) for file in FILES[name])
+            assert sorted({*changed(copy)} - {*before}) == listed
         before = changed(copy)
-    run(copy, "-m", "tools.environments.fingerprints")
+    run(copy, *FINGERPRINTS)
     run(copy, "-c", WRITE_TABLES)
-    run_tests(copy, *(f"tests/test_added_{index}.py" for index in range(len(ADDITIONS))), *TESTS)
+    run(copy, *PYTEST, *(f"tests/test_added_{index}.py" for index in range(len(ADDITIONS))), *TESTS)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("add", "tests"),
+    ("name", "tests"),
     [
-        (add_task, ("catalog", "envs", "tools", "site")),
-        (add_variation, ("catalog", "envs", "tools", "site/play")),
-        (add_metric, ("metrics", "scoring", "results", "export", "site", "tools")),
-        (add_agent, ("baselines", "examples")),
-        (add_page, ("site",)),
+        ("Task", ("catalog", "envs", "tools", "site")),
+        ("Run-time variation", ("catalog", "envs", "tools", "site/play")),
+        ("Metric", ("metrics", "scoring", "results", "export", "site", "tools")),
+        ("Reference agent", ("baselines", "examples")),
+        ("Page", ("site",)),
     ],
 )
 def test_all_tests_of_the_packages_pass_after_an_addition(
-    copy: Path, add: Callable[[Path], None], tests: tuple[str, ...]
+    copy: Path, name: str, tests: tuple[str, ...]
 ) -> None:
     """``make docs`` is run as CONTRIBUTING.md says, with the committed submissions."""
     (copy / "submissions").symlink_to(ROOT / "submissions")
-    add(copy)
-    run(copy, "-m", "tools.environments.fingerprints")
+    add(name, copy)
+    run(copy, *FINGERPRINTS)
     run(copy, "-m", "tools.docs")
-    run_tests(copy, *(f"tests/{folder}" for folder in tests))
+    run(copy, *PYTEST, *(f"tests/{folder}" for folder in tests))

@@ -18,6 +18,7 @@ from stable_baselines3.common.callbacks import BaseCallback  # noqa: E402
 
 from gym_extensions.baselines import Context, Factory, Parallel, sb3, train  # noqa: E402
 from gym_extensions.baselines.adapters.sb3 import to_manifest_value  # noqa: E402
+from gym_extensions.baselines.adapters.sb3_vec_env import BatchVecEnv  # noqa: E402
 from gym_extensions.baselines.training.environment import Report, TrainingEnv  # noqa: E402
 from gym_extensions.envs import make_vec  # noqa: E402
 from gym_extensions.errors import BenchError  # noqa: E402
@@ -234,3 +235,19 @@ def test_rewards_are_scaled_for_the_model_and_not_in_the_training_curve(env: Any
         agent = create(env, sb3(PPO, normalize_rewards=normalize, **SMALL | {"learning_rate": 0.0}))
         curves.append([(batch.step, batch.returns) for batch in learn(agent, env, 1, steps=120)])
     assert curves[0] == curves[1] != []
+
+
+def test_an_environment_whose_episode_ended_is_reset_and_its_info_has_the_last_observation() -> None:
+    env = BatchVecEnv(TrainingEnv(make_vec("Hopper", 3), ["Hopper"], steps=1000, batch_steps=100, seed=0))
+    env.reset()
+    for _ in range(200):
+        step: Any = env.step(np.ones((3, 3), np.float32))
+        observations, rewards, dones, infos = step
+        if dones.any():
+            break
+    i = int(np.flatnonzero(dones)[0])
+    assert rewards.dtype == np.float32
+    assert not np.array_equal(infos[i]["terminal_observation"], observations[i])
+    assert infos[i]["TimeLimit.truncated"] is False
+    assert infos[i]["episode"]["l"] > 0
+    assert 1.2 < observations[i][0] < 1.3, "a hopper starts 1.25 m above the ground"

@@ -15,7 +15,8 @@ from gym_extensions.baselines.training.jobs import Settings, jobs_of, parse_requ
 from gym_extensions.baselines.training.runner import PendingJob
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.protocol import budget
-from gym_extensions.catalog.tasks import task
+from gym_extensions.catalog.tasks import customize, task
+from gym_extensions.catalog.variations import MovingGoal
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import Observes
 
@@ -105,13 +106,14 @@ def test_a_group_with_and_without_its_version_is_the_same_group() -> None:
     assert [(group.name, protocol) for group, protocol in request.logs()] == [("hopper-gravity", "single")]
 
 
-def test_tasks_of_a_published_group_have_equal_spaces(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_tasks_of_a_group_can_be_made_and_have_equal_spaces() -> None:
     require_fit(each for name, each in GROUPS.items() if not name.startswith("nav-"))
-    mixed = TaskGroup("mixed", (task("Hopper"), task("HopperWall")))
-    monkeypatch.setitem(GROUPS, mixed.name, mixed)
-    with pytest.raises(BenchError, match="HopperWall-v0 has Box") as error:
-        require_fit([mixed])
-    assert (error.value.where, error.value.hint) == ("mixed", "Give tasks with equal spaces.")
+    for second, code, fact in (
+        (task("HopperWall"), "different-spaces", "HopperWall-v0 has Box"),
+        (customize("Hopper", [MovingGoal()]), "misplaced-variation", "It fits Pusher."),
+    ):
+        with refused(code, fact, where="mixed"):
+            require_fit([TaskGroup("mixed", (task("Hopper"), second))])
 
 
 def test_runs_on_the_command_line_are_numbers_and_ranges() -> None:
