@@ -6,10 +6,11 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from jinja2 import Environment, FileSystemLoader
+from jinja2 import Environment, FileSystemLoader, Template
 
 from gym_extensions import results
 from gym_extensions.catalog.protocol import task_order
+from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.site.text import fixed
 from tools.findings import findings, orders, tables
 
@@ -19,6 +20,14 @@ from ..conftest import MANIFEST
 def by_position(level: float, run: int, position: int, episode: int, protocol: str) -> float:
     place = task_order(protocol, run, 5).index(position - 1)
     return level + 20 * place + (run + 1) * (episode - 9.5) / 100
+
+
+def section() -> Template:
+    text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
+    part = text[text.index("{% if orders %}") : text.index("### The same additions")]
+    environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
+    environment.globals.update(fmt=partial(fixed, digits=2), percent=tables.percent)
+    return environment.from_string(part)
 
 
 @pytest.mark.usefixtures("known")
@@ -44,13 +53,31 @@ def test_the_section_appears_with_runs_in_other_orders(make_submission: Callable
     assert list(found.shares) == ["a"]
     assert found.shares["a"][0][0].mean == pytest.approx(1)
     assert math.isnan(found.ends["a"][1].mean)
-    text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
-    part = text[text.index("{% if orders %}") : text.index("### The same additions")]
-    environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
-    environment.globals.update(fmt=partial(fixed, digits=2), percent=tables.percent)
-    page = environment.from_string(part)
-    assert page.render(orders=[]).strip() == ""
-    lines = page.render(orders=[found]).splitlines()
+    page = section()
+    assert page.render(orders=[], turned=[]).strip() == ""
+    lines = page.render(orders=[found], turned=[]).splitlines()
     first, second = (at for at, line in enumerate(lines) if line.startswith("|---"))
     assert [line.count("|") for line in lines[first : first + 5]] == [6, 6, 6, 6, 0]
     assert [line.count("|") for line in lines[second : second + 2]] == [8, 8]
+
+
+@pytest.mark.usefixtures("known")
+def test_what_the_descending_order_changes_is_told_by_task(make_submission: Callable[..., Path]) -> None:
+    folder = make_submission(
+        name="all/a",
+        runs=(0, 1),
+        protocols=("sequential", "descending"),
+        value=lambda protocol, run, stage, at, episode: by_position(0, run, at, episode, protocol),
+    )
+    make_submission(name="all/b", runs=(0, 1))
+    cards = list(valid_scorecards(folder.parent, make_scorer()).values())
+    (found,) = orders.turned(cards)
+    assert (found.group, found.method) == ("hopper-gravity", "a")
+    ascending, descending = ([value.mean for value in ends] for ends in found.ends)
+    # The score rises with the position, so the first task of the group gains what the last one loses.
+    assert descending[0] - ascending[0] == pytest.approx(ascending[-1] - descending[-1])
+    assert descending[0] > ascending[0]
+    assert found.changes[1].mean == pytest.approx(0)
+    none = orders.Orders("hopper-gravity", {}, {}, {}, {})
+    lines = section().render(orders=[none], turned=[found]).splitlines()
+    assert [line.count("|") for line in lines if line.startswith("|")] == [6] * 2 + [9] * 4 + [6] * 3

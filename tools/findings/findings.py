@@ -28,7 +28,7 @@ from gym_extensions.submissions.landscapes import best, landscapes_of
 from tools.findings import bases, claims, tables
 from tools.findings.costs import hours
 from tools.findings.figures import draw_groups, draw_retention, write_picture
-from tools.findings.orders import orders
+from tools.findings.orders import orders, turned
 from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -140,6 +140,7 @@ def main() -> None:
             if group.id in SUITES["gravity"]
         },
         orders=orders(metrics, results.order_effects(submissions)),
+        turned=turned(cards),
         bases=bases.base_by_addition(
             {
                 card.name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}

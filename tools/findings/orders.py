@@ -11,7 +11,10 @@ from scipy.stats import kendalltau
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import IN_ORDER, STANDARD_BUDGET
 from gym_extensions.metrics.formulas import FINAL, FORGETTING
-from tools.findings.tables import Value, value
+from gym_extensions.metrics.statistics import difference, interval
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+from gym_extensions.scoring.submission.suites import final_scores
+from tools.findings.tables import COLUMNS, Value, value
 
 
 @dataclass(frozen=True)
@@ -79,3 +82,39 @@ def orders(metrics: pd.DataFrame, effects: pd.DataFrame) -> list[Orders]:
         }
         found.append(Orders(group.name, ends, agree, positions, shares))
     return found
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A method that learned the tasks of a group in ascending and in descending order.
+
+    Attributes:
+        group, method: their names.
+        ends: in ascending and in descending order, the score at the end on each task of the group.
+        changes: descending minus ascending order, with Welch's interval, of each metric of ``COLUMNS``.
+    """
+
+    group: str
+    method: str
+    ends: tuple[Sequence[Value], Sequence[Value]]
+    changes: Sequence[Value]
+
+
+def turned(cards: Sequence[Scorecard]) -> list[Turned]:
+    """Every method and group with at least two runs in each of the two orders, by group."""
+    found = []
+    for group in GROUPS.values():
+        for card in cards:
+            logs = [card.groups.get(group.id, {}).get(order) for order in IN_ORDER[:2]]
+            up, down = (log if log and len(log.runs) > 1 else None for log in logs)
+            if up and down:
+                changes = [difference(down.metrics[name].runs, up.metrics[name].runs) for name in COLUMNS]
+                ends = ends_by_task(up), ends_by_task(down)
+                found.append(Turned(group.name, card.name, ends, list(map(Value.of, changes))))
+    return found
+
+
+def ends_by_task(log: GroupScore) -> list[Value]:
+    """The score at the end on each task, over all runs."""
+    (scores,) = final_scores([log], len(log.runs))
+    return [Value.of(interval(of_task)) for of_task in scores.T.tolist()]
