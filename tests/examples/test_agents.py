@@ -1,9 +1,9 @@
 """The agents of ``examples/`` at the budget ``smoke``: complete logs, true manifests, and what each shows."""
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ import pytest
 from gym_extensions import results
 from gym_extensions.baselines import Context, Observes, Parallel, train
 from gym_extensions.catalog.groups import with_custom
-from gym_extensions.envs import MotorNoise, TaskGroup, customize
+from gym_extensions.envs import MotorNoise, TaskGroup, customize, make_vec
 from gym_extensions.submissions.reader import read
 
 GROUP = TaskGroup(  # two tasks whose episodes are short
@@ -36,7 +36,8 @@ Load = Callable[[str], ModuleType]
 
 @pytest.fixture(scope="module")
 def submissions(load_example: Load, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A submission of each agent."""
+    """A submission of each agent. Those that can be saved act afterwards as before."""
+    warnings.filterwarnings("error", message=r"After save\(\) and load\(\) the agent takes other actions")
     root = tmp_path_factory.mktemp("examples")
     for name, factory in FACTORIES.items():
         module = load_example(name)
@@ -62,32 +63,11 @@ def test_the_submission_is_complete_declares_what_is_observed_and_shows_that_the
         assert first[1] > 1.2 * first[0]
 
 
-@pytest.mark.parametrize("name", ["ppo", "sac", "ewc", "recurrent"])
-def test_a_saved_agent_acts_and_learns_as_the_original(load_example: Load, tmp_path: Path, name: str) -> None:
-    module = load_example(name)
-    make = getattr(module, FACTORIES[name])
-    original, copy = make(*_spaces(), 0), make(*_spaces(), 1)
-    original.save(tmp_path / "agent.npz")
-    copy.load(tmp_path / "agent.npz")
-    context = (Context(np.ones(4, bool), None),) if name == "recurrent" else ()
-    observations = np.linspace(-1, 1, 44).reshape(4, 11)
-    np.testing.assert_array_equal(original.act(observations, *context), copy.act(observations, *context))
-    assert bool((original.learning.get_state() == copy.learning.get_state()).all())
-
-
 def test_the_recurrent_state_is_kept_in_an_episode_and_cleared_where_one_starts(load_example: Load) -> None:
-    agent = load_example("recurrent").Recurrent(*_spaces(), 0)
+    env = make_vec(GROUP.tasks[0], 1)
+    agent = load_example("recurrent").Recurrent(env.single_observation_space, env.single_action_space, 0)
     observations = np.ones((2, 11))
     first = agent.act(observations, Context(np.array([True, True])))
     second = agent.act(observations, Context(np.array([True, False])))
     np.testing.assert_allclose(second[0], first[0], atol=1e-6)
     assert not np.allclose(second[1], first[1], atol=1e-6)
-
-
-def _spaces() -> tuple[Any, Any]:
-    from gym_extensions.envs import make_vec
-
-    env = make_vec(GROUP.tasks[0], 1)
-    spaces = env.single_observation_space, env.single_action_space
-    env.close()
-    return spaces

@@ -1,11 +1,16 @@
-"""The starts of navigation episodes: random, and set by an option."""
+"""Navigation: where episodes start, and what is rendered."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.tasks import task
+from gym_extensions.catalog.groups import group
+from gym_extensions.catalog.tasks import FAMILIES, task
+from gym_extensions.envs import make
 from gym_extensions.envs.navigation.env import Navigation
 from gym_extensions.envs.navigation.geometry import touches
+
+from ...conftest import refused
 
 TASK = "State-Based-Navigation-2d-Map2-Goal1"
 RESETS = 2000
@@ -43,3 +48,34 @@ def test_starts_are_free_at_least_100_from_the_goal_and_uniform() -> None:
     for axis in (0, 1):
         places = np.histogram(points[:, axis] % 10, bins=10, range=(0, 10))[0]
         assert ((places - RESETS / 10) ** 2 / (RESETS / 10)).sum() < 27.9
+
+
+NAME = "Limited-Range-Based-Navigation-2d-Map1-Goal0"
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_a_frame_shows_the_world_at_one_pixel_per_unit(family: str) -> None:
+    env = Navigation(group(f"nav-{family}").tasks[7], render_mode="rgb_array")
+    env.reset(seed=0)
+    frame = env.render()
+    assert frame is not None
+    assert frame.shape == (480, 640, 3)
+    assert frame.dtype == np.uint8
+    x, y = env.position
+    assert frame[480 - round(y), round(x)].tolist() == [0, 0, 0]
+    assert frame[0, 0].tolist() == [204, 153, 102]
+    goal_x, goal_y = env.arena.goal
+    assert frame[480 - round(goal_y), round(goal_x)].tolist() == [255, 0, 0]
+
+
+@pytest.mark.parametrize(("mode", "hint"), [("human", "HumanRendering"), ("ansi", "rgb_array")])
+def test_another_render_mode_raises_an_error_that_says_what_to_use(mode: str, hint: str) -> None:
+    with refused("unknown-render-mode", hint):
+        make(NAME, render_mode=mode)
+
+
+def test_rendering_without_a_mode_warns_and_returns_none() -> None:
+    env = Navigation(task(NAME))
+    env.reset(seed=0)
+    with pytest.warns(UserWarning, match="nothing to render"):
+        assert env.render() is None
