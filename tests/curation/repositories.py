@@ -71,33 +71,15 @@ def write_submission(folder: Path, name: str, bonus: float = 0.0, group: str = "
 
     manifest = BOARD_MANIFEST.replace("A submission", f"Submission {name}")
     submission = conftest.write_submission(folder, name=name, groups=(group,), value=value, manifest=manifest)
-    put_policies(submission, Policy(np.full(3, bonus / 100), np.ones(3), head="uniform"))
-    return submission
-
-
-def put_policies(submission: Path, policy: Policy) -> None:
-    """Makes a policy that of every stage and task of all runs, and says so in the documents."""
+    policy = Policy(np.full(3, bonus / 100), np.ones(3), head="uniform")
     for path in sorted(submission.glob("*/*/run*.json")):
         document = read_run(path)
-        members = next(each for each in GROUPS.values() if each.id == document.group)
-        arrays = run_arrays(dict.fromkeys(policy_keys(document.protocol, members), policy))
+        arrays = run_arrays(dict.fromkeys(policy_keys(document.protocol, GROUPS[group]), policy))
         data = npz_bytes(arrays)
         path.with_suffix(".npz").write_bytes(data)
         stated = PolicyFile(sha256=content_sha256(arrays), size=len(data))
         write_run(path, msgspec.structs.replace(document, policies=stated))
-
-
-def make_crossed(folder: Path) -> None:
-    """Makes ``request`` a merge of both sides of an old merge, without what the base changed."""
-    git(folder, "switch", "--quiet", "-c", "first", "main")
-    first = commit(folder, {"submissions/old/README.md": "x\n"})
-    git(folder, "switch", "--quiet", "main")
-    second = commit(folder, {"scoring/rank.py": "rank = 2\n"})
-    git(folder, "merge", "--quiet", "--no-edit", "first")
-    tree = git(folder, "rev-parse", f"{first}^{{tree}}")
-    crossed = git(folder, "commit-tree", tree, "-p", first, "-p", second, "-m", "crossed")
-    git(folder, "switch", "--quiet", "request")
-    git(folder, "reset", "--quiet", "--hard", crossed)
+    return submission
 
 
 def make_project(folder: Path) -> Path:

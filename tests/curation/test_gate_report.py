@@ -26,9 +26,7 @@ REPORT = gate_report.GateReport(
     repeated=380,
     episodes=400,
     scores=(
-        gate_report.GateScore(
-            "hopper-gravity-v0", "sequential", "1M", 5, "final_performance", 1.234, 1.0, None
-        ),
+        gate_report.GateScore("hopper-v0", "sequential", "1M", 5, "final_performance", 1.234, 1.0, None),
     ),
 )
 
@@ -69,17 +67,14 @@ def test_the_comment_says_what_was_proven() -> None:
     text = gate_report.comment(REPORT)
     assert text.startswith("### The submission passed\n\nSubmission `submission`.")
     assert "Level: **claimed**: 380 of 400 sampled episodes are repeated." in text
-    assert "hopper-gravity-v0  sequential  1M  5 runs  final_performance 1.23 [1.00, –]" in text
+    assert "hopper-v0  sequential  1M  5 runs  final_performance 1.23 [1.00, –]" in text
 
 
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
         ({}, "the submission is verified and has a rank"),
-        (
-            {"scores": (replace(REPORT.scores[0], runs=4),)},
-            "the submission is verified.\n\nA rank needs 5 runs.",
-        ),
+        ({"scores": (replace(REPORT.scores[0], runs=4),)}, "is verified.\n\nA rank needs 5 runs."),
         ({"without_policies": 4}, "gets no rank, because 4 runs published no policies"),
         ({"kind": "donation"}, "It is scored as soon as all runs with lower numbers are there"),
         ({"level": "reported", "repeated": 0, "episodes": 0}, "A published table is shown, without a rank"),
@@ -109,14 +104,12 @@ def test_the_command_prints_a_report_that_its_schema_allows_and_reads_it_back(
     printed = capfdbinary.readouterr().out
     report = gate_report.read_report(printed)
     assert (report.pull_request, report.kind, report.verdict) == (3, "edit", "review")
-    path = project / "report.json"
+    path, without = tmp_path / "report.json", tmp_path / "without.json"
     path.write_bytes(printed)
-    assert main(["--labels", str(path)]) == 0
-    assert capfdbinary.readouterr().out == b"claimed\nedits-submission\n"
-    without = tmp_path / "without.json"
     without.write_text(replace(report, kind="code", verdict="not-judged", level=None).to_json())
-    assert main(["--labels", str(without)]) == 0
-    assert capfdbinary.readouterr().out == b""
+    for each, labels in ((path, b"claimed\nedits-submission\n"), (without, b"")):
+        assert main(["--labels", str(each)]) == 0
+        assert capfdbinary.readouterr().out == labels
     assert main(["--comment", str(path)]) == 0
     assert b"\n`@alice` <img>\n```" in capfdbinary.readouterr().out
 
