@@ -329,9 +329,7 @@ def test_additions_edit_the_files_of_the_table_and_work_together(copy: Path) -> 
         ("Page", ("site",)),
     ],
 )
-def test_all_tests_of_the_packages_pass_after_an_addition(
-    copy: Path, name: str, tests: tuple[str, ...]
-) -> None:
+def test_all_tests_of_packages_pass_after_an_addition(copy: Path, name: str, tests: tuple[str, ...]) -> None:
     """``make docs`` is run as CONTRIBUTING.md says, with the committed submissions."""
     (copy / "submissions").symlink_to(ROOT / "submissions")
     add(name, copy)

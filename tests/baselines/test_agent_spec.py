@@ -99,9 +99,7 @@ def with_methods(**methods: Any) -> Any:
         (17, "type int"),
     ],
 )
-def test_a_factory_that_does_not_fit_is_rejected_before_training(
-    agent: Any, named: str, tmp_path: Path
-) -> None:
+def test_a_factory_that_does_not_fit_is_rejected_at_once(agent: Any, named: str, tmp_path: Path) -> None:
     with refused("bad-agent", named):
         train(agent, "hopper-gravity", "sequential", "smoke", 0, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()

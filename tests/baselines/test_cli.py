@@ -171,9 +171,7 @@ def test_a_failed_job_is_named_with_cause(name: str, cause: str, capsys: pytest.
 
 
 @pytest.mark.usefixtures("failing")
-def test_a_failed_job_stops_no_other_and_is_repeated_by_the_command(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_failed_job_stops_no_other_and_the_command_repeats_it(capsys: pytest.CaptureFixture[str]) -> None:
     words = command("failing:FailsOnce", out="mine", runs="0-2", **SHORT)
 
     def runs() -> set[str]:

@@ -58,9 +58,7 @@ def test_the_folder_that_contains_submissions_is_rejected(random_submission: Pat
 
 
 @pytest.mark.parametrize("folder", ["poses", "landscapes"])
-def test_a_run_can_be_added_to_a_reviewed_submission(
-    folder: str, random_submission: Path, tmp_path: Path
-) -> None:
+def test_a_run_can_join_a_reviewed_submission(folder: str, random_submission: Path, tmp_path: Path) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
     (out / folder).mkdir()
     validate(out)
@@ -87,9 +85,7 @@ def test_a_run_in_the_place_of_another_order_is_named_first(origin: str, target:
     assert not (out / QUICK_GROUP.name / target / "run0.csv").exists()
 
 
-def test_runs_without_a_manifest_or_with_a_broken_one_are_rejected(
-    random_submission: Path, tmp_path: Path
-) -> None:
+def test_runs_with_a_lost_or_broken_manifest_are_rejected(random_submission: Path, tmp_path: Path) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
     (out / MANIFEST).write_text("title =\n")
     with refused("bad-manifest", "line 1"):

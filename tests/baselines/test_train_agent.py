@@ -30,9 +30,7 @@ BAD: list[tuple[type[Monitor | Origin | Parallel], dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("settings", "arguments", "code"), BAD)
-def test_a_setting_of_another_type_or_range_is_rejected(
-    settings: Any, arguments: dict[str, Any], code: str
-) -> None:
+def test_a_setting_of_wrong_type_or_range_is_rejected(settings: Any, arguments: Any, code: str) -> None:
     with refused(code):
         settings(**arguments)
 

@@ -40,7 +40,7 @@ def test_check_succeeds_when_tasks_match(capsys: pytest.CaptureFixture[str]) -> 
     assert capsys.readouterr().out == "2 tasks match their published fingerprints.\n"
 
 
-def test_check_fails_if_a_value_differs(
+def test_check_finds_a_difference(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     table = copy.deepcopy(fingerprints.table())

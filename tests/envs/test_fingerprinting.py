@@ -79,9 +79,7 @@ def test_another_engine_cannot_repeat_episodes_and_gives_a_warning(monkeypatch: 
         fingerprinting.warn_of_another_engine()
 
 
-def test_another_gymnasium_with_equal_fingerprints_trains_with_a_warning(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_another_engine_with_equal_fingerprints_trains_and_warns(monkeypatch: pytest.MonkeyPatch) -> None:
     other(monkeypatch, gymnasium="1.0.0")
     with pytest.warns(UserWarning, match="fingerprints agree"):
         fingerprinting.require_published_engine([task(HALF)])

@@ -48,9 +48,7 @@ def test_a_task_of_each_kind_passes_gymnasiums_checker(task_id: str) -> None:
     ],
 )
 @pytest.mark.parametrize("keyword", ["frameskip", "ctrl_cost_weight", "xml_file", "custom_arena"])
-def test_a_keyword_that_a_published_id_does_not_take_is_an_error(
-    call: Callable[..., Any], keyword: str
-) -> None:
+def test_a_keyword_that_no_published_id_takes_is_an_error(call: Callable[..., Any], keyword: str) -> None:
     with pytest.raises(TypeError, match=f"unexpected keyword argument '{keyword}'"):
         call(**{keyword: 1})
 

@@ -87,9 +87,8 @@ def test_every_autoreset_mode_is_that_of_gymnasiums_vector(name: str, mode: Auto
                 ours.step(row)
             mask = {"reset_mask": ended}
             assert plain(ours.reset(options=mask)[0]) == plain(theirs.reset(options=mask)[0])
-    assert (
-        gym.make_vec(f"gym_extensions/{name}-v0", 2, autoreset_mode=mode).metadata["autoreset_mode"] is mode
-    )
+    made = gym.make_vec(f"gym_extensions/{name}-v0", 2, autoreset_mode=mode)
+    assert made.metadata["autoreset_mode"] is mode
 
 
 @pytest.mark.parametrize("names", [HOPPERS, ["Humanoid"], ["HalfCheetah", "Walker2d"]])

@@ -77,9 +77,8 @@ def test_record_video_works_without_a_screen(backend: str, tmp_path: Path) -> No
     if sys.platform != "linux":
         pytest.skip("EGL and OSMesa are libraries of Linux")
     settings = os.environ | {"MUJOCO_GL": backend, "PYOPENGL_PLATFORM": backend}
-    if subprocess.run(
-        [sys.executable, "-c", RENDERS], env=settings, capture_output=True, check=False
-    ).returncode:
+    probe = [sys.executable, "-c", RENDERS]
+    if subprocess.run(probe, env=settings, capture_output=True, check=False).returncode:
         pytest.skip(f"the library of {backend} is not installed, or has no device")
     command = [sys.executable, "-c", RECORD, str(tmp_path)]
     subprocess.run(command, env=settings, check=True, capture_output=True)

@@ -63,9 +63,7 @@ def test_the_single_protocol_has_a_job_per_run_and_task() -> None:
 @pytest.mark.parametrize(
     ("num_envs", "num_tasks", "expected"), [(None, 1, 1), (None, 5, 5), (8, 1, 8), (8, 5, 10), (10, 5, 10)]
 )
-def test_every_task_has_equally_many_environments(
-    num_envs: int | None, num_tasks: int, expected: int
-) -> None:
+def test_each_task_has_equally_many_environments(num_envs: int | None, num_tasks: int, expected: int) -> None:
     assert Settings(SPEC, SMOKE, num_envs).num_envs_for(num_tasks) == expected
 
 

@@ -23,7 +23,7 @@ each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=[
 @each_architecture
 @pytest.mark.parametrize("max_kl", [0.01, 0.04])
 @pytest.mark.parametrize("seed", range(5))
-def test_an_update_raises_the_surrogate_in_the_bound(
+def test_an_update_raises_the_surrogate_in_bounds(
     architecture: Architecture, max_kl: float, seed: int
 ) -> None:
     theta, batch = random_policy(architecture, seed).astype(np.float32), random_batch(200, seed)

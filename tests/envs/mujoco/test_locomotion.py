@@ -12,11 +12,11 @@ from gym_extensions.envs import make
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.env import TaskEnv
 
+BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
+
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize(
-    "body", ["Hopper", "Walker2d", "HalfCheetah", "Humanoid", "HumanoidStandup", "Pusher"]
-)
+@pytest.mark.parametrize("body", [*BODIES, "HumanoidStandup", "Pusher"])
 def test_a_body_without_variations_equals_gymnasiums_bit_for_bit(
     body: str, dtype: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -47,7 +47,6 @@ def test_a_body_without_variations_equals_gymnasiums_bit_for_bit(
             np.testing.assert_array_equal(value, other_infos[name], err_msg=f"{name}, step {step}")
 
 
-BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
 Z_GRAVITY = {
     "GravityHalf": -4.905,
     "GravityThreeQuarters": -7.3575,
