@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -91,21 +92,12 @@ def test_a_difference_over_groups_needs_runs_in_all_of_them() -> None:
     assert math.isnan(claims.minus(first, {"a": (0.0, 1.0)}, ("a", "b")).mean)
 
 
-def test_a_decline_is_read_from_the_last_task_back() -> None:
+def test_what_is_said_of_a_decline_and_of_an_interval() -> None:
     assert statements.falling([259.0, 414.0, 300.0]) == "300 < 414 > 259"
     assert statements.rises([1.0, 2.0, 3.0]) and not statements.rises([1.0, 3.0, 2.0])
-
-
-def test_what_an_interval_says_of_a_statement() -> None:
     above, around, below = (tables.Value(mean, mean - 1, mean + 1) for mean in (2.0, 0.0, -2.0))
-    assert [statements.found(above, each) for each in (above, around, below)] == [
-        "holds",
-        "not found",
-        "fails",
-    ]
-
-
-def test_an_end_of_exactly_0_is_shown() -> None:
+    said = [statements.found(above, each) for each in (above, around, below)]
+    assert said == ["holds", "not found", "fails"]
     assert str(tables.Value.of(Interval(0.1, 0.0, 0.2))) == "0.10 (0.00 to 0.20)"
     assert str(tables.Value.of(Interval(0.1))) == "0.10 (one run)"
 
@@ -116,9 +108,7 @@ def test_the_numbers_and_words_of_the_readme_are_in_the_findings() -> None:
     numbers = set(re.findall(r"−?\d\.\d\d", section))
     assert len(numbers) >= 8
     assert [number for number in numbers if number not in text] == []
-    ranks = re.findall(
-        r"^\| (\d[\d–]*) \| `([\w-]+)`", text.partition("Without a rank")[0], flags=re.MULTILINE
-    )
+    ranks = re.findall(r"(?m)^\| (\d[\d–]*) \| `([\w-]+)`", text.partition("Without a rank")[0])
     assert ranks[0] == ("1", "cloning"), "significantly above each of the others"
     assert len(ranks) == 10, "“ten methods”"
     assert readme.count("ten methods") == 2
@@ -143,25 +133,17 @@ CELL = PaperCell(1000.0, 100.0)
 
 def paper_rows(*final: float) -> list[PaperRow]:
     """Tasks with a return of 1,000 ± 100 after training on each and these at the end."""
+    others: dict[str, Any] = {"after_env_training": CELL, "first_step": CELL, "single_env": CELL}
     return [
-        PaperRow(
-            f"gym_extensions/Hopper{index}-v0",
-            fully_trained=PaperCell(value, 100.0),
-            after_env_training=CELL,
-            first_step=CELL,
-            single_env=CELL,
-        )
+        PaperRow(f"gym_extensions/Hopper{index}-v0", fully_trained=PaperCell(value, 100.0), **others)
         for index, value in enumerate(final)
     ]
 
 
 def test_an_earlier_task_of_the_paper_ends_lower_if_the_corrected_test_separates_it() -> None:
     table = reproduction.table(paper_rows(500.0, 990.0, 1500.0, 0.0))
-    assert [(each.is_significant, each.is_lower) for each in table.changes] == [
-        (True, True),
-        (False, False),
-        (True, False),
-    ]
+    found = [(each.is_significant, each.is_lower) for each in table.changes]
+    assert found == [(True, True), (False, False), (True, False)]
     assert table.forgotten == 1
     assert table.kept == pytest.approx(100 * 2990 / 3000)
 

@@ -41,13 +41,9 @@ def test_a_floor_and_an_expert_of_other_episodes_are_named(
     monkeypatch.setattr(references, "parse_groups", lambda _: [TaskGroup("mine", (PUSHER,))])
     make_quick(monkeypatch, 4)
     assert references.main(["--groups", "pusher", "--check", str(path), "--quick"]) == 1
-    sentences = capsys.readouterr().out.splitlines()[-4:]
-    for told, sentence in zip(
-        ("random returns", "zero returns", "not the one of its card", "the expert returns -32, not -31"),
-        sentences,
-        strict=True,
-    ):
-        assert told in sentence
+    said = capsys.readouterr().out.splitlines()[-4:]
+    told = ("random returns", "zero returns", "not the one of its card", "the expert returns -32, not -31")
+    assert [fact in sentence for fact, sentence in zip(told, said, strict=True)] == [True] * 4
 
 
 def test_a_file_that_does_not_exist_cannot_be_checked(capsys: pytest.CaptureFixture[str]) -> None:

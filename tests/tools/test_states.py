@@ -1,7 +1,5 @@
 """The published observations of the tasks fit the tasks, and are recorded again as they were."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gym_extensions.catalog.descriptions import descriptions
@@ -36,6 +34,4 @@ def test_a_task_is_recorded_as_it_was_published() -> None:
     for name in ("HopperWall", "State-Based-Navigation-2d-Map0-Goal0"):
         (published,) = states((task(name).id,)) or []
         again = record(task(name)).astype(np.float32)
-        assert np.array_equal(again[:, :4], published[:, :4]), (
-            "the physics of this machine is the published one"
-        )
+        assert np.array_equal(again[:, :4], published[:, :4]), "this machine has the published physics"

@@ -1,6 +1,7 @@
 """The tuning of the methods: no trial is repeated or half written, and scores are those worked by hand."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from gym_extensions.references import load_references
 from tools.tuning import tune
 from tools.tuning.tune import Plan, Trial
 
+Run = Callable[..., tuple[int, str]]
 PLANS = sorted(tune.HERE.glob("*.jsonl"))
 PLAN = Plan(
     method="l2",
@@ -53,18 +55,29 @@ def trained(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, str]]:
             raise KeyboardInterrupt
         return trial(setting, body)
 
-    monkeypatch.setattr(tune, "commit", lambda: "0" * 40)
     monkeypatch.setattr(tune, "run_in_new_process", run)
     return calls
 
 
+@pytest.fixture
+def run(file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Runs the command: its exit status, and what it says."""
+
+    def command(*names: str, commit: str = "0" * 40) -> tuple[int, str]:
+        monkeypatch.setattr(tune, "commit", lambda: commit)
+        status = tune.main([*names, "--folder", str(file.parent)])
+        return status, "".join(capsys.readouterr())
+
+    return command
+
+
 def test_an_interrupted_command_continues_and_repeats_no_finished_trial(
-    file: Path, trained: list[tuple[int, str]]
+    file: Path, run: Run, trained: list[tuple[int, str]]
 ) -> None:
     with pytest.raises(KeyboardInterrupt):
-        tune.main(["l2", "--folder", str(file.parent)])
+        run("l2")
     assert tune.read(file) == (PLAN, [trial(*pair) for pair in PAIRS[:2]])
-    assert tune.main(["l2", "--folder", str(file.parent)]) == 0
+    assert run("l2")[0] == 0
     assert trained == [*PAIRS[:3], *PAIRS[2:]]
     assert tune.read(file) == (PLAN, [trial(*pair) for pair in PAIRS])
     tune.tune(file)
@@ -119,19 +132,23 @@ def test_a_trial_has_a_row_of_returns_per_learned_task(monkeypatch: pytest.Monke
     assert result.cpu_seconds > 0
 
 
-def test_an_unknown_method_is_named_before_any_training(
-    file: Path, trained: list[tuple[int, str]], capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("names", "commit", "told"),
+    [
+        ("l2 l3", "0" * 40, "There is no method 'l3'. Choose one of: l2."),
+        ("l2", "", "Every trial states the commit of its code."),
+    ],
+    ids=["an unknown method", "outside of a clone"],
+)
+def test_what_cannot_be_recorded_is_named_before_any_training(
+    names: str, commit: str, told: str, run: Run, trained: list[tuple[int, str]]
 ) -> None:
-    assert tune.main(["l2", "l3", "--folder", str(file.parent)]) == 2
-    assert "There is no method 'l3'. Choose one of: l2." in capsys.readouterr().err
-    assert trained == []
+    status, said = run(*names.split(), commit=commit)
+    assert (status, told in said, trained) == (2, True, [])
 
 
 def test_a_method_whose_library_is_missing_is_left_out(
-    file: Path,
-    trained: list[tuple[int, str]],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    file: Path, run: Run, trained: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def factory(name: str) -> Any:
         if name == "l2":
@@ -141,8 +158,8 @@ def test_a_method_whose_library_is_missing_is_left_out(
     other = file.with_name("other.jsonl")
     other.write_text(file.read_text("utf-8").replace('"l2"', '"other"'), "utf-8")
     trained += [(9, "")] * 3  # so that no trial is interrupted
-    assert tune.main(["l2", "other", "--folder", str(file.parent)]) == 1
-    assert "l2 was left out: l2 needs abc. Install it with: pip install abc" in capsys.readouterr().out
+    status, said = run("l2", "other")
+    assert (status, "l2 was left out: l2 needs abc. Install it with: pip install abc" in said) == (1, True)
     assert trained[3:] == PAIRS
 
 
@@ -156,15 +173,3 @@ def test_each_method_has_eight_settings_and_the_same_tasks_and_steps(path: Path)
     assert len({(trial.setting, trial.body) for trial in trials}) == len(trials)
     for each in trials:
         assert (each.end_score, each.learned_score) == tune.scores(plan, each.body, each.returns)
-
-
-def test_outside_of_a_clone_nothing_is_trained(
-    file: Path,
-    trained: list[tuple[int, str]],
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setattr(tune, "commit", lambda: "")
-    assert tune.main(["l2", "--folder", str(file.parent)]) == 2
-    assert "Every trial states the commit of its code." in capsys.readouterr().err
-    assert trained == []

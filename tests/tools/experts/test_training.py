@@ -28,10 +28,6 @@ def run(work: Workplace, row: Recipe, parent: str | None = None) -> list[str]:
     return list(training.train(work, row, 0, parent, "train"))
 
 
-def checkpoint(work: Workplace, name: str) -> Policy:
-    return work.policy(name, task("Pusher"))
-
-
 def test_a_run_keeps_and_screens_its_checkpoints(work: Workplace) -> None:
     assert len(run(work, SHORT)) == 2
     steps = [row["steps"] for row in work.run("short-seed0")["checkpoints"]]
@@ -63,7 +59,8 @@ def test_in_the_first_batches_only_the_value_function_learns(work: Workplace) ->
     start = f"short-seed0@{work.run('short-seed0')['checkpoints'][-1]['steps']}"
     run(work, replace(SHORT, name="further", steps=200), start)
     last = f"further-seed0@{work.run('further-seed0')['checkpoints'][-1]['steps']}"
-    np.testing.assert_array_equal(checkpoint(work, last).weights[0], checkpoint(work, start).weights[0])
+    first, second = (work.policy(name, task("Pusher")).weights[0] for name in (last, start))
+    np.testing.assert_array_equal(first, second)
     assert work.run("further-seed0")["parent"] == start
 
 
