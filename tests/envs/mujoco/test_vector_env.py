@@ -135,3 +135,12 @@ def test_custom_tasks(case: str) -> None:
 @pytest.mark.parametrize("body", ["Hopper", "HalfCheetah", "Humanoid", "Pusher", "Striker"])
 def test_costs_use_the_precision_of_the_actions(body: str) -> None:
     assert_bitwise_equal([body], num_envs=2, steps=40, dtype=np.float64)
+
+
+def test_stable_baselines3_vector_environments_accept_the_tasks() -> None:
+    vec = pytest.importorskip("stable_baselines3.common.vec_env")
+    env = vec.DummyVecEnv([lambda: envs.make("HopperWall"), lambda: envs.make("HopperWithSensor")])
+    env.seed(0)
+    assert env.reset().shape == (2, 21)
+    assert env.step(np.zeros((2, 3), np.float32))[0].shape == (2, 21)
+    env.close()
