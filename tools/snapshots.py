@@ -1,7 +1,7 @@
 """Assembles a submission of ``snapshots`` from the stages that another one stored, without simulating.
 
     python -m tools.snapshots submissions/trpo --groups core --runs 0-9 --out submissions/snapshots
-    python -m tools.snapshots submissions/ppo-tuned --out submissions/ppo-snapshots
+    python -m tools.snapshots submissions/ppo-tuned --out submissions/ppo-snapshots-tuned
 
 After stage s, a task that was learned has the policy that the source stored right after learning it; every
 other task has the source's present policy. That is what the agent ``snapshots`` has after it learned as the

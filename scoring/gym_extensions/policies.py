@@ -16,10 +16,10 @@ from gym_extensions.catalog.groups import TaskGroup, resolve_group
 from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError, did_you_mean, require_known
-from gym_extensions.submissions import diagnostics, fetch, layout
-from gym_extensions.submissions.diagnostics import Diagnosis
-from gym_extensions.submissions.policies import files, mlp_arrays
+from gym_extensions.submissions import fetch, layout
+from gym_extensions.submissions.policies import diagnostics, files, mlp_arrays
 from gym_extensions.submissions.policies.conversion import from_torch
+from gym_extensions.submissions.policies.diagnostics import Diagnosis
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
 from gym_extensions.submissions.run import PolicyFile, read_run

@@ -91,6 +91,7 @@ class Slow(Zero):
 def test_an_interrupted_command_says_how_to_continue(jobs: str, sent: signal.Signals, tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(SLOW)
     words = [sys.executable, "-m", "gym_extensions", *command("slow:Slow", protocol="joint", jobs=jobs)]
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit SIG_IGN
     with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as process:
         while not (tmp_path / "learns").exists():
             time.sleep(0.05)

@@ -8,8 +8,8 @@ import pytest
 from gym_extensions.catalog import states
 from gym_extensions.catalog.groups import group
 from gym_extensions.submissions import diagnostics
-from gym_extensions.submissions.diagnostics import Diagnosis
 from gym_extensions.submissions.layout import DOCUMENT, run_file
+from gym_extensions.submissions.policies.diagnostics import Diagnosis
 from gym_extensions.submissions.run import read_run
 
 HERE = group("hopper-gravity")

@@ -31,7 +31,7 @@ def submission(base: str, addition: str = "") -> str:
     """The submission of a base with an addition, if any; those of ``trpo`` have the name of the addition."""
     if not addition:
         return ALONE[base]
-    return addition if base == "trpo" else f"{base}-{addition}"
+    return {"trpo": addition, "ppo": f"ppo-{addition}-tuned"}.get(base, f"{base}-{addition}")
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, read_groups
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths
 from gym_extensions.submissions import diagnostics, layout
-from gym_extensions.submissions.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.policies import files, mlp_arrays
+from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.run import RunDocument
 
 POLICY_DTYPES = {"submission": "str", "method": "str", **KEY_DTYPES, "stage": "int64", "task": "str"}

@@ -20,6 +20,7 @@ from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import diagnostics, landscapes, layout, reader
 from gym_extensions.submissions.fetch import Fetcher
+from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission
@@ -148,7 +149,7 @@ def diagnose(call: Mapping[str, Any]) -> Iterator[Any]:
     for request in requests:
         try:
             policies = episodes.stored_policies(request, group)
-            found = diagnostics.diagnose_run(policies, observations, request.protocol, request.run)
+            found = diagnose_run(policies, observations, request.protocol, request.run)
             yield _rounded(msgspec.to_builtins(found), DIAGNOSIS)
         except BenchError as error:
             yield error.message
@@ -185,7 +186,7 @@ def write_diagnostics(
             if isinstance(answer, str):
                 lines.append(f"{submission.name}, {request.name}: {answer}")
             else:
-                diagnoses = msgspec.convert(answer, tuple[diagnostics.Diagnosis, ...])
+                diagnoses = msgspec.convert(answer, tuple[Diagnosis, ...])
                 runs[request.name] = diagnostics.DiagnosedRun(request.policies, diagnoses)
         return [*lines, f"{diagnostics.write(submission, group, runs)}: {len(runs)} runs."] if runs else lines
 

@@ -14,7 +14,7 @@ import onnx
 
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout
-from gym_extensions.submissions.diagnostics import diagnose
+from gym_extensions.submissions.policies.diagnostics import diagnose
 from gym_extensions.submissions.policies.onnx import MISSING, OnnxPolicy, network_errors
 
 from ...conftest import refused

@@ -9,7 +9,7 @@ import pytest
 
 from gym_extensions import policies
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.diagnostics import diagnose, inactive_share, stable_rank
+from gym_extensions.submissions.policies.diagnostics import diagnose, inactive_share, stable_rank
 from gym_extensions.submissions.policies.mlp import Policy, hidden_outputs
 
 SUBMISSIONS = Path(__file__).resolve().parents[2] / "submissions"
