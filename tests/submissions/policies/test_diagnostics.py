@@ -12,7 +12,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies.diagnostics import diagnose, inactive_share, stable_rank
 from gym_extensions.submissions.policies.mlp import Policy, hidden_outputs
 
-SUBMISSIONS = Path(__file__).resolve().parents[2] / "submissions"
+SUBMISSIONS = Path(__file__).resolve().parents[3] / "submissions"
 SEEN = np.random.default_rng(0).normal(size=(50, 2))
 
 
