@@ -84,7 +84,7 @@ def sentences(folder: Path, references: References | None = None) -> list[str]:
     [
         pytest.param(5, (200, 5), 300, id="every run forgets: falls of 190, 195, 200, 205, 210"),
         pytest.param(5, (20, 200), None, id="chance explains it: falls of -380, -180, 20, 220, 420"),
-        pytest.param(1, (80, 0), 420, id="one run is told as it is"),
+        pytest.param(1, (80, 0), 420, id="one run has no interval"),
         pytest.param(5, (200, 86), None, id="falls of 28 to 372: p = .03 by itself, above .05 / 4 tasks"),
         pytest.param(5, (200, 60), 300, id="falls of 80 to 320: p = .009"),
         pytest.param(1, (49, 0), None, id="less than a twentieth of the span"),

@@ -24,7 +24,7 @@ node, tensor = onnx.helper.make_node, onnx.numpy_helper.from_array
 
 
 def named(name: str, width: int | str = 3, kind: int = FLOAT, batch: int | str = "batch") -> Any:
-    """An input or output of so many numbers per row."""
+    """An input or output with this number of values per row."""
     return value(name, kind, [batch, width])
 
 

@@ -62,7 +62,7 @@ EXAMPLES: Table = {
     "undefined-success": [("of running", logged(4, 7, "false"), line(4), "defines no success")],
     "contradictory-success": [
         (
-            *("an arrival that is no end", logged(4, 7, "true", NAV), line(4, NAV)),
+            *("a goal that does not end the episode", logged(4, 7, "true", NAV), line(4, NAV)),
             *("is true, but `terminated` is false", (), 1, "nav-state"),
         ),
         (

@@ -255,6 +255,7 @@ def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
 
 
 def _why(logs: Mapping[str, scorecard.GroupScore], missing: Sequence[str], without: Sequence[str]) -> str:
+    """Why a submission has no rank on the core; empty if it has one."""
     for log in logs.values():
         if verified_runs(log) < min(LOOKS[0], consecutive(log.runs)):
             return f"Claimed: {log.why_claimed or 'not verified.'}"

@@ -108,7 +108,7 @@ def load(folder: Path) -> Simulator | None:
     try:
         wasm = gzip.decompress(packed)
     except (OSError, EOFError, zlib.error) as error:
-        raise BenchError("bad-asset", f"It is no gzip file: {error}.", str(folder), HINT) from error
+        raise BenchError("bad-asset", f"Not a gzip file: {error}.", str(folder), HINT) from error
     for name, content in (("mujoco.js", script), ("mujoco.wasm", wasm)):
         check(name, content, folder)
     return Simulator(script, packed, license_of("mujoco"))
