@@ -6,7 +6,7 @@ import sys
 import tempfile
 import warnings
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -26,7 +26,7 @@ from gym_extensions.envs import make_vec, rollout
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, manifest, rules, run
 from gym_extensions.submissions.policies import mlp, onnx
-from gym_extensions.submissions.policies.files import AnyPolicy, policy_keys, run_arrays, size_error
+from gym_extensions.submissions.policies.files import AnyPolicy, Key, policy_keys, run_arrays, size_error
 from gym_extensions.versions import version_or_none
 
 CARD_TYPES: dict[str, Any] = {
@@ -92,8 +92,9 @@ class AgentSpec:
         actions = first_actions(trial, env, seeds, label)
         if (policy := agents.policy_of(trial)) is not None:
             require_agreement(policy, env, seeds, actions, 0)
-            for log in logs:
-                require_submittable(policy, spec.card, spec.observes, *log)
+            for log_group, protocol in logs:
+                keys = policy_keys(protocol, log_group)
+                require_submittable(policy, spec.card, spec.observes, log_group, keys)
         if isinstance(trial, agents.Resumable) and any(protocol in IN_ORDER for _, protocol in logs):
             other, acted = agents.create(make, spaces, 1, name), list[Array]()
             with tempfile.TemporaryDirectory() as folder:
@@ -265,13 +266,13 @@ def require_agreement(
 
 
 def require_submittable(
-    policy: AnyPolicy, card: Card, observes: manifest.Observes, group: TaskGroup, protocol: str
+    policy: AnyPolicy, card: Card, observes: manifest.Observes, group: TaskGroup, keys: Iterable[Key] = ()
 ) -> None:
-    """Checks, before training, what the rules of submissions say about policies.
+    """Checks a policy against the rules of submissions before it is stored.
 
     Raises ``BenchError`` (``bad-policy``) if the policy samples although the card says that evaluation is
     deterministic, if it depends on the task without observing it or has rows for more tasks than the group,
-    or if the policies of a run would exceed the limits of size.
+    or if a run with such a policy under all of these keys would exceed the limits of size.
     """
     message, hint = "", "Use arrays without an axis of tasks, or one row per task and task_in_evaluation."
     if card.evaluation == "deterministic" and policy.head != "deterministic":
@@ -281,7 +282,7 @@ def require_submittable(
         message = "The policy depends on the task, and the agent does not ask for task_in_evaluation."
     elif policy.num_tasks > len(group.tasks):
         message = f"The policy has arrays for {policy.num_tasks} tasks; {group.name} has {len(group.tasks)}."
-    elif message := size_error(run_arrays(dict.fromkeys(policy_keys(protocol, group), policy))):
+    elif message := size_error(run_arrays(dict.fromkeys(keys, policy))):
         hint = "Use smaller networks or float32, or no policy; without one, a run cannot be verified."
     if message:
         raise BenchError("bad-policy", message, "policy()", hint)

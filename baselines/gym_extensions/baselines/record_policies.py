@@ -228,7 +228,8 @@ def record(
     spec = agent_spec.AgentSpec(card.algorithm, lambda *_: agent, card, observed)
     settings = Settings(spec, request.budget, steps_counted=False)
     if (stored := agent.policy()) is not None:
-        agent_spec.require_submittable(stored, card, observed, task_group, protocol)
+        keys = files.policy_keys(protocol, task_group)
+        agent_spec.require_submittable(stored, card, observed, task_group, keys)
     submission.validate(path, [task_group])
     require_published_engine(task_group.tasks)
     submission.require_same(path / layout.MANIFEST, submission.manifest_tables(settings))

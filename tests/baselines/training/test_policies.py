@@ -95,6 +95,12 @@ def test_a_policy_that_a_submission_may_not_contain_is_refused_before_training(
     assert not (tmp_path / "mine").exists()
 
 
+def test_a_policy_with_rows_for_too_many_tasks_stops_the_run_after_its_stage(tmp_path: Path) -> None:
+    later = counting(**vars(MANY) | {"policy": lambda self: MANY.policy(self) if self.stages else None})
+    with refused("bad-policy", "arrays for 30 tasks"):
+        train(later, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "mine")
+
+
 def test_policies_that_grew_too_large_are_kept_and_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

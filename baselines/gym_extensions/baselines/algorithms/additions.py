@@ -262,7 +262,8 @@ class Snapshots(Addition):
         """The policy as plain arrays, with a row per task as that of ``multi-head``."""
         if not self._kept:
             return self._present()
-        rows = multi_head.rows_of({task: self._policy_of(task) for task in self._kept}, self._task)
+        kept = {task: self._policy_of(task) for task in self._kept}
+        rows = multi_head.rows_of(kept, self._task, self._num_tasks)
         return by_task(rows, len(rows[0].weights) - 1 if self.shares_hidden_layers else 0)
 
     def act(self, observations: Array, context: Context | None = None) -> Array:

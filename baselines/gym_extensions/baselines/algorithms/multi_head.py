@@ -26,10 +26,13 @@ def single_task(env: VectorEnv, name: str) -> int:
     return int(tasks[0])
 
 
-def rows_of(learned: Mapping[int, Row], present: int) -> list[Row]:
-    """What is published for each task: what was learned, or what the present task has, as all later tasks."""
-    rows = [learned.get(task, learned[present]) for task in range(max(learned) + 1)]
-    return rows if present == max(learned) else [*rows, learned[present]]
+def rows_of(learned: Mapping[int, Row], present: int, num_tasks: int) -> list[Row]:
+    """What is published for each task: what was learned, or what the present task has.
+
+    The last row of a policy is also that of all later tasks.
+    """
+    last = max(learned) + (present != max(learned))
+    return [learned.get(task, learned[present]) for task in range(min(last + 1, num_tasks))]
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ class MultiHead(Trpo):
         # The parameters of the shared layers come first in the flat vector.
         self._hidden = policies.parameter_count(sizes[: self._shared + 1])
         self._heads: dict[int, Head] = {}  # by the index of their task in the group
-        self._task = self._number = 0
+        self._task = self._number = self._num_tasks = 0
 
     def act(self, observations: Array, context: Context | None = None) -> Array:
         """Acts as in the context's task; without a context, as in the present one."""
@@ -77,6 +80,7 @@ class MultiHead(Trpo):
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
         self._task = single_task(env, self.name)
+        self._num_tasks = int(env.num_tasks)  # type: ignore[attr-defined]  # of the training environments
         self._begin(self._task)
         super().learn(env, steps)
         self._heads[self._task] = Head(self._theta[self._hidden :].copy(), self._moments, self._number)
@@ -103,7 +107,8 @@ class MultiHead(Trpo):
         """
         if not self._heads:
             return super().policy()
-        return by_task([self._policy_of(head) for head in rows_of(self._heads, self._task)], self._shared)
+        rows = rows_of(self._heads, self._task, self._num_tasks)
+        return by_task([self._policy_of(head) for head in rows], self._shared)
 
     def _policy_of(self, head: Head) -> Policy:
         """The policy in a finished task."""
@@ -126,11 +131,11 @@ class MultiHead(Trpo):
             for name, value in {**vars(head), **vars(head.moments)}.items()
             if name != "moments"
         }
-        return super()._state() | heads | {"progress": np.array([self._task, self._number])}
+        return super()._state() | heads | {"progress": np.array([self._task, self._number, self._num_tasks])}
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
         super()._restore(arrays)
-        self._task, self._number = map(int, arrays["progress"])
+        self._task, self._number, self._num_tasks = map(int, arrays["progress"])
         self._heads = {}
         for task in (int(name[4:-7]) for name in arrays if name.startswith("head") and "/number" in name):
             names = ("parameters", "number", "count", "mean", "squares")

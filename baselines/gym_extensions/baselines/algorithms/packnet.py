@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gym_extensions.baselines.agent import Array, Card, VectorEnv
+from gym_extensions.baselines.agent import Array, Card
 from gym_extensions.baselines.algorithms.multi_head import Head, MultiHead
 from gym_extensions.baselines.trust_region import policy, values
 from gym_extensions.submissions.policies.mlp import Policy
@@ -80,12 +80,7 @@ class PackNet(MultiHead):
         super().__init__(*arguments, **settings)
         self._retrain_share = retrain_share
         self._owners = no_owners(self._architecture.sizes)
-        self._num_tasks, self._pruned = 1, False
-
-    def learn(self, env: VectorEnv, steps: int) -> None:
-        """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
-        self._num_tasks = int(env.num_tasks)  # type: ignore[attr-defined]  # of the training environments
-        super().learn(env, steps)
+        self._pruned = False
 
     def _train(self, collector: values.Collector, steps: int) -> int:
         self._pruned = False

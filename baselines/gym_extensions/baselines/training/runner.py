@@ -201,7 +201,10 @@ class StageRun:
         }
         self.listen(progress.StageStarted(self.pending.job.title, number, tuple(trained), stage.steps))
         taken = self._train(agent, trained) if stage.steps else 0
+        spec = self.pending.settings.agent
         policy, episodes = agents.policy_of(agent), list[Episode]()
+        if policy is not None:
+            agent_spec.require_submittable(policy, spec.card, spec.observes, self.pending.job.group)
         for task in stage.evaluated:
             start = time.perf_counter()
             with generators.preserved_global_generators(self.pending.seed(f"evaluation {number}", task.id)):
@@ -211,7 +214,7 @@ class StageRun:
             self.listen(progress.TaskEvaluated(*self._where(stage.steps), *result))
             episodes += new
         self.folder.store_policy(number, policy)
-        card = agent_spec.card_of(agent, self.pending.settings.agent.name)
+        card = agent_spec.card_of(agent, spec.name)
         memory = Memory(
             stored_steps=card.stored_steps, parameters_first=first_parameters, parameters_last=card.parameters
         )

@@ -131,10 +131,14 @@ def test_the_card_states_coefficient_stored_states_and_heads() -> None:
     )
 
 
+@pytest.mark.parametrize("order", [(0, 1), (2, 1), (1, 2, 0)])
 @pytest.mark.parametrize("name", METHODS)
-def test_the_policy_as_arrays_acts_as_the_agent_in_every_task(name: str) -> None:
-    agent = learned(name, 2)
+def test_the_policy_as_arrays_acts_as_the_agent_in_every_task(name: str, order: tuple[int, ...]) -> None:
+    agent = make(name)
+    for task in order:
+        agent.learn(Goals(task), 800)
     policy = agent.policy()
+    assert policy.num_tasks <= 3
     for task in range(3):
         acted = agent.act(SEEN, in_task(task)) if agent.observes.task_in_evaluation else agent.act(SEEN)
         np.testing.assert_allclose(policy.act(SEEN, task=task), acted, rtol=1e-6, atol=1e-6)
