@@ -3,11 +3,13 @@
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from gym_extensions.baselines import Card, Observes, record, train
+from gym_extensions.baselines.training.checkpoints import JobFolder
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.submissions.policies.files import read_policies
 from gym_extensions.submissions.policies.mlp import Policy
@@ -220,3 +222,17 @@ def test_the_policy_of_an_earlier_attempt_is_not_published(tmp_path: Path) -> No
     for task in TASKS:
         record_stage(tmp_path, zero, "single", task=task.name)
     assert document(tmp_path, "single").policies is None
+
+
+def test_a_stage_whose_second_recording_was_interrupted_is_recorded_again_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record_stage(tmp_path, Policy(*OFFSET_AND_SCALE), stage=1)
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(JobFolder, "finish", Mock(side_effect=KeyboardInterrupt))
+        record_stage(tmp_path, Policy(OFFSET_AND_SCALE[0] + 0.5, OFFSET_AND_SCALE[1]), stage=1)
+    for stage in (0, 2):
+        record_stage(tmp_path, Policy(*OFFSET_AND_SCALE), stage=stage)
+    assert not (tmp_path / GROUP).exists()
+    record_stage(tmp_path, Policy(*OFFSET_AND_SCALE), stage=1)
+    assert len(logged(tmp_path)) == 120

@@ -197,7 +197,7 @@ def test_a_full_disk_leaves_the_submission_as_it_was_and_the_run_can_be_written_
         with pytest.raises(BenchError) as error:
             train("random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=out)
     assert error.value.message.count("No space left on device") == 3
-    assert not digests(out)
+    assert set(digests(out)) == ({MANIFEST} if suffix == ".csv" else set())  # another process may use it
     again = Monitor(callback=refuse_training)
     train("random", QUICK_GROUP, "joint", "smoke", [0, 1, 2], out=out, progress=again)
     assert digests(out) == digests(three_runs)

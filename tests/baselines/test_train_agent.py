@@ -94,6 +94,30 @@ for jobs in (0, 2):
     assert digests(tmp_path / "jobs0") == digests(tmp_path / "jobs2")
 
 
+DRAWN = """
+import torch
+
+
+class Drawn:
+    def __init__(self, observation_space, action_space, seed):
+        self.layer = torch.nn.Linear(observation_space.shape[0], action_space.shape[0])
+
+    def act(self, observations):
+        return self.layer(torch.as_tensor(observations, dtype=torch.float32)).detach().numpy()
+
+    def learn(self, env, steps): ...
+"""
+
+
+def test_a_worker_process_loads_and_seeds_torch_for_the_agents_weights(tmp_path: Path) -> None:
+    pytest.importorskip("torch")
+    (tmp_path / "drawn.py").write_text(DRAWN)
+    for jobs in (0, 1):
+        agent = f"{tmp_path / 'drawn.py'}:Drawn"
+        train(agent, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / f"jobs{jobs}", jobs=jobs)
+    assert digests(tmp_path / "jobs0") == digests(tmp_path / "jobs1")
+
+
 def test_a_script_that_its_workers_would_run_again_is_named(tmp_path: Path) -> None:
     code = """
 from gym_extensions.baselines import train

@@ -15,6 +15,7 @@ from gym_extensions.baselines.workers import run
 
 JOBS = '''
 import os
+import signal
 import time
 from dataclasses import dataclass
 
@@ -49,6 +50,16 @@ class Pause:
         listen(JobFinished("before"))
         time.sleep(self.seconds)
         listen(JobFinished("after"))
+
+
+@dataclass(frozen=True)
+class Killed:
+    """Is killed when it has sent a part of a message of 100 bytes."""
+
+    def run(self, listen):
+        (connection,) = (cell.cell_contents for cell in listen.__closure__)
+        os.write(connection.fileno(), (100).to_bytes(4, "big") + b"a part")
+        os.kill(os.getpid(), signal.SIGKILL)
 '''
 
 
@@ -78,6 +89,13 @@ def test_what_a_worker_cannot_import_or_receive_fails_alone(jobs: Any, tmp_path:
     results: Any = dict(run(pending, print, 1))
     assert "SyntaxError" in results[0].cause
     assert "pickle" in results[1].cause
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGKILL")
+def test_a_worker_that_is_killed_while_it_sends_fails_alone(jobs: Any) -> None:
+    results: Any = dict(run([jobs.Killed(), jobs.Square(2)], print, 1))
+    assert "SIGKILL" in results[0].cause
+    assert results[1][0] == 4
 
 
 def test_stopping_ends_the_workers_and_no_other_child_process(jobs: Any) -> None:

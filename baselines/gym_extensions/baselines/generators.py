@@ -64,11 +64,20 @@ def set_global_generators(state: tuple[Any, Any, Any]) -> None:
 
 
 SCOPES: list[tuple[int, int | None]] = []
-"""The open blocks of the function below, outermost first: a number of its own, and its seed.
+"""The open blocks of ``preserved_global_generators``, outermost first: a number of its own, and its seed.
 
 An agent in another process has generators of its own, which are seeded and restored at the same places.
 """
 NUMBERS = itertools.count()
+
+
+def seed_global_generators() -> None:
+    """Starts them from the seed of the innermost open block; again after an import that may load torch."""
+    if SCOPES and (seed := SCOPES[-1][1]) is not None:
+        random.seed(seed)
+        np.random.seed(seed % 2**32)  # noqa: NPY002
+        if torch := sys.modules.get("torch"):
+            torch.manual_seed(seed)
 
 
 @contextmanager
@@ -80,11 +89,7 @@ def preserved_global_generators(seed: int | None = None) -> Iterator[None]:
     state = global_generators()
     SCOPES.append((next(NUMBERS), seed))
     try:
-        if seed is not None:
-            random.seed(seed)
-            np.random.seed(seed % 2**32)  # noqa: NPY002
-            if torch := sys.modules.get("torch"):
-                torch.manual_seed(seed)
+        seed_global_generators()
         yield
     finally:
         SCOPES.pop()

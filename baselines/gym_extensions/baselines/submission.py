@@ -209,8 +209,8 @@ def write_run_files(
 ) -> None:
     """Writes a finished run, creates the manifest if there is none, and deletes the folders of the jobs.
 
-    Each file is written whole, the log last, and what was written is removed if a later file cannot be. So a
-    full disk leaves the submission as it was, and an interrupted call can be repeated.
+    Each file is written whole, the log last. If one cannot be, for a full disk, the others of the run are
+    removed, and the call can be repeated. The manifest stays: other processes may have written runs.
 
     Args:
         out: the submission's folder.
@@ -285,7 +285,7 @@ def write_run_files(
         for path, data in new.items():
             write_bytes(path, data)
     except BaseException:  # a full disk, Ctrl-C
-        for path in new:
+        for path in new.keys() - {out / MANIFEST}:
             path.unlink(missing_ok=True)
         raise
     for job in jobs:

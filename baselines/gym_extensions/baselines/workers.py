@@ -151,7 +151,7 @@ def _run_in_workers(pending: Sequence[Runnable[Result]], listen: Listener, jobs:
                 index, process = running[connection]
                 try:
                     is_event, value = connection.recv()
-                except EOFError:  # a signal ended it, or an error before its job began
+                except (EOFError, OSError):  # it ended, perhaps while it was sending
                     process.join()
                     cause = GUARD if process.exitcode == NO_GUARD else EXITED.format(process.exitcode)
                     if process.exitcode < 0:

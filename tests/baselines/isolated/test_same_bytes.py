@@ -23,13 +23,17 @@ print(json.dumps([main(["train", *command]) for command in json.loads(sys.argv[1
 GLOBAL = """
 import random
 import numpy as np
+try:
+    from torch import rand
+except ModuleNotFoundError:
+    rand = np.random.rand
 
 
 class Agent:
     \"\"\"Draws from all generators that the loop seeds, in training and in evaluation.\"\"\"
 
     def __init__(self, observation_space, action_space, seed):
-        self.space, self.scale = action_space, random.random()
+        self.space, self.scale = action_space, random.random() + float(rand(1)[0])
 
     def act(self, observations, context):
         noise = np.random.uniform(-1, 1, (len(observations), *self.space.shape))

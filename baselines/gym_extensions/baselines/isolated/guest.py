@@ -90,6 +90,7 @@ class Guest:
             self._make = getattr(module, attribute)
         else:
             self._make = algorithms.factory(attribute)
+        generators.seed_global_generators()  # the file may have loaded torch
         return (None,)
 
     def create(self, name: str, spaces: Any, seed: int, blob: bytearray) -> Reply:

@@ -155,8 +155,9 @@ class JobFolder:
                 remove(older)
 
     def store_policy(self, stage: int, policy: AnyPolicy | None) -> None:
-        """Writes the policy after a stage, and removes that of an earlier attempt if there is none."""
+        """Writes the policy after a stage; removes the record of an earlier attempt, and a policy if None."""
         path = self.path / f"policy{stage}.npz"
+        remove(self.path / f"stage{stage}.json")  # its episodes are not those of this policy
         if policy is None:
             path.unlink(missing_ok=True)
         else:

@@ -148,7 +148,9 @@ class PendingJob:
                 seeds = self.seed("observation space"), self.seed("action space")
                 observations, actions = map(generators.seeded_copy, spaces, seeds)
                 with generators.preserved_global_generators(self.seed("creation")):
-                    return algorithms.factory(spec.factory)(observations, actions, self.seed("agent"))
+                    make = algorithms.factory(spec.factory)
+                    generators.seed_global_generators()  # the agent's file may have loaded torch
+                    return make(observations, actions, self.seed("agent"))
 
             agent = create()
             spec.require_same(agent, job.title)
