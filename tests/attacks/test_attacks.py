@@ -213,6 +213,11 @@ ATTACKS = (
         CLAIMED,
     ),
     Attack(
+        "All returns are raised by a ten-millionth, and the documents name a runtime of networks.",
+        stated(packages={"onnxruntime": "0.1"}),
+        REPETITION,
+    ),
+    Attack(
         "The returns of the last stage are raised.",
         returns(lambda value: value + 50, lambda row: row["stage"] == LAST),
         REPETITION,

@@ -242,7 +242,7 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
 
     The cells are those whose SHA-256 with the digest of all files is lowest. An episode that differs is a
-    problem, unless honest ones may differ on this machine (:attr:`LoggedRun.other_machine`).
+    problem, unless honest ones may differ on this machine (:meth:`LoggedRun.other_machine`).
     """
     known = verify.logged_runs(submission)
     without = sum(run.document.policies is None for run in known.values())
@@ -275,8 +275,8 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
             run, (cell,), next(played(run.request(submission, (cell,)), run.log.group))
         )
         repeated, episodes = repeated + result.repeated, episodes + result.episodes
-        if result.difference and run.other_machine:
-            notes.append(f"{run.name}: {result.difference}. {run.other_machine}")
+        if result.difference and result.machine:
+            notes.append(f"{run.name}: {result.difference}. {result.machine}")
         elif result.difference:
             hint = "Store the policy of every stage, and log its first evaluation, on x86-64 Linux."
             problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))

@@ -21,7 +21,7 @@ from gym_extensions.submissions.policies import files, onnx
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument, read_run
 from gym_extensions.submissions.submission import Submission, is_trainable
 from gym_extensions.verification import episodes as episodess, limits, new_seeds
-from gym_extensions.versions import blas_kernels, version, version_or_none
+from gym_extensions.versions import blas_kernels, version
 
 SAMPLED = "sampled"
 SUCCESSES = {1: True, 0: False, -1: None}
@@ -99,20 +99,20 @@ class LoggedRun:
             file=str(fetcher.fetch(policies, self.name)) if fetcher and policies.url else "",
         )
 
-    @property
-    def other_machine(self) -> str:
+    def other_machine(self, runtime: str) -> str:
         """Why honest episodes of the run may differ on this machine; empty if they may not.
 
-        The engine is the published one everywhere, and plain policies have one arithmetic. Networks have
+        ``runtime`` is what ran its networks here. Without networks, what the document says does not matter:
+        the engine is the published one everywhere, and plain policies have one arithmetic. Networks have
         other last bits with another runtime or processor, of which the kernels of the BLAS tell.
         """
-        made, packages = self.document.versions, self.document.packages
-        if onnx.RUNTIME not in packages:
+        if not runtime:
             return fingerprinting.other_platform()
+        made = self.document.versions
         name = f"{platform.system()}-{platform.machine()}"
         here = {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
         pairs = {name: (getattr(made, name), value) for name, value in here.items()}
-        pairs[onnx.RUNTIME] = (packages[onnx.RUNTIME], version_or_none(onnx.RUNTIME) or "")
+        pairs[onnx.RUNTIME] = (self.document.packages.get(onnx.RUNTIME), runtime.rpartition(" ")[2])
         text = differing(pairs)
         return text and f"Made elsewhere (run / here): {text}."
 
@@ -124,11 +124,15 @@ def differing(pairs: Mapping[str, tuple[object, object]]) -> str:
 
 
 class Repetition(NamedTuple):
-    """How many of a run's episodes were repeated, and where the first other one is and how large it is."""
+    """How many of a run's episodes were repeated, and where the first other one is and how large it is.
+
+    ``machine`` says why honest ones may differ here (:meth:`LoggedRun.other_machine`).
+    """
 
     repeated: int
     episodes: int
     difference: str = ""
+    machine: str = ""
 
 
 def repetition(run: LoggedRun, cells: Sequence[episodess.Cell], result: episodess.Played) -> Repetition:
@@ -137,8 +141,9 @@ def repetition(run: LoggedRun, cells: Sequence[episodess.Cell], result: episodes
     They must be equal to the last bit; those of an ONNX network, the returns within ``TOLERANCE``.
     """
     total = sum(len(run.logged[cell.stage, cell.task]) for cell in cells)
+    machine = run.other_machine(result.runtime)
     if result.problem:
-        return Repetition(0, total, result.problem)
+        return Repetition(0, total, result.problem, machine)
     tolerance = TOLERANCE if result.runtime else 0.0
     repeated, difference = 0, ""
     for cell, outcomes in zip(cells, result.outcomes, strict=True):
@@ -152,7 +157,7 @@ def repetition(run: LoggedRun, cells: Sequence[episodess.Cell], result: episodes
                 where = f"stage {cell.stage}, {run.log.group.tasks[cell.task].name}, episode {episode}"
                 difference = f"{where}: {_described(old)} in the log, {_described(new)} here"
                 difference += f" (difference {new.return_ - old.return_:.3g})"
-    return Repetition(repeated, total, difference)
+    return Repetition(repeated, total, difference, machine)
 
 
 def _described(outcome: rollout.Outcome) -> str:
@@ -278,7 +283,7 @@ def verify(
         if is_repeatable:
             result = replace(each, outcomes=each.outcomes[:count])
             repetitions[name] = repetition(runs[name], prescribed[name], result)
-    machines = {name: run.other_machine for name, run in runs.items()}
+    machines = {name: each.machine for name, each in repetitions.items()}
     sketches = {name: each.sketches for name, each in first.items()}
     others = runs_to_compare(submission, every, runs)
     compared = player.play(list(others.values()))
