@@ -41,7 +41,13 @@ def commands(page: Path) -> list[str]:
 
 OTHER_PROGRAMS = "libraries.md"
 """The page with commands of other projects, which tests/test_libraries.py runs where they are installed."""
-COMMANDS = sorted({command for page in PAGES if page.name != OTHER_PROGRAMS for command in commands(page)})
+TEMPLATES = "".join(page.read_text("utf-8") for page in (ROOT / "site").rglob("templates/*.html"))
+ON_SITE = {" ".join(code.split()) for code in re.findall(r"<code>([^<{]+)</code>", TEMPLATES)}
+"""The code on the pages of the board that has no variable."""
+COMMANDS = sorted(
+    {command for page in PAGES if page.name != OTHER_PROGRAMS for command in commands(page)}
+    | set(filter(COMMAND.match, ON_SITE))
+)
 
 
 def program(words: list[str]) -> tuple[Callable[[list[str]], object], list[str]]:
@@ -74,7 +80,7 @@ def test_a_command_has_options_that_exist(command: str, monkeypatch: pytest.Monk
 def test_targets_extras_and_files_of_a_command_exist(command: str) -> None:
     words = shlex.split(command, comments=True)
     if words[0] == "make":
-        targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text("utf-8"), flags=re.MULTILINE)
+        targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text("utf-8"), flags=re.MULTILINE)
         assert words[-1] in targets
         return
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]

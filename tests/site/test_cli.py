@@ -157,7 +157,7 @@ def test_pages_name_the_commit_of_the_data_and_the_repository(
 
 
 @pytest.mark.parametrize(
-    "address", ["nothing", "git@example.org:a/b", "https://example.org", "ftp://example.org/a"]
+    "address", ["nothing", "git@example.org:a/b", "https://example.org", "ftp://example.org/a", "http://["]
 )
 def test_an_address_that_is_none_is_refused_before_anything_is_built(
     folder: Path, address: str, capsys: pytest.CaptureFixture[str]

@@ -51,6 +51,8 @@ def test_without_the_documentation_files_are_named_and_nothing_links_to_them(
         assert not [link for link in links if "docs/" in link], path
         assert "form-action 'none'" in page.policy
         assert path != "index.html" or ("docs/submit.md" in page.text and "submit" in page.ids)
+        for file in re.findall(r"docs/[\w/-]+\.md", page.text):
+            assert (ROOT / file).is_file(), f"{path} names {file}"
 
 
 def test_the_search_field_of_every_page_opens_the_search(document: dict[str, Any]) -> None:

@@ -3,6 +3,7 @@
 import argparse
 import subprocess
 import sys
+from contextlib import suppress
 from functools import partial
 from importlib.metadata import version
 from io import TextIOWrapper
@@ -43,10 +44,11 @@ def parser() -> argparse.ArgumentParser:
 
 def address(text: str, path: bool = True) -> str:
     """An address without a slash at the end; that of a repository has a path."""
-    parts = urlsplit(text)
-    if parts.scheme not in {"http", "https"} or not parts.hostname or (path and not parts.path.strip("/")):
-        raise argparse.ArgumentTypeError(f"{text!r} is no address such as https://example.org/owner/name")
-    return text.rstrip("/")
+    with suppress(ValueError):  # of an address of IPv6 that does not end
+        parts = urlsplit(text)
+        if parts.scheme in {"http", "https"} and parts.hostname and (not path or parts.path.strip("/")):
+            return text.rstrip("/")
+    raise argparse.ArgumentTypeError(f"{text!r} is no address such as https://example.org/owner/name")
 
 
 def source_of(folder: Path, repository: str, url: str) -> Source:

@@ -257,8 +257,8 @@ def change_tint(change: TaskChange) -> str:
 LEVELS = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
     CLAIMED: (
-        "The files keep to every rule. Nothing else is known: the runs publish no policies, nobody has "
-        "verified them yet, or a verification did not pass."
+        "The files keep to every rule. Nothing else is known: it has no runs yet, its runs publish no "
+        "policies, nobody has verified them yet, or a verification did not pass."
     ),
     VERIFIED: (
         "The board’s own machine ran the policies of every run on seeds that did not exist when they were "
@@ -292,7 +292,7 @@ def stored(card: Scorecard) -> str:
 
 def dated(card: Scorecard) -> str:
     """When a submission was accepted, or else last verified, YYYY-MM-DD; empty without either."""
-    return card.accepted or next((found.date for found in reversed(card.verifications)), "")
+    return card.accepted or next((found.date for found in reversed(card.verifications) if found.passed), "")
 
 
 def has_policies(card: Scorecard) -> bool:
@@ -310,9 +310,9 @@ def checked(card: Scorecard) -> str:
     if not is_verified(card.level) or card.level == TRAINED_HERE:
         return LEVELS[card.level] if card.level else ""
     passed = [found for found in card.verifications if found.passed and found.current]
-    runs, episodes, repeated = (
-        sum(getattr(found, name) for found in passed) for name in ("current", "episodes", "repeated")
-    )
+    whole = [found for found in passed if found.current == found.runs]  # episodes are not counted by run
+    episodes, repeated = (sum(getattr(found, name) for found in whole) for name in ("episodes", "repeated"))
+    runs = sum(found.current for found in passed)
     text = f"Verified: the policies of {count(runs, 'run')} were run on new seeds and agree with the logs"
     if episodes:
         text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
@@ -345,10 +345,11 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
     if spent := manifest.tuning:  # the steps for choosing the settings
         on = f" on {', '.join(spent.tasks)}" if spent.tasks else ""
         tuning = f"{grouped(spent.steps)} steps{on}" if spent.steps else "none declared"
+    steps = ("Training steps", "counted by the training loop" if card.steps_counted else "claimed")
     return [
         ("Algorithm", manifest.protocol.algorithm),
         ("Actions in evaluation", manifest.protocol.evaluation),
-        ("Training steps", "counted by the training loop" if card.steps_counted else "claimed"),
+        *([steps] if card.groups else []),
         ("Task label", task_label(card)),
         ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
         ("Batch or replay buffer", stored(card)),

@@ -93,6 +93,11 @@ def test_limits_name_what_the_statement_does_not_show() -> None:
     limits = overview_of(KEEPER, LOSER, method("part", 0.9, 0.9, GROUPS[:2])).limits()
     assert (limits["ranked"], limits["lacking"], limits["untuned"]) == (2, ["part"], 2)
     assert limits["most_tuned"][0] == 0
+    tuned = [
+        {**each, "manifest": each["manifest"] | {"tuning": {"steps": 9, "tasks": []}}}
+        for each in (KEEPER, TWIN)
+    ]
+    assert overview_of(LOSER, *tuned).limits()["most_tuned"] == (9, ["keeper", "twin"])
     assert overview_of(method("part", 0.9, 0.9, GROUPS[:2])).limits() == {}
 
 

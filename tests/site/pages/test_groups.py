@@ -3,6 +3,8 @@
 import re
 from typing import Any
 
+from gym_extensions.baselines.training.jobs import parse_groups
+from gym_extensions.catalog.groups import SUITES
 from gym_extensions.references import load_references
 
 from ..browser import read
@@ -57,6 +59,11 @@ def test_a_suite_has_a_page_a_board_and_a_row_on_the_page_of_the_submission(docu
     assert "gravity suite Agile" in pages["groups.html"].text
     for path in ("groups/gravity.html", "boards/gravity-sequential-100k.html", "submissions/agile.html"):
         assert "gravity suite, mean of 4 groups" in pages[path].text
+
+
+def test_a_suite_that_nobody_entered_names_the_groups_to_train_on(document: dict[str, Any]) -> None:
+    (names,) = re.findall(r"--groups (\S+) --out", read(document)["groups/navigation.html"].text)
+    assert [each.id for each in parse_groups(names.split(","))] == list(SUITES["navigation"])
 
 
 def test_a_submission_on_several_groups_has_a_page_of_results_per_group(document: dict[str, Any]) -> None:

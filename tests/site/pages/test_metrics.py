@@ -3,6 +3,7 @@
 import re
 
 from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.site.text import column
 
 from ..browser import read
 
@@ -13,3 +14,5 @@ def test_the_metrics_page_has_every_formula_of_the_scorer() -> None:
     for metric in (metric for protocol in METRICS.values() for metric in protocol):
         assert re.sub(r"\s+", " ", metric.formula) in text
         assert metric.name in page["metrics.html"].ids
+        name = column(metric.name)
+        assert name == metric.title or f"{metric.title} in tables “{name}”" in text

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from ..browser import files, read
-from ..conftest import scores_of
+from ..conftest import make_submission, scores_of
 from .test_changes import PART
 
 GROUP = "groups/hopper-gravity-v0.html"
@@ -61,13 +61,13 @@ def test_a_submission_shows_what_its_verification_found(document: dict[str, Any]
         "repeated": 2999,
         "difference": "run 1, stage 2: 1e-12",
     }
-    document["submissions"][0]["verifications"] = [found]
+    part = {**PART, "current": 3, "episodes": 600}  # two of its runs were changed since, and have episodes
+    document["submissions"][0]["verifications"] = [found, part]
     text = text_of(document)
-    for fact in ("2026-11-24", "run 1, stage 2: 1e-12", "0.310", "the policies of 5 runs were run"):
+    for fact in ("2026-11-24", "run 1, stage 2: 1e-12", "0.310", "the policies of 8 runs were run"):
         assert fact in text
     assert text.count("2 999 of 3 000") == 2, "in the head and in the table"
     assert "gym-extensions verify submissions/agile" in text
-    assert "changed since" not in text
 
 
 @pytest.mark.parametrize("level", ["claimed", "verified", "trained here"])
@@ -93,7 +93,18 @@ def test_a_submission_whose_verification_failed_says_so(document: dict[str, Any]
     scores = scores_of(document)
     document["submissions"][0]["level"] = scores["level"] = "claimed"
     scores["why_claimed"] = "The verification of 2026-11-24 did not pass."
-    assert "keep to every rule. The verification of 2026-11-24 did not pass." in text_of(document)
+    document["submissions"][0]["verifications"] = [{**PART, "passed": False}]
+    text = text_of(document)
+    assert "keep to every rule. The verification of 2026-11-24 did not pass." in text
+    assert "verified on" not in text
+
+
+def test_a_submission_of_code_alone_waits_and_states_nothing_on_steps(document: dict[str, Any]) -> None:
+    document["submissions"].append(make_submission("waits", {}) | {"level": "claimed"})
+    pages = read(document)
+    assert "no runs yet" in pages["submissions.html"].text.split("waits waits")[1].split("–")[0]
+    assert "Training steps" in pages["submissions/agile.html"].text
+    assert "Training steps" not in pages["submissions/waits.html"].text
 
 
 def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -> None:

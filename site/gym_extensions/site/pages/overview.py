@@ -178,13 +178,14 @@ class Overview:
         known = [(row.name, manifest) for row in rows if (manifest := self.cards[row.name].manifest)]
         if not known:
             return {}
-        spent = [(manifest.tuning.steps if manifest.tuning else 0, name) for name, manifest in known]
+        spent = {name: manifest.tuning.steps if manifest.tuning else 0 for name, manifest in known}
+        most = max(spent.values())
         authors = Counter(author for _, manifest in known for author in manifest.authors)
         return {
             "ranked": len(rows),
             "parent": Counter(row.parent for row in rows).most_common(1)[0],  # and of how many methods
-            "most_tuned": max(spent),  # the steps, and the method
-            "untuned": sum(not steps for steps, _ in spent),
+            "most_tuned": (most, [name for name, steps in spent.items() if steps == most]),
+            "untuned": sum(not steps for steps in spent.values()),
             "lacking": [row.name for row in self.board.rows if row.missing],
             "provisional": [split_version(task)[0] for task in sorted(self.provisional)],
             "maker": authors.most_common(1)[0] if authors else None,  # and of how many methods

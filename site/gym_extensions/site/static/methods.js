@@ -157,6 +157,7 @@
   const region = table.closest(".scroll");
   region.before(make("div", { className: "tools" }, cellSet, listSet, chooser, compare), status);
   region.after(more);
+  table.caption.append(" Numbers of methods open.");
 
   for (const head of heads) {
     const key = head.dataset.key === "drawn" ? "kept" : head.dataset.key;

@@ -1,5 +1,5 @@
 // The player of the Watch panel: adds Play to every task, and draws both episodes at once (figure.js).
-// Kinematics as in gym_extensions.site.play.kinematics, the text of motions as in gym_extensions.submissions.poses.
+// Kinematics as in gym_extensions.site.play.stroboscopes, the text of motions as in gym_extensions.submissions.poses.
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
