@@ -29,7 +29,6 @@ ROW = """
         name="Monopod",
         family="planar",
         asset="hopper.xml",
-        model_name="hopper",
         rewards=RewardBounds(-20.0, 20.0),
         beams="pitch",
         velocity_limit=10.0,
@@ -180,7 +179,8 @@ def test_added():
     assert (old.version, new.version, new.variations[0].factor) == (0, 1, 0.4)
     assert old in GROUPS["hopper-gravity"].tasks and new not in GROUPS["hopper-gravity"].tasks
     assert versions(new)[1] == "less gravity"
-    assert make(new.id).unwrapped.model.opt.gravity[2] != make(old.id).unwrapped.model.opt.gravity[2]
+    ids = old.id, new.id, new.bare_name
+    assert len({make(name).unwrapped.model.opt.gravity[2] for name in ids}) == 2
 """
 USE_TASK = """
 from gym_extensions.catalog.fingerprints import published

@@ -1,20 +1,36 @@
 """``customize``: custom tasks, their names, and published tasks that they equal."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 
 from gym_extensions import envs
+from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.descriptions import picture_file
 from gym_extensions.catalog.tasks import Task, customize, task
-from gym_extensions.catalog.variations import Gravity, LimbScale, Wall
+from gym_extensions.catalog.variations import Gravity, LimbScale, Variation, Wall
 from gym_extensions.errors import BenchError
 
 from ..conftest import refused
 
 WORD: Any = "no"
+PAIR: Any = np.array([0.5, 1.0])
+
+
+@dataclass(frozen=True)
+class Wind(Variation):
+    """Blows along x: a variation of a user."""
+
+    speed: float
+
+    def apply(self, body: Body, spec: Any) -> None:
+        spec.option.wind = [self.speed, 0, 0]
+
+
+OwnGravity = type("Gravity", (Wind,), {"__repr__": lambda self: f"Gravity(factor={self.speed})"})
 
 
 @pytest.mark.parametrize("base", ["Hopper", "gym_extensions/Hopper-v0", task("Hopper")])
@@ -44,6 +60,12 @@ def test_numbers_of_any_type_give_one_task(factor: float) -> None:
     assert customize("Hopper", max_steps=limit) is task("Hopper")
 
 
+def test_a_variation_of_a_users_own_class_is_applied_and_never_published() -> None:
+    assert customize("Hopper", [Wind(2)]).id == "gym_extensions/Hopper.Wind-2.0-v0"
+    for kind in (Wind, OwnGravity):
+        assert envs.make("Hopper", [kind(0.5)]).unwrapped.model.opt.wind[0] == 0.5  # type: ignore[attr-defined]
+
+
 def test_values_that_differ_in_a_sign_give_two_ids() -> None:
     walls = [Wall(0.9, centre_height=height) for height in (0.125, -0.125)]
     names = [customize("Hopper", [wall]).name for wall in walls]
@@ -56,6 +78,9 @@ def test_values_that_differ_in_a_sign_give_two_ids() -> None:
     [
         (lambda: Gravity(-0.5), "Gravity's factor is -0.5"),
         (lambda: LimbScale("Foot", float("nan")), "LimbScale's factor is nan"),
+        (lambda: Gravity(10**400), "factor is 1000"),
+        (lambda: Gravity(PAIR), r"factor is array\(\[0.5, 1."),
+        (lambda: Wind(float("inf")), "Wind's speed is inf"),
         (lambda: envs.MotorNoise(0), "MotorNoise's scale is 0"),
         (lambda: envs.SensorNoise(dropout=1.5), "dropout is 1.5"),
         (lambda: Wall(farthest=float("inf")), "farthest is inf"),
@@ -73,9 +98,11 @@ def test_a_value_that_no_simulation_can_have_is_refused(make: Callable[[], objec
 
 def test_a_limb_is_named_and_has_a_mass_that_mujoco_simulates() -> None:
     parts: Any = ["Foot", "Leg"]
-    for variation, code in ((LimbScale(parts, 1.2), "bad-value"), (LimbScale("Foot", 1e-9), "bad-model")):
-        with refused(code):
-            envs.make("Hopper", variations=[variation])
+    with refused("bad-value"):
+        LimbScale(parts, 1.2)
+    for name in ("Hopper", "HopperWall"):
+        with refused("bad-model"):
+            envs.make(name, [LimbScale("Foot", 1e-9)])
 
 
 @pytest.mark.parametrize(

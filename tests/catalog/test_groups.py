@@ -58,6 +58,7 @@ def test_an_evaluation_seed_is_the_start_of_a_sha256_digest() -> None:
 def test_a_budget_counts_training_steps_per_task() -> None:
     assert BUDGETS["1M"].steps_for("hopper-gravity") == 1_000_000
     assert BUDGETS["paper"].steps_for("hopper-body") * 2 == BUDGETS["paper"].steps_for("hopper-gravity")
+    assert BUDGETS["paper"].steps_for("my-body") == BUDGETS["paper"].steps_for("hopper-gravity")
     assert BUDGETS["100k"].steps_for("hopper-body") == BUDGETS["100k"].steps_for("hopper-gravity")
 
 

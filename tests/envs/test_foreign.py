@@ -109,6 +109,25 @@ class Odd(gym.Env[Any, Any]):
         return np.asarray(action)
 
 
+def test_a_vector_environment_makes_as_many_as_it_has_and_closes_them(task_of: Callable[..., Any]) -> None:
+    alive: list[object] = []
+
+    class Counted(Odd):
+        def __init__(self) -> None:
+            alive.append(self)
+
+        def close(self) -> None:
+            alive.remove(self)
+
+    task = task_of(Counted, max_episode_steps=5)
+    several = make_vec([task, customize(task, max_steps=3)], 3)
+    assert len(alive) == 3
+    several.close()
+    with refused("different-spaces"):
+        make_vec([task, PENDULUM], 2)
+    assert not alive
+
+
 def test_what_an_environment_returns_is_made_regular(task_of: Callable[..., Any]) -> None:
     task = task_of(Odd, max_episode_steps=2000)
     foreign.check(TaskGroup("mine", (task,)))
@@ -131,6 +150,7 @@ def raises(error: Exception) -> Any:
     return method
 
 
+BYTES = {"observation_space": gym.spaces.Box(0, 255, (2,), np.uint8)}
 BROKEN: dict[str, tuple[dict[str, Any], str]] = {
     "Unseeded": (
         {"reset": lambda self, **_: Odd.reset(self)},
@@ -146,6 +166,9 @@ BROKEN: dict[str, tuple[dict[str, Any], str]] = {
         "the observation at step 3 lies outside of Box(",
     ),
     "WrongShape": ({"seen": lambda _: [0.0]}, "returned the observation of shape (1,); expected (2,)."),
+    "Fractions": (BYTES | {"seen": lambda _: [0.0, 0.3]}, "[0.0, 0.3], which is not made of uint8 numbers."),
+    "Negative": (BYTES | {"seen": lambda _: np.array([300, -1])}, "which is not made of uint8 numbers."),
+    "TooLarge": (BYTES | {"seen": lambda _: [300, 0]}, "which is not made of uint8 numbers."),
     "FourValues": ({"step": lambda self, _: (self.seen(), 0.0, False, {})}, "(expected 5, got 4)"),
     "OldReset": ({"reset": lambda self, **_: self.seen()}, "reset() returned list; expected 2 values"),
     "NoInfo": (

@@ -155,6 +155,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (lambda: step(0.5), "bad-action", "shape ()"),
     (lambda: step(np.array([0, np.nan, 0])), "bad-action", "action[1] is nan"),
     (lambda: step(["a", "b", "c"]), "bad-action", "dtype <U1"),
+    (lambda: step([[0], [0, 1], 0]), "bad-action", "differ in shape"),
     (lambda: step([True, False, True]), "bad-action", "dtype bool"),
     (lambda: step(np.array([np.nan, 0]), MAP), "bad-action", "action[0] is nan"),
 ]

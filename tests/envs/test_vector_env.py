@@ -105,6 +105,9 @@ def test_results_do_not_depend_on_the_number_of_threads(names: list[str]) -> Non
 @pytest.mark.parametrize("use", ["step", "reset", "states", "close", "nothing"])
 @pytest.mark.parametrize("name", ["Hopper", "Humanoid"])
 def test_a_forked_process_ends_and_says_that_threads_are_lost(name: str, use: str) -> None:
+    closed = [make_vec(name, 2, num_threads=2) for _ in range(6)]
+    for each in closed:
+        each.close()
     env = make_vec(name, 4, num_threads=2)
     env.reset(seed=0)
     row = actions(env, 1)[0]

@@ -19,7 +19,7 @@ from ..conftest import refused
 def test_the_observation_ends_with_a_one_hot_vector_of_the_task() -> None:
     members = group("hopper-gravity")
     for position, row in enumerate(members.tasks):
-        env = TaskId(make(row), members)
+        env = TaskId(make(row), [each.name for each in members.tasks] if position % 2 else members)
         seen, _ = env.reset(seed=0)
         assert seen in env.observation_space
         assert seen[-5:].tolist() == [float(position == index) for index in range(5)]
@@ -39,8 +39,9 @@ def test_every_environment_of_a_vector_environment_has_the_vector_of_its_task(nu
 
 
 def test_a_task_outside_the_list_raises_an_error() -> None:
-    with refused("foreign-task"):
-        TaskId(make("Hopper"), group("striker"))
+    for others in (group("striker"), ["Striker", "StrikerMovingStart"]):
+        with refused("foreign-task", "not one of Striker, StrikerMovingStart"):
+            TaskId(make("Hopper"), others)
 
 
 def test_a_picture_observation_raises_an_error() -> None:

@@ -133,7 +133,6 @@ class Body:
     name: str  # in tasks, for example ``HalfCheetah``
     family: Family
     asset: str  # file name of the model among Gymnasium's MuJoCo assets; empty without a model
-    model_name: str  # the name that the model file gives the model; empty without a model
     rewards: RewardBounds
     camera: Camera | None = None  # None without a picture
     max_steps: int = DEFAULT_MAX_STEPS
@@ -161,7 +160,6 @@ PLANAR = (
         name="Hopper",
         family="planar",
         asset="hopper.xml",
-        model_name="hopper",
         rewards=RewardBounds(-20.0, 20.0),  # 1 for health, plus the forward speed in m/s
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
         parts={name: (f"{name.lower()}_geom",) for name in ("Torso", "Thigh", "Leg", "Foot")},
@@ -177,7 +175,6 @@ PLANAR = (
         name="Walker2d",
         family="planar",
         asset="walker2d_v5.xml",
-        model_name="walker2d",
         rewards=RewardBounds(-25.0, 25.0),  # as Hopper
         camera=Camera(0.0, 0.65, 2.6, 90, -8),
         parts={"Torso": ("torso_geom",)}
@@ -194,7 +191,6 @@ PLANAR = (
         name="HalfCheetah",
         family="planar",
         asset="half_cheetah.xml",
-        model_name="cheetah",
         rewards=RewardBounds(-50.0, 50.0, terminates=False),  # the forward speed in m/s
         camera=Camera(0.0, 0.45, 2.8, 90, -8),
         parts={
@@ -237,7 +233,6 @@ HUMANOIDS = (
         name="Humanoid",
         family="humanoid",
         asset="humanoid.xml",
-        model_name="humanoid",
         rewards=RewardBounds(-50.0, 50.0),  # 5 for health, 1.25 × speed in m/s, contact cost at most 10
         camera=Camera(0.0, 0.85, 3.0, 120, -8),
         beams="torso",
@@ -247,7 +242,6 @@ HUMANOIDS = (
         name="HumanoidStandup",
         family="humanoid",
         asset="humanoidstandup.xml",
-        model_name="humanoidstandup",
         rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
         **LYING,
     ),
@@ -255,7 +249,6 @@ HUMANOIDS = (
         name="HumanoidStandupAndRun",
         family="humanoid",
         asset="humanoidstandup.xml",
-        model_name="humanoidstandup",
         rewards=RewardBounds(-200.0, 1600.0, terminates=False),  # the sum of the two above
         **LYING,
     ),
@@ -279,7 +272,6 @@ ARMS = (
         name="Pusher",
         family="arm",
         asset="pusher_v5.xml",
-        model_name="arm3d",
         rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
         goal_area=PUSHER_GOAL,
         success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("object")),
@@ -289,7 +281,6 @@ ARMS = (
         name="Striker",
         family="arm",
         asset="pusher_v5.xml",
-        model_name="arm3d",
         rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
         goal_area=STRIKER_GOAL,
         success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("ball")),
@@ -303,7 +294,6 @@ NAVIGATION = (
         name="Navigation",
         family="navigation",
         asset="",
-        model_name="",
         rewards=RewardBounds(-6.0, -1.0, end=10.0),  # −1 per step, −5 per collision, +10 at the goal
         has_gravity=False,
         success=Arrival("The episode ends at the goal."),
@@ -325,11 +315,6 @@ def body(name: str, where: str = "") -> Body:
     Raises ``BenchError`` if no base body has that name; the hint names the closest.
     """
     if GYMNASIUM_ID.fullmatch(name):
-        return Body(name, "gymnasium", "", "", UNBOUNDED)
+        return Body(name, "gymnasium", "", UNBOUNDED)
     require_known("base", name, BODIES, where)
     return BODIES[name]
-
-
-def body_of_model(model_name: str) -> Body:
-    """Returns the first base body whose model has that name. Bodies that share a model share its parts."""
-    return next(each for each in BODIES.values() if each.model_name == model_name)

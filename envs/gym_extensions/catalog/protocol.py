@@ -3,6 +3,7 @@
 import hashlib
 from dataclasses import dataclass
 
+from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.errors import require_known
 
 PROTOCOLS = ("sequential", "single", "joint", "cumulative", "descending", "balanced")
@@ -77,7 +78,7 @@ class Budget:
 
     def steps_for(self, group_name: str) -> int:
         """Training steps per task of the named group."""
-        is_shorter = self.body_batches is not None and group_name.endswith("-body")
+        is_shorter = self.body_batches is not None and group_name.endswith("-body") and group_name in GROUPS
         return (self.body_batches if is_shorter else self.batches) * self.batch_steps  # type: ignore[operator]
 
 

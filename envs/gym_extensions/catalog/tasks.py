@@ -282,8 +282,9 @@ def customize(
         base = task
     else:
         task = str(task)
-        is_published = task in TASKS or task.startswith(f"{NAMESPACE}/") or not GYMNASIUM_ID.fullmatch(task)
-        base = _published(task) if is_published else foreign_task(task, limit)
+        is_ours = task.startswith(f"{NAMESPACE}/") or task in {each.bare_name for each in TASKS.values()}
+        is_foreign = not is_ours and GYMNASIUM_ID.fullmatch(task)
+        base = foreign_task(task, limit) if is_foreign else _published(task)
     if base.is_foreign:
         if added:
             message = f"{base.base} is an environment of another package, which takes no variations."
@@ -293,10 +294,10 @@ def customize(
     if not added and steps == base.max_steps:
         return base
     combined = (*base.variations, *added)
-    key = sorted(map(repr, combined))
+    ordered = sorted(combined, key=repr)
     for candidate in TASKS.values():
         has_rules = (candidate.base, candidate.max_steps) == (base.base, steps)
-        if has_rules and sorted(map(repr, candidate.variations)) == key:
+        if has_rules and sorted(candidate.variations, key=repr) == ordered:
             return candidate
     words = [base.name, *map(label, added), *([f"steps-{steps}"] if steps != base.max_steps else [])]
     return replace(base, name=".".join(words), variations=combined, max_steps=steps)

@@ -6,6 +6,7 @@ landscapes and to the page Play. What it does while the simulation runs is an ef
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
 from collections.abc import Callable, Mapping
@@ -13,7 +14,6 @@ from dataclasses import dataclass, fields, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, SupportsFloat
 
-from gym_extensions.catalog.bodies import body_of_model
 from gym_extensions.errors import BenchError, require_known
 
 if TYPE_CHECKING:
@@ -79,10 +79,11 @@ class Variation:
 
         Raises ``BenchError`` if a value is not a finite number, not above 0 where it must be, or too large.
         """
-        for name in [each.name for each in fields(self) if each.type == "float"]:
-            value = getattr(self, name)
-            is_number = isinstance(value, SupportsFloat) and not isinstance(value, bool)
-            number = float(value) if is_number else math.nan
+        for name in [each.name for each in fields(self) if each.type in ("float", float)]:
+            value, number = getattr(self, name), math.nan
+            with contextlib.suppress(TypeError, OverflowError):  # an array, a whole number beyond any float
+                if isinstance(value, SupportsFloat) and not isinstance(value, bool):
+                    number = float(value)
             low = -math.inf if name in self.signed else 0.0
             hint = "Give a finite number." if name in self.signed else "Give a finite number above 0."
             if number > (high := self.largest.get(name, math.inf)):
@@ -92,7 +93,7 @@ class Variation:
                 raise BenchError("bad-factor", message, hint=hint)
             object.__setattr__(self, name, number)
 
-    def apply(self, spec: mujoco.MjSpec) -> None:
+    def apply(self, body: Body, spec: mujoco.MjSpec) -> None:
         """Edits the model's specification in place, before it is compiled."""
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
@@ -132,14 +133,14 @@ class Gravity(Variation):
     def played(self) -> dict[str, object]:
         return {"gravity": self.factor}
 
-    def apply(self, spec: mujoco.MjSpec) -> None:
+    def apply(self, body: Body, spec: mujoco.MjSpec) -> None:
         """Multiplies z-gravity in decimal arithmetic: 9.81 × 1.25 is the float nearest 12.2625."""
         x, y, z = spec.option.gravity
         spec.option.gravity = [x, y, float(Decimal(repr(float(z))) * Decimal(repr(float(self.factor))))]
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         before = spec.option.gravity[2]
-        self.apply(spec)
+        self.apply(body, spec)
         return f"Gravity {spec.option.gravity[2]:g} m/s² ({self.factor:g} × {before:g}).".replace("-", "−")
 
 
@@ -157,6 +158,11 @@ class LimbScale(Variation):
     fits = staticmethod(lambda body: body.parts)
     shows: ClassVar[Shown] = "parts"
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.part, str):
+            raise BenchError("bad-value", f"LimbScale's part is {self.part!r}.", hint="Name one part.")
+
     def geoms(self, body: Body) -> tuple[str, ...]:
         return body.parts[self.part]
 
@@ -172,11 +178,8 @@ class LimbScale(Variation):
     def played(self) -> dict[str, object]:
         return {"limbs": {self.part: self.factor}}
 
-    def apply(self, spec: mujoco.MjSpec) -> None:
+    def apply(self, body: Body, spec: mujoco.MjSpec) -> None:
         """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
-        body = body_of_model(spec.modelname)
-        if not isinstance(self.part, str):
-            raise BenchError("bad-value", f"LimbScale's part is {self.part!r}.", hint="Name one part.")
         require_known("part", self.part, body.parts)
         geoms = [spec.geom(name) for name in body.parts[self.part]]
         before = {geom.name: mass(geom) for geom in geoms}
@@ -203,7 +206,9 @@ class LimbScale(Variation):
         sizes = [(geom.name, geom.size[0], geom.size[0] * self.factor) for geom in geoms]
         radii = ", ".join(f"{name} {old:g} → {new:.6g} m" for name, old, new in sizes)
         masses = f"mass {before:.4g} → {before * self.factor:.4g} kg"
-        return f"{self.part}: radius and mass × {self.factor:g} (radius: {radii}; {masses})."
+        self.apply(body, spec)
+        feet = " The feet do not collide with each other." if spec.excludes else ""
+        return f"{self.part}: radius and mass × {self.factor:g} (radius: {radii}; {masses}).{feet}"
 
 
 def mass(geom: mujoco.MjsGeom) -> float:
@@ -283,7 +288,7 @@ class Wall(Variation):
             return 0.0, 0.0, PARKED_HEIGHT
         return (self.nearest + self.farthest) / 2, 0.0, self.centre_height
 
-    def apply(self, spec: mujoco.MjSpec) -> None:
+    def apply(self, body: Body, spec: mujoco.MjSpec) -> None:
         """Adds the box and keeps the model's extent and center, or the renderer would clip the agent.
 
         A contact takes the larger condim of its two geoms. Priority 1 gives the wall's condim 1, that is, no
@@ -291,10 +296,10 @@ class Wall(Variation):
         """
         before = spec.copy().compile().stat
         spec.stat.extent, spec.stat.center = before.extent, before.center
-        body = spec.worldbody.add_body(name=WALL, mocap=True, pos=self.rest)
+        wall = spec.worldbody.add_body(name=WALL, mocap=True, pos=self.rest)
         contact = {"contype": 1, "conaffinity": 1, "condim": 1, "priority": 1}
         look = {"material": "", "rgba": (0.75, 0.25, 0.55, 1)}
-        body.add_geom(name=WALL, type=BOX, size=self.half_sizes, mass=0, **contact, **look)
+        wall.add_geom(name=WALL, type=BOX, size=self.half_sizes, mass=0, **contact, **look)
 
     def describe(self, body: Body, spec: mujoco.MjSpec) -> str:
         size = f"{self.depth:g} × {self.width:g} × {self.height:g} m (depth × width × height)"

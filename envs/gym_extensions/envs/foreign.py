@@ -71,8 +71,11 @@ class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
     def _array(self, name: str, value: Any, space: Any, where: str) -> NDArray[Any]:
         try:
             array = np.asarray(value, space.dtype)
-        except (TypeError, ValueError) as error:
-            self.fail(f"{where} returned the {name} {value!r}, which is not a number", cause=error)
+            is_same = array is value or array.dtype.kind == "f" or np.array_equal(array, value)
+        except (TypeError, ValueError, OverflowError):
+            is_same = False
+        if not is_same:
+            self.fail(f"{where} returned the {name} {value!r}, which is not made of {space.dtype} numbers")
         if array.shape != space.shape:
             self.fail(f"{where} returned the {name} of shape {array.shape}; expected {space.shape}")
         if not np.isfinite(array).all():

@@ -78,7 +78,10 @@ def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[A
     Raises ``BenchError`` if the shape is not ``(act,)``, or ``(num_envs, act)`` in a vector environment, or a
     value is not a finite number. It names ``where``.
     """
-    array = np.asarray(actions)
+    try:
+        array = np.asarray(actions)
+    except ValueError as error:
+        raise BenchError("bad-action", "The parts of the action differ in shape.", where) from error
     if array.shape != shape:
         message = f"The action has shape {array.shape}; expected {shape}."
         raise BenchError("bad-action", message, where, "Give one number per actuator.")

@@ -1,12 +1,14 @@
 """Makes environments and vector environments of tasks, and registers the published ids with Gymnasium."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from gymnasium.wrappers import HumanRendering
 
 from gym_extensions.catalog import groups, tasks as task_module
 from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
@@ -31,7 +33,7 @@ def make(
     """Returns the environment of a published or custom task, with its time limit.
 
     Its ``spec`` can be written with ``to_json`` and made again with ``gymnasium.make``, unless the task has
-    variations of your own classes.
+    variations of your own classes or is an environment of another package.
 
     Args:
         task: an id (``gym_extensions/HopperGravityHalf-v0``), a bare name (``HopperGravityHalf``), or a Task.
@@ -105,8 +107,11 @@ def make_vec(
 
         return NavigationVectorEnv(copies, mode)
     if families & {"gymnasium", "navigation"}:
-        _check_spaces({task: make(task) for task in distinct})
-        return SyncVectorEnv([partial(make, task) for task in copies], autoreset_mode=mode)
+        with ExitStack() as opened:
+            made = [opened.enter_context(make(task)) for task in copies]
+            _check_spaces(dict(zip(copies, made, strict=True)))
+            opened.pop_all()
+        return SyncVectorEnv([partial(lambda env: env, each) for each in made], autoreset_mode=mode)
     templates = {task: construct_mujoco(task).template() for task in distinct}
     _check_spaces(templates)
     return MujocoVectorEnv([templates[task] for task in copies], threads, mode)
@@ -151,7 +156,10 @@ def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env
 
     Raises ``BenchError`` if the task or its base body is unknown, or a variation does not fit the body.
     """
-    return build(resolve(task), **rendering)
+    found = resolve(task)
+    if found.body.family == "navigation" and rendering.get("render_mode") == "human":
+        return HumanRendering(build(found, render_mode="rgb_array"))  # the metadata below are MuJoCo's
+    return build(found, **rendering)
 
 
 def construct_vec(

@@ -10,10 +10,10 @@ from gymnasium.vector import VectorEnv, VectorObservationWrapper
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.tasks import Task, customize
 from gym_extensions.errors import BenchError
 
-Tasks = TaskGroup | Sequence[Task]
+Tasks = TaskGroup | Sequence[str | Task]
 
 
 def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
@@ -21,7 +21,7 @@ def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
 
     Raises ``BenchError`` if the task is not in the list.
     """
-    members = list(tasks.tasks) if isinstance(tasks, TaskGroup) else list(tasks)
+    members = [customize(each) for each in (tasks.tasks if isinstance(tasks, TaskGroup) else tasks)]
     if task not in members:
         names = ", ".join(member.name for member in members)
         raise BenchError("foreign-task", f"{task.id} is not one of {names}.", "TaskId", "Pass its group.")

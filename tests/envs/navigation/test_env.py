@@ -1,5 +1,6 @@
 """Navigation: where episodes start, and what is rendered."""
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -68,10 +69,17 @@ def test_a_frame_shows_the_world_at_one_pixel_per_unit(family: str) -> None:
     assert frame[480 - round(goal_y), round(goal_x)].tolist() == [255, 0, 0]
 
 
-@pytest.mark.parametrize(("mode", "hint"), [("human", "HumanRendering"), ("ansi", "rgb_array")])
-def test_another_render_mode_raises_an_error_that_says_what_to_use(mode: str, hint: str) -> None:
-    with refused("unknown-render-mode", hint):
-        make(NAME, render_mode=mode)
+@pytest.mark.parametrize("max_steps", [None, 20])
+def test_gymnasiums_window_shows_the_frames(max_steps: int | None) -> None:
+    made = make(NAME, render_mode="human", max_steps=max_steps)
+    assert made.spec is not None
+    for env in (made, gym.make(made.spec)):
+        assert (env.render_mode, env.unwrapped.render_mode) == ("human", "rgb_array")
+
+
+def test_another_render_mode_raises_an_error_that_says_what_to_use() -> None:
+    with refused("unknown-render-mode", "rgb_array"):
+        make(NAME, render_mode="ansi")
 
 
 def test_rendering_without_a_mode_warns_and_returns_none() -> None:

@@ -39,9 +39,9 @@ def compile_model(task: tasks.Task) -> mujoco.MjModel:
     """
     spec = base_spec(task.body)
     with _quiet():
-        for variation in sorted(task.variations, key=lambda each: (each.is_last, repr(each))):
-            variation.apply(spec)
         try:
+            for variation in sorted(task.variations, key=lambda each: (each.is_last, repr(each))):
+                variation.apply(task.body, spec)
             return spec.compile()
         except ValueError as error:
             message = f"MuJoCo does not compile the model: {str(error).splitlines()[0]}."

@@ -16,7 +16,7 @@ from gym_extensions.envs.interfaces import MOCAP, Array, Indices, Starts
 from gym_extensions.errors import BenchError
 
 _THREADED: "weakref.WeakSet[Physics]" = weakref.WeakSet()
-"""All simulations with threads of their own."""
+"""The simulations that are open and have threads of their own."""
 
 
 def _lose_threads() -> None:
@@ -103,6 +103,7 @@ class BatchPhysics(Physics):
         return {name: np.array(self._fields[name]) for name in self._state_fields}
 
     def close(self) -> None:
+        _THREADED.discard(self)
         self._fields.clear()
         del self.batch, self._ctrl
 
@@ -167,4 +168,5 @@ class PooledPhysics(Physics):
         return {name: np.array([getattr(data, name) for data in self._data]) for name in self._state_fields}
 
     def close(self) -> None:
+        _THREADED.discard(self)
         self._executor.shutdown()

@@ -19,9 +19,6 @@ from gym_extensions.errors import BenchError
 
 RENDER_PIXEL = 1.0
 """Side of a pixel of a rendered frame, in units."""
-WINDOW_HINT = (
-    'Use "rgb_array". For a window: gymnasium.wrappers.HumanRendering(make(..., render_mode="rgb_array")).'
-)
 
 
 def course(task: Task) -> variations.Course:
@@ -139,7 +136,7 @@ class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]]):
     def __init__(self, task: Task, render_mode: str | None = None) -> None:
         if render_mode not in (None, "rgb_array"):
             message = f"Navigation has no render mode {render_mode!r}."
-            raise BenchError("unknown-render-mode", message, task.id, WINDOW_HINT)
+            raise BenchError("unknown-render-mode", message, task.id, 'Use "rgb_array" or "human".')
         found = course(task)
         self.task, self.render_mode = task, render_mode
         self.arena = arena(found.map, found.goal)
