@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -19,6 +20,7 @@ from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, RunProv
 from gym_extensions.scoring.submission import suites
 from gym_extensions.scoring.submission.suites import LOOKS, claim_of, core_score, last_look, next_look
 from gym_extensions.submissions.manifest import Observes
+from gym_extensions.submissions.review import Decision
 from gym_extensions.submissions.run import Memory, consecutive
 
 from ..made_submissions import Enter, at_level
@@ -144,6 +146,24 @@ def board_of(cards: Sequence[Scorecard]) -> CoreBoard:
     return made
 
 
+def with_logs(card: Scorecard, **changes: Any) -> Scorecard:
+    """The scorecard with these fields of every log."""
+    groups = {
+        name: {"sequential": replace(log["sequential"], **changes)} for name, log in card.groups.items()
+    }
+    return replace(card, groups=groups)
+
+
+def unverified(card: Scorecard, *runs: int) -> Scorecard:
+    return with_logs(card, level="claimed", unverified=runs)
+
+
+def with_episodes(card: Scorecard) -> Scorecard:
+    """The scorecard with the same episodes as every other that this function returns."""
+    sketches = tuple(tuple(f"{run} {part}" for part in range(16)) for run in range(5))
+    return with_logs(card, episode_sketches=sketches)
+
+
 def row(board: CoreBoard, name: str) -> CoreRow:
     return next(submission for submission in board.rows if submission.name == name)
 
@@ -208,14 +228,6 @@ def test_runs_beyond_a_look_and_different_numbers_are_noted_and_not_compared(on_
 def test_runs_that_are_not_verified_yet_wait_and_change_nothing(on_core: OnCore) -> None:
     ten = on_core("b", normal(1, 0.5, 10))
     twelve = on_core("b", {group: (*values, 99.0, 99.0) for group, values in normal(1, 0.5, 10).items()})
-
-    def unverified(card: Scorecard, *runs: int) -> Scorecard:
-        logs = {
-            name: {"sequential": replace(log["sequential"], level="claimed", unverified=runs)}
-            for name, log in card.groups.items()
-        }
-        return replace(card, groups=logs)
-
     other = on_core("a", normal(3, 0.5, 10))
     before, after = (board_of([other, card]) for card in (ten, unverified(twelve, 10, 11)))
     assert after.pairs == before.pairs
@@ -253,21 +265,35 @@ def test_runs_unusually_alike_on_one_group_are_marked_with_the_group_and_ranked(
     assert {each.name for each in board.rows if each.alike} == {"one-run"}
 
 
+def test_a_run_that_waits_for_verification_changes_neither_copies_nor_marks(on_core: OnCore) -> None:
+    alike = dict.fromkeys(GROUPS, (0.5, 0.5001, 0.5002, 0.5001, 0.5, 0.9))
+    original = unverified(with_episodes(on_core("original", alike)), 5)
+    first = replace(original, decisions=(Decision(action="accepted", by="M.", date="2026-01-01", reason=""),))
+    cards = [first, with_episodes(on_core("a copy", alike)), on_core("b", normal(1, 0.5))]
+    board = board_of([*cards, on_core("c", normal(2, 0.5))])
+    assert row(board, "original").ranked
+    assert row(board, "a copy").why == "Has most episodes of original."
+    assert {each.name for each in board.rows if each.alike} == {"original"}
+
+
+def test_copies_and_marks_are_of_the_runs_that_were_trained_here(on_core: OnCore) -> None:
+    """In the second edition the author's own runs are a claim."""
+    alike, honest = dict.fromkeys(GROUPS, (0.5, 0.5001, 0.5002, 0.5001, 0.5)), normal(1, 0.5)
+    made = {
+        "trpo": (honest, honest),
+        "b": (honest, honest),
+        "claim": (alike, honest),
+        "runs": (honest, alike),
+    }
+    cards = [with_episodes(trained(on_core(name, own), here)) for name, (own, here) in made.items()]
+    board = board_of(cards)
+    assert board.ranked == 4  # no copies: only the claims have common episodes
+    assert {each.name for each in board.rows if each.alike} == {"runs"}
+
+
 def test_a_claimed_submission_and_a_copy_have_no_rank(on_core: OnCore) -> None:
     claimed = at_level(on_core("claimed", normal(1, 0.9)), "claimed")
-    original, copy = (on_core(name, normal(2, 0.5)) for name in ("a", "b"))
-    sketches = tuple(tuple(f"{run} {part}" for part in range(16)) for run in range(5))
-    first, second = (
-        replace(
-            card,
-            groups={
-                group: {"sequential": replace(logs["sequential"], episode_sketches=sketches)}
-                for group, logs in card.groups.items()
-            },
-        )
-        for card in (original, copy)
-    )
-    board = board_of([claimed, first, second])
+    board = board_of([claimed, *(with_episodes(on_core(name, normal(2, 0.5))) for name in ("a", "b"))])
     assert [submission.name for submission in board.rows if submission.ranked] == ["a"]
     assert row(board, "b").why == "Has most episodes of a."
     assert row(board, "claimed").why.startswith("Claimed")

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.metrics.statistics import smaller_spread_p, standard_deviation
-from gym_extensions.scoring.ranking.boards import BoardKey, board_level, is_verified
-from gym_extensions.scoring.scorecard import SKETCH_SIZE, Scorecard, Sketch
+from gym_extensions.scoring.ranking.boards import BoardKey, is_verified
+from gym_extensions.scoring.scorecard import SKETCH_SIZE, GroupScore, Scorecard, Sketch
 
 COPY = "Has most episodes of {}."
 """Why a copy has no rank."""
@@ -25,20 +25,23 @@ def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
     """The original of each submission that is a copy, by name. Only logs of tasks in order can show that.
 
     Methods that differ between tasks alone rightly have equal single-task logs, and joint training is the
-    same for them. Of identical submissions the original is a verified one, then the one that was accepted
-    first, then the first by name.
+    same for them. Of identical submissions the original is one with verified runs in each group, then the one
+    that was accepted first, then the first by name.
     """
     if key.protocol not in IN_ORDER:
         return {}
 
+    def logs(card: Scorecard) -> dict[str, GroupScore]:
+        return {name: log for name in key.groups if (log := card.groups.get(name, {}).get(key.protocol))}
+
     def original_first(card: Scorecard) -> tuple[bool, str, str]:
-        return not is_verified(board_level(card, key)), card.accepted or "9999", card.name
+        waits = any({*log.runs} <= {*log.unverified} for log in logs(card).values())
+        return waits, card.accepted or "9999", card.name
 
     def sketches(card: Scorecard) -> list[Sketch]:
         return [
             tuple(f"{name} {digest}" for digest in sketch)  # equal episodes in two groups are two
-            for name in key.groups
-            if (log := card.groups.get(name, {}).get(key.protocol))
+            for name, log in logs(card).items()
             for sketch in log.episode_sketches
         ]
 

@@ -22,7 +22,7 @@ from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
 from gym_extensions.scoring.submission import suites
-from gym_extensions.submissions.review import TRAINED_HERE, VERIFIED
+from gym_extensions.submissions.review import VERIFIED
 
 EXPLORATORY = 20
 """Separations at looks up to this one are called exploratory in the first edition (ADR 107)."""
@@ -156,6 +156,26 @@ def method_of(card: Scorecard, core: CoreScore) -> Method | None:
     return Method(card.name, core.parent, values, starts)
 
 
+def as_compared(card: Scorecard, look: int) -> Scorecard:
+    """The scorecard with the logs that the core compares, and of these the runs of the look.
+
+    Without a look, the runs that may be compared. Later runs wait, and change neither which submission is a
+    copy nor the level.
+    """
+    logs = {}
+    for name, log in suites.core_logs(card).items():
+        runs, metrics = look or suites.counted_runs(log), log.metrics
+        if found := log.metrics[FINAL.name].runs[:runs]:
+            value = replace(suites.over_groups([log], FINAL, runs), runs=found)
+            metrics = {**metrics, FINAL.name: value}
+        level = log.level
+        if not boards.is_verified(level) and suites.verified_runs(log) >= max(runs, 1):
+            level = VERIFIED  # what is not verified are later runs
+        sketches = log.episode_sketches[:runs]
+        logs[name] = {KEY.protocol: replace(log, level=level, metrics=metrics, episode_sketches=sketches)}
+    return replace(card, groups=logs)
+
+
 def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
         logs, metric = suites.core_logs(card, protocol), BY_NAME[metric_name]
@@ -168,16 +188,15 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
 
 
 def _row(card: Scorecard, core: CoreScore, original: str | None, alike: str, edition: int) -> boards.CoreRow:
-    """The row of a submission, which may be a copy of another, without its ranks."""
+    """The row of a submission as it is compared, which may be a copy of another, without its ranks."""
     why = core.why if original is None else COPY.format(original)
     why = why or (NOT_TRAINED if edition > 1 and not core.trained_here else "")
-    level = TRAINED_HERE if core.trained_here else boards.board_level(card, KEY)
     return filled(
         boards.CoreRow,
         core,
         name=card.name,
         title=card.title,
-        level=level if why or boards.is_verified(level) else VERIFIED,  # of the runs that are compared
+        level=boards.board_level(card, KEY),
         ranked=not why,
         why=why,
         observes=card.manifest.observes if card.manifest else None,
@@ -199,14 +218,16 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     scored = [(card, card.core) for card in cards if card.core]
     if not scored:
         return None
-    copies = duplicates([card for card, _ in scored], KEY)
+    compared = {card.name: as_compared(card, core.look) for card, core in scored}
+    copies = duplicates(list(compared.values()), KEY)
     by_name = {card.name: card for card, _ in scored}
     methods = {card.name: method_of(card, core) for card, core in scored}
     # The second edition, of runs that were trained here alone, begins with those of the reference agent.
     edition = 1 + any(core.trained_here for card, core in scored if card.name == REFERENCE)
-    alike = alike_on([card for card, _ in scored if card.name not in copies], KEY, FINAL.name)
+    alike = alike_on([card for name, card in compared.items() if name not in copies], KEY, FINAL.name)
     unsorted = [
-        _row(card, core, copies.get(card.name), alike.get(card.name, ""), edition) for card, core in scored
+        _row(compared[card.name], core, copies.get(card.name), alike.get(card.name, ""), edition)
+        for card, core in scored
     ]
     made = boards.best_first(unsorted, FINAL)
     parts = [[row for row in made if row.task_conditioned == conditioned] for conditioned in (False, True)]
