@@ -25,7 +25,6 @@ from gym_extensions.metrics.statistics import (
     mean_of_groups,
     rank_intervals,
     ratio_of_groups,
-    rounded_quantile,
     significant_pairs,
     smaller_spread_p,
     subtract,
@@ -94,7 +93,7 @@ def test_the_interval_of_a_difference_agrees_with_scipy_stats_at_fractional_degr
 
 @pytest.mark.parametrize("df", [1, 1.2, 2, 4, 7.3, 200, 1e4])
 def test_the_quantile_of_an_interval_has_12_significant_digits(df: float) -> None:
-    value = rounded_quantile(df)
+    value = critical_value(0.05, df)
     assert len(repr(value).replace(".", "")) <= 12
     assert value == pytest.approx(float(stats.t.ppf(0.975, df)), rel=1e-11)
 

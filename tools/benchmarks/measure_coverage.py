@@ -19,7 +19,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.metrics.statistics import rank_intervals, rounded_quantile, significant_pairs, summary
+from gym_extensions.metrics.statistics import critical_value, rank_intervals, significant_pairs, summary
 
 Array = NDArray[np.float64]
 NORMAL = NormalDist()
@@ -85,7 +85,7 @@ def student(data: Array) -> tuple[Array, Array]:
     """Lower and upper ends of Student's t intervals, one per row of ``data``."""
     runs = data.shape[1]
     center = data.mean(axis=1)
-    half_width = rounded_quantile(runs - 1) * data.std(axis=1, ddof=1) / math.sqrt(runs)
+    half_width = critical_value(0.05, runs - 1) * data.std(axis=1, ddof=1) / math.sqrt(runs)
     return center - half_width, center + half_width
 
 

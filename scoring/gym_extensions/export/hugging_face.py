@@ -75,7 +75,7 @@ def write_submission(target: Path, source: Path, card: scorecard.Scorecard) -> b
     for id_, protocol in _protocols(card):
         name = group(id_).name
         for run, suffixes in files[name, protocol].items():
-            if suffixes <= {DOCUMENT, LOG}:
+            if suffixes <= {DOCUMENT, LOG} or run not in card.groups[id_][protocol].runs:
                 continue
             (target / name / protocol).mkdir(parents=True, exist_ok=True)
             for path in (run_file(name, protocol, run, suffix) for suffix in suffixes - {LOG}):
@@ -118,7 +118,7 @@ def model_card(card: scorecard.Scorecard, runs: Sequence[tuple[str, str, int]], 
         f"Evaluation: {card.manifest.protocol.evaluation} actions.",
         f"{' '.join(text for suffix, text in FILES.items() if suffix in kinds)} "
         f"`runN.json` says how they were trained: {len(runs)} runs. Metrics are normalized returns, 0 at the "
-        "floor and 1 at the reference, as means over runs.",
+        "floor and 1 at the expert, as means over runs.",
         LOAD.format(group=name, protocol=protocol, run=run, task=task),
     ]
     return head + "\n" + "\n\n".join(lines) + "\n"

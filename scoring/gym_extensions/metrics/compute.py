@@ -3,13 +3,13 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics import formulas
+from gym_extensions.metrics.formulas import numbers
+from gym_extensions.metrics.statistics import Array
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
-
-Array = NDArray[np.float64]
 
 FORMULAS = {metric.name: metric.formula for metric in formulas.TABLE}
 """The formula of every metric, by name."""
@@ -127,8 +127,8 @@ def _scale(
     floor: ArrayLike | None, expert: ArrayLike | None, tasks: int
 ) -> tuple[tuple[int, ...], Array, Array]:
     """The positions of the tasks with an expert, the floors, and the experts' heights above them, (T,)."""
-    low = np.zeros(tasks) if floor is None else _finite("floor", _numbers("floor", floor))
-    high = np.ones(tasks) if expert is None else _numbers("expert", expert)
+    low = np.zeros(tasks) if floor is None else _finite("floor", numbers("floor", floor))
+    high = np.ones(tasks) if expert is None else numbers("expert", expert)
     for name, array in (("floor", low), ("expert", high)):
         if array.shape != (tasks,):
             raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, f"Give {tasks} numbers.")
@@ -142,17 +142,9 @@ def _scale(
     return scored, low, np.where(open_, 1.0, high - low)
 
 
-def _numbers(name: str, given: ArrayLike) -> Array:
-    try:
-        return np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        message = "It is not an array of numbers."
-        raise BenchError("bad-matrix", message, name, "Give rows of equal length.") from error
-
-
 def _array(name: str, given: ArrayLike, axes: int) -> Array:
     """An array with an axis of runs before its other axes. Raises ``BenchError`` for another array."""
-    array = _numbers(name, given)
+    array = numbers(name, given)
     if array.ndim not in (axes, axes + 1) or 0 in array.shape:
         hint = f"Give {axes} axes, or {axes + 1} with the runs first."
         raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, hint)

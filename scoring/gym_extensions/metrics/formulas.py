@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from gym_extensions.catalog.protocol import CURVE_POINTS, IN_ORDER, PROTOCOLS
 from gym_extensions.documents import about
 from gym_extensions.errors import BenchError
-from gym_extensions.metrics.statistics import Number, mean, standard_deviation
+from gym_extensions.metrics.statistics import Array, Number, mean, standard_deviation
 
 
 @dataclass(frozen=True)
@@ -360,10 +360,11 @@ def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | N
     Its steps ascend from 1 and are cut off at ``end``, D, the budget's training steps. None with fewer than
     ten points. Raises ``BenchError`` for another curve (``bad-curve``).
     """
+    given = numbers("area", [*steps, *values])
     faults = {
         f"It has {len(steps)} steps and {len(values)} values.": len(steps) != len(values),
-        f"Its end is {end}.": not end > 0,
-        "A step or a value is not a finite number.": not np.isfinite([*steps, *values]).all(),
+        f"Its end is {end}.": not 0 < end < math.inf,
+        "A step or a value is not a finite number.": not np.isfinite(given).all(),
         "Its steps do not ascend from 1.": any(a >= b for a, b in pairwise((0, *steps))),
     }
     for message in (text for text, is_fault in faults.items() if is_fault):
@@ -398,8 +399,17 @@ class Profile:
         return tuple(zip(self.tau, self.fraction, strict=True))
 
 
+def numbers(name: str, given: ArrayLike) -> Array:
+    """An array of floats. Raises ``BenchError`` (``bad-matrix``) for ragged rows and for text."""
+    try:
+        return np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        message = "It is not an array of numbers."
+        raise BenchError("bad-matrix", message, name, "Give rows of equal length.") from error
+
+
 def _sorted(scores: ArrayLike) -> list[float]:
-    values = np.asarray(scores, dtype=np.float64).ravel()
+    values = numbers("scores", scores).ravel()
     if not np.isfinite(values).all():
         message, hint = "A score is missing or not finite.", "Leave out tasks without an expert."
         raise BenchError("bad-matrix", message, "scores", hint)
@@ -438,7 +448,7 @@ def probability_of_improvement(scores: ArrayLike, others: ArrayLike) -> float:
     Raises:
         BenchError: ``bad-matrix`` for a score that is not finite, or for other shapes.
     """
-    first, second = (np.asarray(each, dtype=np.float64) for each in (scores, others))
+    first, second = numbers("scores", scores), numbers("others", others)
     are_matrices = first.ndim == second.ndim == 2 and first.size and second.size
     if not are_matrices or first.shape[1] != second.shape[1]:
         message = f"The shapes {first.shape} and {second.shape} are not (runs, tasks) of the same tasks."

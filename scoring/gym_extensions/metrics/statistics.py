@@ -36,20 +36,20 @@ def standard_deviation(values: Sequence[float], ddof: int = 0, center: float | N
     return math.sqrt(math.fsum([r * r for r in residuals]) / (len(values) - ddof))
 
 
-@lru_cache(maxsize=1024)
-def rounded_quantile(df: float) -> float:
-    """The .975 quantile of Student's t, rounded to 12 significant digits.
+def _rounded(value: float) -> float:
+    """A value of a distribution function, rounded to 12 significant digits.
 
-    The last bits of a library's quantile depend on the processor and the build. Everything else in an
-    interval (``math.fsum``, products, quotients, square roots) is exact or correctly rounded by IEEE 754, so
-    with a rounded quantile the ends of an interval have the same bits on every machine.
+    A library's last bits depend on the processor and the build. Everything else in an interval
+    (``math.fsum``, products, quotients, square roots) is exact or correctly rounded by IEEE 754, so with
+    rounded quantiles the ends of an interval have the same bits on every machine.
     """
-    return float(f"{stdtrit(df, 0.975):.12g}")
+    return float(f"{value:.12g}")
 
 
+@lru_cache(maxsize=1024)
 def critical_value(alpha: float, df: float) -> float:
-    """The t with a two-sided p value of ``alpha``, precise for the smallest ``alpha``, too."""
-    return -float(stdtrit(df, alpha / 2))
+    """The t with a two-sided p value of ``alpha``, precise for the smallest ``alpha``, too; 12 digits."""
+    return -_rounded(stdtrit(df, alpha / 2))
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ def to_interval(estimate: Summary, expert_errors: Iterable[tuple[float, float]] 
     error, df = math.sqrt(estimate.squared_error), estimate.df
     if terms := [(square, df) for square, df in expert_errors if square > 0]:
         error, df = welch_satterthwaite([(estimate.squared_error, estimate.df), *terms])
-    half_width = rounded_quantile(df) * error
+    half_width = critical_value(0.05, df) * error
     return Interval(estimate.mean, estimate.mean - half_width, estimate.mean + half_width, error, df)
 
 
@@ -198,7 +198,7 @@ def zero_mean_p(estimate: Summary) -> float:
     """
     if estimate.mean == 0 or estimate.squared_error == 0:
         return float(estimate.mean == 0)
-    return float(2 * stdtr(estimate.df, -abs(estimate.mean) / math.sqrt(estimate.squared_error)))
+    return _rounded(2 * stdtr(estimate.df, -abs(estimate.mean) / math.sqrt(estimate.squared_error)))
 
 
 def equal_means_p(estimates: Sequence[Summary]) -> float:
@@ -214,7 +214,7 @@ def equal_means_p(estimates: Sequence[Summary]) -> float:
     shares = weights / weights.sum()
     between = weights @ (means - shares @ means) ** 2 / (count - 1)
     spread = ((1 - shares) ** 2 / df).sum() / (count * count - 1)
-    return float(fdtrc(count - 1, 1 / (3 * spread), between / (1 + 2 * (count - 2) * spread)))
+    return _rounded(fdtrc(count - 1, 1 / (3 * spread), between / (1 + 2 * (count - 2) * spread)))
 
 
 def smaller_spread_p(

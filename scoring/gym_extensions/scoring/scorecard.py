@@ -380,7 +380,10 @@ class Scorecard:
 
     name: Annotated[str, about("name of the submission's folder")]
     title: Annotated[str, about("from `submission.toml`; the name if that cannot be read")]
-    level: Annotated[Level | None, about("the lowest level of its logs; null with problems")]
+    level: Annotated[
+        Level | None,
+        about("the lowest level of its logs; null with problems or without runs of the chosen groups"),
+    ]
     arithmetic: Annotated[int, about("1 if other processors do not repeat a verified episode; else 2")] = 2
     steps_counted: Annotated[
         bool, about("whether the loop counted the training steps of all runs; false for a printed table")

@@ -83,7 +83,7 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
     reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
     if why := next(filter(None, reasons), ""):
         out.print(f"  claimed: {why}")
-    if not (card.groups or card.trained or card.problems):
+    if card.level and not (card.groups or card.trained):
         out.print(f"  {scorecard.NO_RUNS}")
     if card.core and not (chosen and card.core.missing):
         _core(out, card.core)
@@ -102,7 +102,9 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
 
 def show_line(out: Console, card: scorecard.Scorecard) -> None:
     """One line per submission, with all its problems and notes."""
-    state = (count(len(card.problems), "problem"), "red") if card.problems else (str(card.level), "green")
+    state = (card.level or "no runs of these groups", "green")
+    if card.problems:
+        state = (count(len(card.problems), "problem"), "red")
     out.print(Text.assemble((card.name, "bold"), f"  {card.title}  (", state, ")"))
     for problem in card.problems:
         message = f"  {problem.where}: {problem.message}"

@@ -24,8 +24,6 @@ from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
 from gym_extensions.scoring.submission import suites
 from gym_extensions.submissions.review import VERIFIED
 
-EXPLORATORY = 20
-"""Separations at looks up to this one are called exploratory in the first edition (ADR 107)."""
 NOT_TRAINED = "Not trained here."
 MARGIN = 0.05
 """Two methods are equivalent if the interval of their difference lies between ± this."""
@@ -110,7 +108,7 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
                 high=difference.mean + half_width,
                 p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / suites.LOOK_LEVELS[look]),
                 verdict="open",
-                exploratory=edition == 1 and look <= EXPLORATORY,
+                exploratory=edition == 1,
                 next_look=suites.next_look(look),
             )
         )

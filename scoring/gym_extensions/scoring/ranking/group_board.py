@@ -4,6 +4,7 @@ A board is made from scorecards and the references alone. What it adds (ranks, d
 references) belongs to the board and may change when a submission joins; the scores never move.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -291,7 +292,7 @@ def computed_rows(
         metrics = {}
         for metric in BOARD_METRICS[key.protocol]:
             means = [mean for each in of_groups if (mean := each[metric.name]) is not None]
-            mean = sum(means) / len(means) if len(means) == len(of_groups) else None
+            mean = math.fsum(means) / len(means) if len(means) == len(of_groups) else None
             metrics[metric.name] = BoardMetric(mean, None, None, FROM_FLOORS)
         submissions.append(documents.ComputedRow(name, title, metrics))
     return tuple(submissions)

@@ -73,7 +73,7 @@ def score(
                 if name not in groups or not BUDGETS[budget].on_boards:
                     groups[name] = {"sequential": log}
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
-        level = min(levels, key=LEVELS.index, default=level)
+        level = min(levels, key=LEVELS.index, default=None if only else level)
     is_repeated = level in (VERIFIED, TRAINED_HERE) and manifest and manifest.protocol.evaluation != "sampled"
     card = scorecard.Scorecard(
         name=submission.name,

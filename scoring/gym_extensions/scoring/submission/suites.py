@@ -6,6 +6,7 @@ looks together keep 5 %. It uses exactly the runs 0 to n − 1 of every group, s
 runs nor their choice can depend on their results.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from statistics import fmean
@@ -332,4 +333,4 @@ def _total(groups: Sequence[Sequence[scorecard.RunProvenance]]) -> scorecard.Run
     times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in groups]
     means = [fmean(seconds) for seconds in times if seconds]
     steps = sum(fmean(run.steps for run in runs) for runs in groups)
-    return scorecard.RunCost(steps, len(groups), sum(means, 0.0), len(means))
+    return scorecard.RunCost(steps, len(groups), math.fsum(means), len(means))
