@@ -170,5 +170,5 @@ def test_a_finding_of_the_paper_holds_by_the_number_of_tasks_that_end_lower(
     is_forgotten: bool, final: float, answer: str
 ) -> None:
     shown = reproduction.table(paper_rows(final, 1000.0))
-    group = reproduction.Group("hopper-gravity", is_forgotten, "an-submission", shown, shown)
+    group = reproduction.Group("hopper-gravity", is_forgotten, "a-submission", shown, shown, shown)
     assert reproduction.verdict(group, shown) == answer

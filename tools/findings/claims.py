@@ -6,7 +6,7 @@ Differences are Welch's, with 95 % intervals for the one comparison, over the ru
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
+from statistics import NormalDist, fmean
 
 import numpy as np
 import pandas as pd
@@ -60,14 +60,20 @@ class Gain:
 
 
 def gains(cards: Mapping[str, Scorecard]) -> tuple[list[Gain], Value]:
-    """The gains by group, and their correlation with what fine-tuning forgets, over groups."""
+    """The gains by group, and their correlation with what fine-tuning forgets, over groups.
+
+    In the correlation the gains are over the first half of fine-tuning's runs, and what is forgotten is of
+    the second half: errors of the same runs would be in both.
+    """
     cloned, tuned = (runs_of(cards[name], FINAL) for name in (CLONING, FINE_TUNING))
     lost = runs_of(cards[FINE_TUNING], LOST)
-    rows = [
-        Gain(name.rpartition("-v")[0], minus(cloned, tuned, (name,)), summary(lost[name]).mean)
-        for name in CORES[CORE]
-    ]
-    return rows, correlation([row.gain.mean for row in rows], [row.lost for row in rows])
+    rows, pairs = [], []
+    for name in CORES[CORE]:
+        rows.append(Gain(name.rpartition("-v")[0], minus(cloned, tuned, (name,)), fmean(lost[name])))
+        half = len(tuned[name]) // 2
+        pairs.append((fmean(cloned[name]) - fmean(tuned[name][:half]), fmean(lost[name][half:])))
+    first, second = zip(*pairs, strict=True)
+    return rows, correlation(first, second)
 
 
 def positions(scores: pd.DataFrame) -> list[Value]:
@@ -115,8 +121,13 @@ def differences(cards: Mapping[str, Scorecard]) -> dict[str, Value]:
         "alone": minus(alone, final[PACKNET]),
         "packnet": minus(final[PACKNET], final[FINE_TUNING]),
         "packnet_without_walls": minus(final[PACKNET], final[FINE_TUNING], without_walls),
-        "ppo": minus(runs_of(cards["ppo"], LEARNED), alone),
     }
+
+
+def less_than_alone(board: CoreBoard, cards: Mapping[str, Scorecard]) -> dict[str, Value]:
+    """By ranked method, what it learned minus what each task alone has."""
+    alone = runs_of(cards[FINE_TUNING], ALONE, "single")
+    return {row.name: minus(runs_of(cards[row.name], LEARNED), alone) for row in board.rows if row.ranked}
 
 
 def is_learned_score(cards: Mapping[str, Scorecard]) -> bool:
@@ -133,6 +144,7 @@ def facts(board: CoreBoard, cards: Mapping[str, Scorecard]) -> dict[str, object]
         "gains": rows,
         "correlated": correlated,
         "differences": differences(cards),
+        "less_than_alone": less_than_alone(board, cards),
         "is_learned_score": is_learned_score(cards),
         "selections": selections(board, cards),
         "second_minus_fourth": second - fourth,

@@ -35,6 +35,8 @@ from tools.findings.tables import FINE_TUNING
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "reproduction.md"
 PRINTED = "henderson2017-trpo"
+BATCH_EPISODES = 50
+"""The least number of episodes in the paper's batch of 50,000 steps: an episode has at most 1,000."""
 CLAIMS = (
     ("hopper-gravity", True, "trpo-2017-paper-hopper"),
     ("halfcheetah-gravity", False, "trpo-2017-paper"),
@@ -87,6 +89,7 @@ class Group:
     is_forgotten: bool
     submission: str
     printed: Table
+    of_batches: Table  # as printed, with the episodes of a training batch in After Env
     reproduced: Table
 
     @property
@@ -107,21 +110,21 @@ def cell(row: PaperRow, column: str) -> PaperCell:
     return found
 
 
-def cell_summary(each: PaperCell) -> Summary:
-    """The mean of a cell's episodes with its sampling error; ``std`` divides by the number of episodes."""
-    count = EVALUATION_EPISODES
+def cell_summary(each: PaperCell, count: int) -> Summary:
+    """The mean of ``count`` episodes with its sampling error; the cell's ``std`` divides by their number."""
     variance = each.std**2 * count / (count - 1)
     return Summary(each.mean, variance / count, count - 1.0, count)
 
 
-def table(rows: Sequence[PaperRow]) -> Table:
+def table(rows: Sequence[PaperRow], after: int = EVALUATION_EPISODES) -> Table:
     """The changes of the earlier tasks: Welch's test over episodes, with Holm's correction over the tasks.
 
     Args:
         rows: the tasks in training order.
+        after: the number of episodes of After Env.
     """
-    columns = ("fully_trained", "after_env_training")
-    pairs = [[cell_summary(cell(row, column)) for column in columns] for row in rows[:-1]]
+    episodes = {"fully_trained": EVALUATION_EPISODES, "after_env_training": after}
+    pairs = [[cell_summary(cell(row, name), count) for name, count in episodes.items()] for row in rows[:-1]]
     gaps = [subtract(*pair) for pair in pairs]
     separated = holm(np.array(list(map(zero_mean_p, gaps)), dtype=np.float64))
     changes = [
@@ -167,7 +170,14 @@ def page(groups: Sequence[Group], further: Sequence[Statement]) -> str:
     )
     template = templates.get_template("reproduction.md.jinja")
     return (
-        template.render(groups=groups, further=further, verdict=verdict, episodes=EVALUATION_EPISODES) + "\n"
+        template.render(
+            groups=groups,
+            further=further,
+            verdict=verdict,
+            episodes=EVALUATION_EPISODES,
+            batch_episodes=BATCH_EPISODES,
+        )
+        + "\n"
     )
 
 
@@ -189,7 +199,8 @@ def main() -> None:
                 name,
                 is_forgotten,
                 submission,
-                table(printed[group_id]["sequential"].paper_table),
+                table(rows := printed[group_id]["sequential"].paper_table),
+                table(rows, BATCH_EPISODES),
                 table(ours.paper_table),
             )
         )

@@ -102,7 +102,7 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
 
 def show_line(out: Console, card: scorecard.Scorecard) -> None:
     """One line per submission, with all its problems and notes."""
-    state = (card.level or "no runs of these groups", "green")
+    state = (str(card.level or "no runs of these groups"), "green")
     if card.problems:
         state = (count(len(card.problems), "problem"), "red")
     out.print(Text.assemble((card.name, "bold"), f"  {card.title}  (", state, ")"))
