@@ -278,7 +278,8 @@ def test_a_run_that_waits_for_verification_changes_neither_copies_nor_marks(on_c
 
 def test_copies_and_marks_are_of_the_runs_that_were_trained_here(on_core: OnCore) -> None:
     """In the second edition the author's own runs are a claim."""
-    alike, honest = dict.fromkeys(GROUPS, (0.5, 0.5001, 0.5002, 0.5001, 0.5)), normal(1, 0.5)
+    alike: Values = dict.fromkeys(GROUPS, (0.5, 0.5001, 0.5002, 0.5001, 0.5))
+    honest = normal(1, 0.5)
     made = {
         "trpo": (honest, honest),
         "b": (honest, honest),
