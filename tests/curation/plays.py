@@ -26,6 +26,14 @@ def file(
     return rule, where or path, lambda project: index(project, (mode, content, path))
 
 
+def merged(project: Path, *before: str) -> None:
+    """A merge commit of the author, on top of the base or of another commit: seeds would follow from it."""
+    git(project, "switch", "--quiet", "-c", "tip", "main")
+    if before:
+        git(project, "commit", "--quiet", "--allow-empty", "-m", *before)
+    git(project, "merge", "--quiet", "--no-ff", "--no-edit", "submission")
+
+
 def moved(project: Path, *words: str) -> None:
     git(project, *words)
     git(project, "commit", "--quiet", "-m", "move")
@@ -78,5 +86,7 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         "same-title", f"{NEW}/submission.toml", BOARD_MANIFEST.replace("A submission", "SUBMISSIОN 0LD")
     ),
     "two names that differ in case": file("case-collision", LOG.replace("run0", "Run0"), where=LOG),
+    "a merge commit of its author": ("own-merge", LOG, merged),
+    "a merge commit after another one": ("own-merge", LOG, lambda project: merged(project, "empty")),
     "a large file": file("too-large", f"{NEW}/README.md", "x" * 65537),
 }

@@ -48,7 +48,9 @@ def test_the_files_of_a_pull_request_are_never_checked_out(
 
     monkeypatch.setattr(Repository, "_command", listed)
     assert checked(project, head="submission").verdict == "passed"
-    assert {words[0] for words in commands} == {"rev-parse", "merge-base", "diff-tree", "ls-tree", "cat-file"}
+    assert {words[0] for words in commands} == {
+        *("rev-parse", "rev-list", "merge-base", "diff-tree", "ls-tree", "cat-file")
+    }
     assert not (project / NEW).exists()
 
 
@@ -86,17 +88,36 @@ def test_the_keys_that_an_edit_changes_are_named(project: Path) -> None:
     assert "claimed again" in comment(report)
 
 
+AGENT = f"{OLD}/agent"
+EARLY = [("next-version", AGENT)]
+
+
 @pytest.mark.usefixtures("no_judge")
-@pytest.mark.parametrize(("days", "expected"), [(29, [("next-version", f"{OLD}/agent")]), (31, [])])
+@pytest.mark.parametrize(
+    "case",
+    [
+        (29, "agent.py:make", {f"{AGENT}/agent.py": "make = other = 2\n"}, EARLY),
+        (31, "agent.py:make", {f"{AGENT}/agent.py": "make = other = 2\n", f"{AGENT}/part.py": None}, []),
+        (29, "agent.py:other", {}, EARLY),
+        (31, "agent.py:other", {}, []),
+        (29, "agent.py:make", {f"{OLD}/README.md": "A text.\n"}, []),
+    ],
+)
 def test_a_new_version_of_code_waits_thirty_days_and_may_drop_its_files(
-    project: Path, monkeypatch: pytest.MonkeyPatch, days: int, expected: list[tuple[str, str]]
+    project: Path, monkeypatch: pytest.MonkeyPatch, case: tuple[int, str, dict[str, str | None], object]
 ) -> None:
+    days, entry, files, expected = case
+    manifest = (project / OLD / "submission.toml").read_text() + '\n[agent]\nentry = "agent.py:make"\n'
     git(project, "switch", "--quiet", "main")
     monkeypatch.setenv("GIT_COMMITTER_DATE", f"{int(time.time()) - days * 86400} +0000")
-    commit(project, {f"{OLD}/agent/agent.py": "make = 1\n", f"{OLD}/agent/part.py": "part = 1\n"})
+    code = {f"{AGENT}/agent.py": "make = other = 1\n", f"{AGENT}/part.py": "part = 1\n"}
+    commit(project, code | {f"{OLD}/submission.toml": manifest})
     monkeypatch.delenv("GIT_COMMITTER_DATE")
+    manifest = manifest.replace("Submission old", "The old submission")  # no version
+    commit(project, {f"{OLD}/submission.toml": manifest})
     git(project, "switch", "--quiet", "-c", "version", "main")
-    commit(project, {f"{OLD}/agent/agent.py": "make = 2\n", f"{OLD}/agent/part.py": None})
+    manifest = manifest.replace("agent.py:make", entry)
+    commit(project, {**files, f"{OLD}/submission.toml": manifest})
     assert rules(checked(project)) == expected
 
 
@@ -214,6 +235,9 @@ def test_a_new_submission_is_compared_with_the_base_where_it_started(project: Pa
     git(project, "switch", "--quiet", "main")
     commit(project, {"scoring/rank.py": "rank = 3\n"})
     assert checked(project, head="submission").verdict == "passed"
+    git(project, "switch", "--quiet", "submission")
+    git(project, "merge", "--quiet", "--no-edit", "main")
+    assert checked(project).verdict == "passed", "a merge of the base changes nothing of the submission"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the memory of git")

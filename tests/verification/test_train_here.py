@@ -155,6 +155,8 @@ def test_another_entry_of_the_same_code_is_the_next_version(folder: Path) -> Non
     found = merge(folder / "main", {"submissions/new/submission.toml": other})
     number, training = train_here.present(read(folder / "main/submissions/new"), "")
     assert (number, training.commit) == (2, found)
+    merge(folder / "main", {"submissions/new/submission.toml": f"# spelled better\n{other}"})
+    assert train_here.present(read(folder / "main/submissions/new"), "")[1].commit == found
 
 
 def test_half_a_run_is_due_again_and_a_broken_record_is_not_written_over(folder: Path) -> None:

@@ -171,7 +171,8 @@ def several_submissions(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def written_by_the_base(pull_request: PullRequest) -> Iterator[Finding]:
-    """A pull request brings no review, poses, landscapes or diagnostics: the base branch writes them."""
+    """A pull request brings no review, poses, landscapes or diagnostics, nor anything in trained/: the base
+    branch writes them."""
     for path in pull_request.paths:
         if {layout.REVIEW, *layout.WRITTEN}.intersection(path.split("/")[2:3]):
             hint = "Leave it as it is on the base. It is written after the merge, decisions by an owner."
@@ -196,7 +197,22 @@ def outdated_submission(pull_request: PullRequest) -> Iterator[Finding]:
         folder, tree = f"submissions/{name}", pull_request.repository.tree
         if tree(pull_request.start, folder) != tree(pull_request.base, folder):
             message = "The submission was changed on the base meanwhile."
-            yield Finding(folder, message, "Merge the base first.")
+            yield Finding(folder, message, "Rebase the branch on the base's branch.")
+
+
+@rule
+def own_merge(pull_request: PullRequest) -> Iterator[Finding]:
+    """No merge commit of the pull request brings the submission's changes. (Seeds follow from the commit that
+    merges them, and after a fast-forward it would be one that its author made.)"""
+    run, span = pull_request.repository.run, f"{pull_request.base}..{pull_request.head}"
+    manifests = (f"{SUBMISSIONS}/{name}/{layout.MANIFEST}" for name in pull_request.submissions)
+    fixing = {*pull_request.paths, *manifests}
+    merges = run("rev-list", "--first-parent", "--merges", span, "--", f":(top){SUBMISSIONS}")
+    for merge in merges.decode().split():
+        changed = run("diff-tree", "-r", "-z", "--name-only", f"{merge}^1", merge)
+        for path in sorted(fixing.intersection(map(os.fsdecode, changed.split(b"\0"))))[:1]:
+            message = f"The merge commit {merge[:12]} changes it."
+            yield Finding(path, message, "Rebase the branch on the base's branch.")
 
 
 @rule
@@ -278,17 +294,18 @@ def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def next_version(pull_request: PullRequest) -> Iterator[Finding]:
-    """A new version of agent/ comes at least 30 days after the one before: each is trained, and the best of
-    many would be luck."""
+    """A new version of the code, agent/ or its entry, comes at least 30 days after the one before: each is
+    trained, and the best of many would be luck."""
     repository = pull_request.repository
     for name in pull_request.submissions:
-        code = f"{SUBMISSIONS}/{name}/{layout.AGENT}"
-        is_changed = any(path.startswith(f"{code}/") for path in pull_request.paths)
-        if is_changed and (commit := repository.last_change(pull_request.base, [code])):
-            seconds = time.time() - float(repository.run("show", "-s", "--format=%ct", commit))
+        folder = f"{SUBMISSIONS}/{name}"
+        codes = (repository.code(commit, folder) for commit in (pull_request.start, pull_request.head))
+        if len({*codes}) > 1 and (before := repository.code_commit(pull_request.base, folder)):
+            seconds = time.time() - float(repository.run("show", "-s", "--format=%ct", before))
             if seconds < DAYS_BETWEEN * 86400:
                 message = f"The version before was merged {int(seconds // 86400)} days ago."
-                yield Finding(code, message, f"Wait until {DAYS_BETWEEN} days have passed.")
+                where = f"{folder}/{layout.AGENT}"
+                yield Finding(where, message, f"Wait until {DAYS_BETWEEN} days have passed.")
 
 
 @rule

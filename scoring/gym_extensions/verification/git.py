@@ -1,5 +1,6 @@
 """Reads commits with git's plumbing commands. Nothing is checked out, and no hook or filter is run."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions import layout, manifest
 from gym_extensions.submissions.problem import Problem
 
 OPTIONS = (
@@ -178,12 +180,16 @@ class Repository:
         specs = [f":(top,literal){path}" for path in paths]
         return self.run("rev-list", "--first-parent", "--max-count=1", commit, "--", *specs).decode().strip()
 
+    def inside(self, folder: Path) -> str:
+        """The path of a folder inside the repository."""
+        return folder.resolve().relative_to(self.top.resolve()).as_posix()
+
     def fixed(self, folder: Path, names: Sequence[str]) -> str:
         """The commit that fixed some files of a folder: the :meth:`last_change` of HEAD that changed one.
 
         Raises ``BenchError`` if one is not committed as it is, or the clone lacks older commits.
         """
-        inside = folder.resolve().relative_to(self.top.resolve()).as_posix()
+        inside = self.inside(folder)
         paths = [f"{inside}/{name}" for name in names]
         specs = (f":(top,literal){path}" for path in paths)
         changed = self.run("status", "--porcelain", "--untracked-files=all", "--", *specs)
@@ -193,6 +199,31 @@ class Repository:
             message = "It is not committed in its present form, so no commit determines its seeds."
             raise BenchError("not-committed", message, where, "Commit it, or pass public seeds to verify.")
         return commit
+
+    def code(self, commit: str, submission: str) -> tuple[object, ...]:
+        """What makes a version of the code of a submission, by its path in the repository: the files of
+        agent/, and the entry in the manifest. It is empty without files.
+        """
+        files, entry = self.tree(commit, f"{submission}/{layout.AGENT}"), ""
+        data = self.file(commit, f"{submission}/{layout.MANIFEST}") if files else None
+        if data and len(data) <= layout.max_bytes(layout.MANIFEST):
+            with contextlib.suppress(ValueError, KeyError, TypeError):  # a problem of the submission
+                entry = str(manifest.parse(data)["agent"]["entry"])
+        return (files, entry) if files else ()
+
+    def code_commit(self, commit: str, submission: str) -> str:
+        """The commit of the first-parent history that brought the code of a submission as it is; empty
+        without code. (What else changes in the manifest makes no version.)
+        """
+        code, found = self.code(commit, submission), ""
+        last = self.last_change(commit, [f"{submission}/{layout.AGENT}"]) if code else ""
+        spec = f":(top,literal){submission}/{layout.MANIFEST}"
+        edits = self.run("rev-list", "--first-parent", f"{last}..{commit}", "--", spec) if last else b""
+        for each in (*edits.decode().split(), last):
+            if not each or self.code(each, submission) != code:
+                break
+            found = each
+        return found
 
     def not_merged(self, commit: str) -> Problem | None:
         """The problem of seeds from a commit that is no merge: its author may have known its id before."""

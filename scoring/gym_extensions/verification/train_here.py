@@ -78,7 +78,8 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
     if trained is None or trained.training.agent != submission.code:
         today, made = datetime.now(UTC).date().isoformat(), version("gym-extensions")
         repository = git.Repository(submission.path)
-        commit = repository.fixed(submission.path, [AGENT, MANIFEST])
+        repository.fixed(submission.path, [AGENT, MANIFEST])  # they are committed
+        commit = repository.code_commit("HEAD", repository.inside(submission.path))
         if not value and (found := repository.not_merged(commit)):
             raise BenchError(found.rule, found.message, found.where, found.hint)
         number = 1 if trained is None else trained.version + 1
