@@ -170,6 +170,9 @@ def test_a_group_of_any_gymnasium_environment_is_trained_and_scored_with_its_own
     assert measuring.main([*options, "--out", str(known)]) == 0
     frame = results.metrics(out, groups=[file], references=known)
     assert set(frame["group"]) == {"pendulum-v0"}
+    cache = ["--seeds", "0" * 40, "--cache", str(tmp_path / "cache")]
+    assert main(["verify", str(out), "--groups", str(file), *cache]) == 0
+    assert list(tmp_path.glob("cache/verify/*")) == [], "no version tells what the environment's code does"
     scored = results.scores(out, load_group(file), groups=[file], references=known)
     assert set(scored["task"]) == {"Pendulum-v1.steps-20"}
     assert scored["return"].lt(0).all()

@@ -66,7 +66,7 @@ def load(
     if "://" not in str(source):
         arrays = _of_submission(Path(source), members, protocol, run)
         if sha256:
-            _require(sha256, arrays, str(source))
+            files.require_digest(arrays, sha256, str(source))
     elif sha256:
         arrays = _fetched(PolicyFile(sha256=sha256, size=0, url=str(source)))
     else:
@@ -107,12 +107,6 @@ def diagnose(
     return diagnostics.diagnose(policies, observations)
 
 
-def _require(digest: str, arrays: mlp_arrays.Arrays, where: str) -> None:
-    if (actual := files.content_sha256(arrays)) != digest:
-        message = f"The policies have the digest {actual}, not {digest}."
-        raise BenchError("other-policy", message, where, "Get the files of the run.")
-
-
 def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> mlp_arrays.Arrays:
     path = folder / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
     if not path.is_file():
@@ -125,17 +119,10 @@ def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> m
     if stated.url:
         return _fetched(stated)
     arrays = files.read_arrays(folder, group, protocol, run)
-    _require(stated.sha256, arrays, str(path))
+    files.require_digest(arrays, stated.sha256, str(path))
     return arrays
 
 
 def _fetched(policies: PolicyFile) -> mlp_arrays.Arrays:
-    """The arrays at an address. A file with another content does not stay in the cache."""
     path = fetch.Fetcher(fetch.cache_folder() / "policies").fetch(policies, policies.url)
-    try:
-        arrays = files.npz_arrays(path.read_bytes())
-        _require(policies.sha256, arrays, policies.url)
-    except BenchError:
-        path.unlink()
-        raise
-    return arrays
+    return fetch.read_copy(path, policies.sha256)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
 from gym_extensions.baselines import Origin, train
@@ -17,7 +18,7 @@ from gym_extensions.verification import train_here
 from gym_extensions.verification.git import Repository
 
 from ..curation.repositories import make_repository, merge
-from .made_submissions import change_document
+from .made_submissions import change_document, network
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="what a job wrote is read with limits")
 GROUP, CODE = "pusher", "make = other = None\n"
@@ -177,6 +178,13 @@ def test_code_that_is_not_committed_has_no_seeds(folder: Path) -> None:
     (submission / "agent/agent.py").write_text("make = 1\n", encoding="utf-8")
     with pytest.raises(BenchError, match="not committed"):
         train_here.present(read(submission), "")
+
+
+@pytest.mark.parametrize(("head", "inputs"), [("deterministic", 5), ("gaussian", 21)])
+def test_what_a_policy_raises_when_it_acts_is_an_error_of_its_agent(head: str, inputs: int) -> None:
+    with pytest.raises(BenchError) as error:
+        network(0, head).act(np.zeros((2, inputs)))
+    assert error.value.code in train_here.AGENT_ERRORS
 
 
 def test_a_submission_without_code_says_what_to_add(folder: Path) -> None:

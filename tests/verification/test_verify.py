@@ -21,8 +21,9 @@ from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.poses import load_submission
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Review, Verification, read_review, why_claimed, write_review
+from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import after_merge, cli as verification_cli, episodes
+from gym_extensions.verification import after_merge, cli as verification_cli, episodes, limits
 from gym_extensions.verification.cli import main
 from gym_extensions.verification.verify import Report, verify as verify_submission
 
@@ -159,6 +160,23 @@ def test_policies_that_were_mended_are_run_again(submission: Path) -> None:
     assert verify(submission) == 0
 
 
+def test_an_address_with_another_file_decides_nothing_and_is_fetched_again(
+    submission: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = submission / GROUP / "sequential" / "run0.npz"
+    whole, elsewhere = path.read_bytes(), path.rename(submission.parent / "elsewhere.npz")
+    stated = read_run(path.with_suffix(".json")).policies
+    assert stated is not None
+    there = msgspec.structs.replace(stated, url=elsewhere.as_uri(), size=0)
+    submissions.change_document(path.with_suffix(".json"), policies=there)
+    elsewhere.write_bytes(b"an error page")
+    assert verify(submission, "--write") == 2
+    assert "another file than the run states" in capsys.readouterr().err
+    assert not (submission / "review.toml").exists()
+    elsewhere.write_bytes(whole)
+    assert verify(submission, "--write") == 0
+
+
 def test_a_submission_that_cannot_be_verified_now_does_not_stop_the_next(
     submission: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -239,6 +257,28 @@ def test_policies_that_are_too_slow_are_undecided_until_somebody_gives_them_more
     assert after_merge.undecided_runs(found) == {}, "a job does not try it again"
     assert verify(submission, "--write") == 0
     assert level_of(submission) == "verified"
+
+
+@pytest.mark.parametrize("is_undecided", [True, False])
+def test_a_second_draw_is_undecided_if_it_needs_more_time_and_refused_if_the_policies_fail(
+    submission: Path, monkeypatch: pytest.MonkeyPatch, is_undecided: bool
+) -> None:
+    play, draws = episodes.Player.play, list[Any]()
+
+    def slow(player: episodes.Player, requests: Any) -> Any:
+        draws.extend(requests[:1] if any(each.cells for each in requests) else ())
+        if len(draws) == 1 or not any(each.cells for each in requests):
+            return play(player, requests)
+        if is_undecided:
+            raise BenchError(limits.TOO_SLOW, "The processor time was used up.")
+        return [episodes.Played(problem="A step took too long.") for _ in requests]
+
+    change_log(submission, lambda row: {"return": row["return"] * 1.5})
+    monkeypatch.setattr(episodes.Player, "play", slow)
+    assert verify(submission, "--write") == 1
+    (part,) = read_review(submission).verifications
+    assert (len(draws), part.passed, part.undecided is not None) == (2, False, is_undecided)
+    assert part.second_p_value == (None if is_undecided else 0)
 
 
 def test_a_policy_of_another_task_is_refused(submission: Path) -> None:

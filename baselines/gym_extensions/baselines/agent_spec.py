@@ -248,9 +248,10 @@ def require_agreement(
         BenchError: an action differs, or the observations have another size than the policy's inputs.
     """
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
-    taken = actions.reshape(len(actions), -1)
-    if taken.shape[1] != policy.num_actions:
-        message = f"The actions have {taken.shape[1]} values; the policy has {policy.num_actions}."
+    taken, size = actions.reshape(len(actions), -1), observations[0].size
+    if policy.num_inputs not in (None, size) or taken.shape[1] != policy.num_actions:
+        message = f"The policy has {policy.num_inputs} inputs and {policy.num_actions} actions; "
+        message += f"an observation has {size} values, and act() gives {taken.shape[1]}."
         raise BenchError("bad-policy", message, "policy()", "Return the policy that act() uses.")
     space: Any = env.single_action_space
     low, high = (np.asarray(bound, np.float64).ravel() for bound in (space.low, space.high))

@@ -19,12 +19,16 @@ from urllib.parse import urlsplit
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.submissions import layout, run
+from gym_extensions.submissions.policies import files
+from gym_extensions.submissions.policies.mlp_arrays import Array
 
 CHUNK = 2**16
 LIMIT = layout.MAX_FILE_BYTES[layout.POLICIES]
 IDLE_SECONDS, TOTAL_SECONDS = 30.0, 600.0
 """Longest silence of a server, and longest time for a file."""
 PUBLIC_SCHEMES = ("https",)
+OTHER_FILE = "policies-changed"
+"""The code of the error if an address has another file, which says nothing about the run's policies."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,7 @@ class Fetcher:
     public_only: bool = False
 
     def fetch(self, policies: run.PolicyFile, where: str) -> Path:
-        """The path of a copy of policies that lie elsewhere. Their digest is checked where they are read.
+        """The path of a copy of policies that lie elsewhere, which :func:`read_copy` reads and checks.
 
         A stated size of 0 is not known; the limit is that of a file. ``where`` names the run in errors.
 
@@ -62,11 +66,26 @@ class Fetcher:
             message = f"{url} cannot be read: {reason}."
             raise BenchError("policies-missing", message, where, hint) from error
         if len(content) > size or len(content) < policies.size:
-            more = "more" if len(content) > size else "fewer"
-            message = f"{url} has {more} bytes than the {size} that the run states or that may be read."
+            found = f"more than {size}" if len(content) > size else str(len(content))
+            message = f"{url} has {found} bytes; the run states {policies.size or 'no size'}."
             raise BenchError("policies-size", message, where, hint)
         write_bytes(path, content)
         return path
+
+
+def read_copy(path: Path, sha256: str) -> dict[str, Array]:
+    """The arrays of a fetched copy, by their full names. One with another content leaves the cache.
+
+    A stranger's file is read in a process with limits. Raises ``BenchError`` if it has another digest.
+    """
+    try:
+        arrays = files.npz_arrays(path.read_bytes())
+        files.require_digest(arrays, sha256)
+    except BenchError as error:
+        path.unlink()
+        message = f"The address has another file than the run states. {error.message}"
+        raise BenchError(OTHER_FILE, message, str(path), "Ask the author for the file of the run.") from error
+    return arrays
 
 
 def cache_folder() -> Path:

@@ -19,6 +19,7 @@ from gym_extensions.catalog.groups import TaskGroup, with_custom
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import fingerprinting, make_vec, rollout
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions import fetch
 from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.policies import files as stored, onnx
 from gym_extensions.submissions.run import ARITHMETIC
@@ -137,12 +138,10 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[stored.Key, s
     on the task although the agent does not observe it.
     """
     if request.file:
-        arrays = stored.npz_arrays(Path(request.file).read_bytes())
+        arrays = fetch.read_copy(Path(request.file), request.policies)
     else:
         arrays = stored.read_arrays(Path(request.folder), group, request.protocol, request.run)
-    if (digest := stored.content_sha256(arrays)) != request.policies:
-        message = f"The policies have the digest {digest[:12]}…; the run states {request.policies[:12]}…."
-        raise BenchError(BAD_POLICIES, message)
+        stored.require_digest(arrays, request.policies)
     policies = stored.policies_of(arrays, group, request.protocol)
     rows = max((policy.num_tasks for policy in policies.values()), default=0)
     if rows and not request.observes_task:
@@ -156,7 +155,8 @@ def played(request: RunRequest, group: TaskGroup) -> Iterator[Played]:
     """The outcomes of each cell of a run, one after another, in this process; a problem is the last.
 
     The first one states the runtime and the sketches; without cells, it is the only one. Raises
-    ``BenchError`` with another engine than that of the published tasks, or without what runs networks.
+    ``BenchError`` with another engine than that of the published tasks, without what runs networks, or if a
+    fetched file is not that of the run.
     """
     fingerprinting.require_published_engine()
     try:
@@ -175,7 +175,7 @@ def played(request: RunRequest, group: TaskGroup) -> Iterator[Played]:
             yield replace(found, outcomes=(outcomes,))
             found = Played()
     except BenchError as error:
-        if error.code == onnx.MISSING:
+        if error.code in (onnx.MISSING, fetch.OTHER_FILE):
             raise
         yield Played(problem=error.message)
 
@@ -197,7 +197,8 @@ class Player:
     """Runs episodes of stored policies in processes with limits, and keeps the outcomes of cells in a folder.
 
     So an interrupted verification goes on where it was. A file is named by all that determines its content:
-    the cell, the run's files and versions.
+    the cell, the run's files and versions. No version tells what the code of a foreign environment does, so
+    nothing is kept of a group with such a task.
 
     Attributes:
         folder: of the outcomes.
@@ -221,6 +222,12 @@ class Player:
         runtime = versions.version_or_none(onnx.RUNTIME)
         return [*fingerprinting.engine().values(), *packages, *([runtime] if runtime else [])]
 
+    @cached_property
+    def _foreign(self) -> set[str]:
+        """The names of the groups with a task of another package."""
+        groups = with_custom(self.groups).values()
+        return {group.name for group in groups if any(task.is_foreign for task in group.tasks)}
+
     def _file(self, request: RunRequest, cell: Cell | None) -> Path:
         """Where the outcomes of a cell are kept, or without one what is known of the policies."""
         one = replace(request, folder="", file="", cells=() if cell is None else (cell,))
@@ -235,7 +242,7 @@ class Player:
         found: list[dict[Cell | None, Played]] = [{} for _ in requests]
         missing = []
         for place, (request, known) in enumerate(zip(requests, found, strict=True)):
-            for cell in request.cells or (None,):
+            for cell in () if request.group in self._foreign else request.cells or (None,):
                 with suppress(OSError, ValueError):  # it is not there, or was not written to its end
                     known[cell] = msgspec.json.decode(self._file(request, cell).read_bytes(), type=Played)
             rest = tuple(cell for cell in request.cells if cell not in known)
@@ -251,7 +258,7 @@ class Player:
             for number, answer in answers(JOB, call, limits_of(own, share)):
                 (place, request), cell = batch[number], next(waiting[number])
                 found[place][cell] = part = msgspec.convert(answer, Played)
-                if not part.problem:  # a problem may be mended
+                if not part.problem and request.group not in self._foreign:  # a problem may be mended
                     files.write_bytes(self._file(request, cell), msgspec.json.encode(part))
                 self.done(len(request.cells) if part.problem else 1)
 

@@ -36,9 +36,10 @@ COMMAND, PROTOCOL, FLOOR = "train-here", "sequential", "zero"
 AGENT_ERRORS = frozenset(
     [
         *("agent-cpu", "agent-ended", "agent-failed", "agent-frames", "agent-output", "agent-slow"),
-        *("bad-action", "bad-actions", "bad-agent", "bad-card", "bad-policies", "bad-policy"),
-        *("bad-reset-mask", "budget-exceeded", "needs-context", "onnx-failed", "policy-differs"),
-        *("single-task-agent", "slow-policy", "too-many-resets", "unknown-agent", "unsupported-policy"),
+        *("bad-action", "bad-actions", "bad-agent", "bad-card", "bad-observations", "bad-policies"),
+        *("bad-policy", "bad-reset-mask", "batch-dependent", "budget-exceeded", "needs-context"),
+        *("no-generator", "onnx-failed", "policy-differs", "single-task-agent"),
+        *("slow-policy", "too-many-resets", "unknown-agent", "unsupported-policy"),
     ]
 )
 """The errors that are an agent's own. After any other one, the run is trained again."""

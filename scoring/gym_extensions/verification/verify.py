@@ -268,33 +268,31 @@ def verify(
         "settings": settings_of(submission),
         "runs": digests,
     }
+    others, second = runs_to_compare(submission, every, runs), replace(draw, number=2)
     try:
         first = play({name: (*prescribed[name], *run.tested(draw)) for name, run in runs.items()})
+        compared = player.play(list(others.values()))
+        fresh = {name: each.outcomes[len(prescribed[name]) :] for name, each in first.items()}
+        failed = _failure(first)
+        p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]
+        if not failed and not new_seeds.agrees(p_values[0]):
+            again = play({name: run.tested(second) for name, run in runs.items()})
+            outcomes, failed = {name: each.outcomes for name, each in again.items()}, _failure(again)
+            p_values.append(0.0 if failed else _p_value(runs, second, outcomes))
     except BenchError as error:
         if error.code != limits.TOO_SLOW:
             raise
         why = UNDECIDED.format(player.hours, episodess.SECONDS_PER_CELL)
         found = review.Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
         return replace(report, verification=found)
-    repetitions, fresh = {}, {}
-    for name, each in first.items():
-        count = len(prescribed[name])
-        fresh[name] = each.outcomes[count:]
-        if is_repeatable:
-            result = replace(each, outcomes=each.outcomes[:count])
-            repetitions[name] = repetition(runs[name], prescribed[name], result)
+    repetitions = {}
+    for name, each in first.items() if is_repeatable else ():
+        result = replace(each, outcomes=each.outcomes[: len(prescribed[name])])
+        repetitions[name] = repetition(runs[name], prescribed[name], result)
     machines = {name: each.machine for name, each in repetitions.items()}
     sketches = {name: each.sketches for name, each in first.items()}
-    others = runs_to_compare(submission, every, runs)
-    compared = player.play(list(others.values()))
     sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
-    failed = next((f"{name}: {each.problem}" for name, each in first.items() if each.problem), "")
     twins = _twins(submission, runs, sketches)
-    p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]
-    if not failed and not new_seeds.agrees(p_values[0]):
-        second = replace(draw, number=2)
-        again = play({name: run.tested(second) for name, run in runs.items()})
-        p_values.append(_p_value(runs, second, {name: each.outcomes for name, each in again.items()}))
     is_other = any(each.difference and not machines[name] for name, each in repetitions.items())
     # A difference that decides comes first.
     ordered = sorted(repetitions, key=lambda name: bool(machines[name]))
@@ -320,6 +318,11 @@ def verify(
         machines={name: text for name, text in machines.items() if text},
         means={} if failed else _means(runs, fresh),
     )
+
+
+def _failure(found: Mapping[str, episodess.Played]) -> str:
+    """Why the policies of a run do not play, with its name; empty if all do."""
+    return next((f"{name}: {each.problem}" for name, each in found.items() if each.problem), "")
 
 
 def runs_to_compare(

@@ -64,6 +64,9 @@ MANY = counting(
         np.zeros(7), np.ones(7), (np.zeros((30, 23, 7), np.float32),), (np.full(7, self.value()),)
     ),
 )
+NARROW = counting(
+    policy=lambda _: Policy(np.zeros(7), np.ones(7), (np.zeros((11, 7), np.float32),), (np.zeros(7),))
+)
 
 
 def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None:
@@ -83,6 +86,7 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
         (counting(policy=wide), r"The policies of a run have .* bytes; the limit is 1,000"),
         (SAMPLING, "its head is 'uniform'"),
         (MANY, "arrays for 30 tasks"),
+        (NARROW, "has 11 inputs and 7 actions; an observation has 23 values"),
     ],
 )
 def test_a_policy_that_a_submission_may_not_contain_is_refused_before_training(

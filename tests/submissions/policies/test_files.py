@@ -1,6 +1,7 @@
 """The policies of a run: their file, their digest, and what can be wrong with them."""
 
 import io
+import struct
 import warnings
 import zipfile
 from dataclasses import replace
@@ -86,6 +87,14 @@ def archive(*members: tuple[str, bytes], comment: bytes = b"") -> bytes:
     return content.getvalue()
 
 
+def with_header(header: str) -> bytes:
+    """A zip file with one array, whose header is this text."""
+    content, member = io.BytesIO(), np.lib.format.magic(1, 0) + struct.pack("<H", 118)
+    with zipfile.ZipFile(content, "w") as file:
+        file.writestr("bias_0.npy", member + header.encode().ljust(118))
+    return content.getvalue()
+
+
 def test_missing_policies_are_named(tmp_path: Path) -> None:
     content = files.run_arrays(write_run(tmp_path, "sequential"))
     less = {name: values for name, values in content.items() if not name.startswith("stage2/")}
@@ -102,12 +111,17 @@ def test_missing_policies_are_named(tmp_path: Path) -> None:
         (arrays(a=[{}]), "is a pickle"),
         (files.npz_bytes({"a": np.zeros(MAX_POLICY_BYTES // 8 + 1)}), "unpacks to"),
         (files.npz_bytes(SMALL.arrays())[:-40], "cannot be read"),
+        (with_header("{'descr': ("), "cannot be read"),
+        (with_header("{1: 2, 'a': 3}"), "cannot be read"),
         (archive(("bias_0.npy", b""), ("bias_0.npy", b"")), "a member twice"),
         (archive(("bias_0", b"")), "'bias_0' is no array"),
         (archive(("bias_0.npy", b"a")), "a comment"),
         (archive(("bias_0.npy", b""), comment=b"b"), "a comment"),
     ],
-    ids=["no archive", "a pickle", "a bomb", "cut", "twice", "another member", "commented", "a comment"],
+    ids=[
+        *("no archive", "a pickle", "a bomb", "cut", "half a header", "another header", "twice"),
+        *("another member", "commented", "a comment"),
+    ],
 )
 def test_a_file_that_is_no_archive_of_numbers_is_refused(data: bytes, fact: str) -> None:
     with pytest.raises(BenchError, match=fact):

@@ -3,6 +3,7 @@
 import hashlib
 import io
 import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Collection, Iterator, Mapping
@@ -21,7 +22,7 @@ from gym_extensions.submissions.policies.onnx import ONNX, OnnxPolicy, file_byte
 
 NPZ_ERRORS = (
     *(OSError, ValueError, KeyError, EOFError, MemoryError, NotImplementedError, RuntimeError, SyntaxError),
-    *(zipfile.BadZipFile, zlib.error),
+    *(TypeError, tokenize.TokenError, zipfile.BadZipFile, zlib.error),
 )
 """What numpy and zipfile raise for a file that is not an .npz file."""
 SKETCH = 128
@@ -67,6 +68,13 @@ def content_sha256(arrays: Arrays) -> str:
         digest.update(f"{name} {values.dtype.str} {shape}\n".encode())
         digest.update(values.tobytes())
     return digest.hexdigest()
+
+
+def require_digest(arrays: Arrays, sha256: str, where: str = "") -> None:
+    """Raises ``BenchError`` unless the arrays have this :func:`content_sha256`."""
+    if (actual := content_sha256(arrays)) != sha256:
+        message = f"The policies have the digest {actual}, not {sha256}."
+        raise BenchError("other-policy", message, where, "Get the files of the run.")
 
 
 def npz_bytes(arrays: Arrays) -> bytes:
