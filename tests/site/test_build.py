@@ -7,15 +7,17 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from gym_extensions.errors import BenchError
-from gym_extensions.site.build import Site
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.site.build import Site, build_site
 
-from .browser import files
+from .browser import files, typed
 from .conftest import build, contents, everything
 
 OTHER_TIME_ZONE = "Asia/Tokyo" if time.timezone != -9 * 3600 else "UTC"
@@ -91,9 +93,22 @@ def test_a_build_that_cannot_take_the_place_of_the_previous_one_leaves_it(
 
     monkeypatch.setattr(Site, "files", lambda *_: iter([("index.html", "new")]))
     monkeypatch.setattr(Path, "rename", refused)
-    with pytest.raises(OSError, match="busy"):
+    with pytest.raises(BenchError, match=r"site: busy\. Name a new or empty folder"):
         build(everything(), site)
     assert contents(site) == contents(original)
+
+
+def test_a_folder_has_one_build_at_a_time(original: Path, tmp_path: Path) -> None:
+    whole, out = typed(everything()), tmp_path / "site"
+
+    def cards() -> Iterator[Scorecard]:
+        yield whole.submissions[0]
+        with pytest.raises(BenchError, match=r"site: Another process builds it\. Wait"):
+            build(everything(), out)
+        yield from whole.submissions[1:]
+
+    build_site(cards(), whole.references, out)
+    assert contents(out) == contents(original)
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "index.html", ".git"])

@@ -93,6 +93,19 @@ def test_a_refused_submission_is_printed_with_all_problems_and_the_exit_status_i
     assert "19 of 20 episodes" in page_of(folder, "submissions/beta.html")
 
 
+@pytest.mark.parametrize("kind", ["poses", "landscapes", "diagnostics"])
+def test_a_file_that_cannot_be_read_is_named_and_the_submission_is_shown_without_it(
+    folder: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = make_submission("alpha") / kind / f"{HOPPER}.json"
+    file.parent.mkdir()
+    file.write_text('{"format": 1', encoding="utf-8")
+    assert main(["site"]) == 1
+    out = capsys.readouterr().out
+    assert f"because of {file}: It cannot be read" in out.replace("\n", "") and "Refused" not in out
+    assert "Alpha" in page_of(folder, "boards/hopper-gravity-v0-sequential-100k.html")
+
+
 def test_a_folder_without_submissions_is_not_a_refused_submission(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

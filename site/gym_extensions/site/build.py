@@ -5,12 +5,16 @@ pages that show many submissions are written at the end, from what ``shortened``
 """
 
 import gc
+import hashlib
+import os
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
@@ -72,47 +76,51 @@ def build_site(
         cards: scorecards, which may come from a generator: only one is in memory at a time.
         references: the references that normalize all of them.
         out: the folder.
-        folders: by submission, its folder, whose poses Watch panels show; poses of other results are not
-            shown.
+        folders: by submission, its folder, whose poses, landscapes, diagnostics and policies pages show. All
+            of these files can be read.
         simulator: MuJoCo for the browser; without it the page Play says that it is missing.
         source: where the data is from, which every page says.
         docs: whether pages link to the documentation in ``out/docs``, which is built afterwards.
 
     Raises:
-        BenchError: ``out`` exists and is neither empty nor a site, no folder can be written there, or two
-            submissions have the same name.
+        BenchError: ``out`` exists and is neither empty nor a site, it cannot be written, another process
+            builds it, or two submissions have the same name.
     """
     site = Site(Render(references, pages.PAGES, folders or {}, simulator, source, docs))
     out, hint = out.resolve(), "Name a new or empty folder with --out."
-    scratch = f".{out.name}-new-"
+    scratch, digest = f".{out.name}-new-", hashlib.sha256(os.fsencode(out)).hexdigest()
+    lock = Path(tempfile.gettempdir()) / f"gym-extensions-site-{digest[:16]}.lock"
+    gc.disable()  # it would search all submissions again and again
     try:
         is_site = (out / paths.INDEX_DATA).is_file()
         if out.exists() and not is_site and (not out.is_dir() or any(out.iterdir())):
             raise BenchError("not-a-site", "It exists and does not contain a built site.", str(out), hint)
         out.parent.mkdir(parents=True, exist_ok=True)
-        for left in out.parent.glob(f"{scratch}*"):  # of a build that was killed
-            shutil.rmtree(left)
-        beside = tempfile.TemporaryDirectory(prefix=scratch, dir=out.parent)
+        with FileLock(lock, timeout=0):
+            for left in out.parent.glob(f"{scratch}*"):  # of a build that was killed
+                shutil.rmtree(left)
+            with tempfile.TemporaryDirectory(prefix=scratch, dir=out.parent) as folder:
+                new, old = Path(folder) / "new", Path(folder) / "old"
+                for number, (path, content) in enumerate(site.files(cards)):
+                    if number % COLLECTED_FILES == 0:
+                        gc.collect(1)
+                    file = new / path
+                    file.parent.mkdir(parents=True, exist_ok=True)
+                    file.write_bytes(content.encode() if isinstance(content, str) else content)
+                if out.exists():
+                    out.rename(old)
+                try:
+                    new.rename(out)
+                except BaseException:
+                    if old.exists():
+                        old.rename(out)
+                    raise
+    except Timeout as busy:
+        raise BenchError(
+            "two-writers", "Another process builds it.", str(out), "Wait until it ends."
+        ) from busy
     except OSError as error:
         raise BenchError("no-folder", f"{error.strerror or error}.", str(out), hint) from error
-    gc.disable()  # it would search all submissions again and again
-    try:
-        with beside as folder:
-            new, old = Path(folder) / "new", Path(folder) / "old"
-            for number, (path, content) in enumerate(site.files(cards)):
-                if number % COLLECTED_FILES == 0:
-                    gc.collect(1)
-                file = new / path
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_bytes(content.encode() if isinstance(content, str) else content)
-            if out.exists():
-                out.rename(old)
-            try:
-                new.rename(out)
-            except BaseException:
-                if old.exists():
-                    old.rename(out)
-                raise
     finally:
         gc.enable()
     return site.leaderboard

@@ -10,7 +10,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from gym_extensions.errors import reports_mistakes, working
+from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.site import SITE_ASSETS
 from gym_extensions.site.paths import Source
 
@@ -20,7 +20,8 @@ def parser() -> argparse.ArgumentParser:
     options = argparse.ArgumentParser(
         prog="gym-extensions site",
         description="Score submissions and build the pages of the leaderboard.",
-        epilog="Exit status: 0 success, 1 built but at least one submission was refused, 2 usage error.",
+        epilog="Exit status: 0 success, 1 built but a submission was refused or a file of it cannot be read, "
+        "2 usage error.",
     )
     add = options.add_argument
     submissions = "submission folders, or folders that contain them (default: submissions/)"
@@ -85,18 +86,27 @@ def main(argv: list[str] | None = None) -> int:
     from gym_extensions.scoring.scorecard import ReferencesInfo
     from gym_extensions.site.build import build_site
     from gym_extensions.site.play.assets import load
+    from gym_extensions.submissions import diagnostics, landscapes, poses
     from gym_extensions.submissions.problem import count
 
     empty = [folder for folder in options.submissions if is_empty(folder)]
     folders = find_submissions([folder for folder in options.submissions if folder not in empty])
     scorer = make_scorer(options.groups, options.references)
     info = ReferencesInfo(scorer.references.version, scorer.references.digest)
+    whole, broken = dict[str, Path](), list[str]()  # folders whose further files can be drawn
+    for folder in folders:
+        try:
+            for read in (poses.load_submission, landscapes.landscapes_of, diagnostics.changes):
+                read(folder)
+            whole[folder.name] = folder
+        except BenchError as error:
+            broken.append(str(error))
     with working(f"building the pages of {count(len(folders), 'submission')}"):
         leaderboard = build_site(
             scorecards(folders, scorer),
             info,
             options.out,
-            folders={folder.name: folder for folder in folders},
+            folders=whole,
             simulator=load(options.mujoco),
             source=source_of(options.submissions[0], options.repository or "", options.url or ""),
             docs=options.docs,
@@ -110,8 +120,10 @@ def main(argv: list[str] | None = None) -> int:
         print("Refused (not on a board until all problems are fixed):")
     for card in refused:
         show_line(console(), card)
+    for why in broken:
+        print(f"Shown without drawings and policies, because of {why}")
     absent = [] if options.repository else ["repository (--repository ADDRESS)"]
     if absent := absent + ([] if options.url else ["address of their own (--url ADDRESS)"]):
         print(f"These pages name no {' and no '.join(absent)}.")
     print(options.out / "index.html")
-    return 1 if refused else 0
+    return 1 if refused or broken else 0
