@@ -30,6 +30,9 @@ def test_heads_sort_and_rows_without_a_value_are_last(visit: Visit) -> None:
     page.get_by_role("button", name="Kept", exact=True).click()
     assert names(page) == ["loses", "keeps", "lacks"]
     assert page.locator("th[data-key=kept]").get_attribute("aria-sort") == "ascending"
+    page.get_by_role("button", name="Method", exact=True).click()
+    assert names(page) == ["keeps", "lacks", "loses"], "the title of the last one begins with W"
+    assert page.locator("th[data-key=name]").get_attribute("aria-sort") == "ascending"
     described = page.get_by_role("button", name="Rank").get_attribute("aria-describedby")
     assert "First and last possible place" in (page.locator(f"#{described}").text_content() or "")
 

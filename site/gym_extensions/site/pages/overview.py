@@ -1,6 +1,5 @@
 """The first page: one task that is forgotten, one sentence with its limits, one table, and what is open."""
 
-import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +15,7 @@ from gym_extensions.scoring.ranking.boards import Board, BoardRow, CoreBoard, Co
 from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.scoring.ranking.wanted import Wanted, wanted
 from gym_extensions.scoring.scorecard import CoreGroup, Scorecard
-from gym_extensions.site import paths, text
+from gym_extensions.site import text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, scale_around
@@ -26,8 +25,6 @@ from gym_extensions.site.play.forgetting import forgetting
 from gym_extensions.site.submission_results import SEQUENTIAL
 from gym_extensions.site.text import count, ends, mean, short, split_version
 
-OF_LIST = 9
-"""Rows of each list on the page; a script loads the others."""
 MOST_IN_TRIANGLE = 12
 """Methods whose pairs are shown."""
 COLUMNS = {
@@ -234,7 +231,7 @@ LEADS = "{}, {}: significantly more than {}, alone first in {} of {}. {} runs{}"
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
-    """The first page, its further rows, the page of the core, and the list of groups."""
+    """The first page, the page of the core, and the list of groups."""
     board, listed, known = site.scored.core, site.groups, tasks.measured(site.references)
     view = None
     if board:
@@ -249,7 +246,6 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
         "board": board,
         "core": core,
         "shown": forgetting(site.submissions, render.folders, best),
-        "of_list": OF_LIST,
         "lists": LISTS,
         "columns": COLUMNS,
         "submissions": len(site.submissions),
@@ -261,9 +257,3 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     }
     for page in ("index.html", "groups.html", "core.html"):
         yield page, render(page, page, **values)
-    lists = {int(each.task_conditioned): each.rows[OF_LIST:] for each in board.lists} if board else {}
-    more = {
-        key: render("rows.html", "index.html", rows=rows, **values) for key, rows in lists.items() if rows
-    }
-    if more:
-        yield paths.METHODS, f"methodRows({json.dumps(more)});\n"

@@ -31,7 +31,7 @@
   const sorted = (rows, key, up) => [...rows].sort((a, b) => {
     const [p, q] = [a.values[key] ?? null, b.values[key] ?? null];
     if (p === null || q === null) return (p === null) - (q === null) || a.order - b.order;
-    return (up ? 1 : -1) * (typeof p === "string" ? -p.localeCompare(q, "en") : p - q) || a.order - b.order;
+    return (up ? 1 : -1) * (typeof p === "string" ? p.localeCompare(q, "en") : p - q) || a.order - b.order;
   });
   if (typeof module !== "undefined") module.exports = { read, write, meanAt, sorted };
   if (typeof document === "undefined") return;
@@ -103,24 +103,9 @@
     return { element, order, name: element.dataset.name, numbers, shown, texts, opener, values, box, rank, kept, first };
   }
   const lists = [...table.tBodies].filter((body) => body.dataset.list).map((body) => ({
-    body, key: body.dataset.list, rows: [...body.rows].filter((row) => row.dataset.name).map(rowOf), total: Number(body.dataset.rows),
+    body, key: body.dataset.list, rows: [...body.rows].filter((row) => row.dataset.name).map(rowOf),
   }));
-  const longest = Math.max(...lists.map(({ total }) => total));
-
-  // The rows that are not on the page, which a script has, are loaded before anything is sorted or searched for.
-  let rest = lists.some(({ rows, total }) => rows.length < total);
-  globalThis.methodRows = (texts) => {
-    for (const { key, rows, body } of lists) {
-      const part = make("table", { innerHTML: `<tbody>${texts[key] || ""}</tbody>` });
-      rows.push(...[...part.rows].map((row, i) => rowOf(row, body.rows.length + i)));
-    }
-    apply();
-  };
-  function load() {
-    if (!rest) return;
-    rest = false;
-    document.head.append(make("script", { src: table.dataset.more }));
-  }
+  const longest = Math.max(...lists.map(({ rows }) => rows.length));
 
   const radios = (name, title, options) => {
     const inputs = Object.entries(options).map(([value, text]) => {
@@ -153,7 +138,7 @@
   const status = make("p", { className: "status" });
   status.setAttribute("role", "status");
   const more = make("button", { type: "button", className: "more" });
-  more.addEventListener("click", () => (rest ? load() : update({ all: true })));
+  more.addEventListener("click", () => update({ all: true }));
   const region = table.closest(".scroll");
   region.before(make("div", { className: "tools" }, cellSet, listSet, chooser, compare), status);
   region.after(more);
@@ -201,7 +186,6 @@
     chosen = known.length ? every.filter((place) => known.includes(groups[place])) : every;
     boxes.forEach((box, place) => { box.checked = chosen.includes(place); });
     const key = state.sort || (chosen === every ? "" : "kept");
-    if (key || state.all || state.ticked.length) load();
     for (const { body, key: label, rows } of lists) {
       body.hidden = state.list !== "" && state.list !== label;
       rows.forEach(evaluate);
@@ -215,9 +199,9 @@
     }
     for (const input of cellInputs) input.checked = input.value === (keys.indexOf(state.cells) > 0 ? state.cells : "");
     for (const input of listInputs) input.checked = input.value === state.list;
-    more.hidden = !rest && (state.all || longest <= FIRST);
-    more.textContent = rest ? "Show more rows" : `Show all ${longest} rows of a list`;
-    const unknown = [...lost, ...state.ticked.filter((name) => !rest && !lists.some(({ rows }) => rows.some((row) => row.name === name)))];
+    more.hidden = state.all || longest <= FIRST;
+    more.textContent = `Show all ${longest} rows of a list`;
+    const unknown = [...lost, ...state.ticked.filter((name) => !lists.some(({ rows }) => rows.some((row) => row.name === name)))];
     status.textContent = [unknown.length ? `This table has no ${unknown.join(", ")}.` : "",
       known.length ? `Ordered by the mean over ${known.length} of ${groups.length} groups: not tested.` : "",
       metricOf() ? "What cells show now has no test on a group: no frames, no hatching." : ""].filter(Boolean).join(" ");
