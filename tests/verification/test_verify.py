@@ -83,6 +83,12 @@ def test_the_first_draw_stands_and_new_files_are_drawn_for_anew(
     assert "no run with policies is left" in capsys.readouterr().out
     assert (submission / "review.toml").read_bytes() == refused
     assert level_of(submission) == "claimed"
+    submissions.change_documents(submission, lambda run: {"cpu_seconds": 1.0})
+    manifest = submission / "submission.toml"
+    manifest.write_text(manifest.read_text().replace("steps = 0", "steps = 1"))
+    assert verify(submission, "--write", "--seeds", "4f" * 20) == 0
+    assert "no run with policies is left" in capsys.readouterr().out, "documents and settings do not count"
+    assert level_of(submission) == "claimed"
     change_log(submission, lambda row: {"return": row["return"] / 1.4}, run=1)
     assert verify(submission, "--write") == 1
     first, second = read_review(submission).verifications

@@ -258,7 +258,7 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
             old += 1
         elif policies is not None and (not donated or name in donated):
             runs.append(run)
-    digest = new_seeds.files_digest({run.name: run.document.digest for run in runs})
+    digest = new_seeds.files_digest({run.name: run.document.files for run in runs})
 
     def draw(item: tuple[verify.LoggedRun, Cell]) -> str:
         run, cell = item

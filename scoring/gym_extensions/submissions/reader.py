@@ -14,7 +14,7 @@ from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, r
 from gym_extensions.submissions.log import TableError, log_frame, log_of
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies import files as files_module
-from gym_extensions.submissions.review import Review, code_digest, review_of, training_of
+from gym_extensions.submissions.review import Review, about, code_digest, review_of, training_of
 from gym_extensions.submissions.run import RunDocument, run_of
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained, is_trainable
 
@@ -78,6 +78,13 @@ class _Reader:
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
         groups = {group.id: self._group(group, policies) for group in present}
+        documents = {
+            layout.run_key(group.group.name, protocol, run): document
+            for group in groups.values()
+            for protocol, runs in group.runs.items()
+            for run, document in runs.items()
+        }
+        review = about(review, manifest.digest, documents) if manifest else review
         trained = self._trained(wanted, policies)
         problems = problem.summarize(self.problems, name)
         entry = str((self._section("agent") or {}).get("entry", ""))

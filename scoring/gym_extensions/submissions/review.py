@@ -19,6 +19,7 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import REVIEW, max_bytes, read_regular
+from gym_extensions.submissions.run import RunDocument
 
 Level = Literal["reported", "claimed", "verified", "trained here"]
 LEVELS: tuple[Level, ...] = get_args(Level)
@@ -48,6 +49,8 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
             (:attr:`gym_extensions.submissions.manifest.Manifest.digest`).
         runs: the digest of each run that was verified: of its document, log and policies
             (:attr:`gym_extensions.submissions.run.RunDocument.digest`).
+        files: the same of its log and policies alone
+            (:attr:`gym_extensions.submissions.run.RunDocument.files`).
         episodes: logged episodes that were tried to repeat.
         repeated: how many of them were repeated bit for bit, or within a tolerance with ``runtime``.
         difference: where the first difference lies and how large it is; empty without one.
@@ -64,6 +67,7 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     value: Value
     settings: Sha256
     runs: dict[RunKey, Sha256]
+    files: dict[RunKey, Sha256] = {}
     episodes: Count = 0
     repeated: Count = 0
     difference: Text = ""
@@ -120,10 +124,10 @@ def review_text(review: Review) -> str:
     parts = []
     for name, values in msgspec.to_builtins(review).items():
         for value in values:
-            runs = value.pop("runs", {})
+            tables = {key: value.pop(key) for key in ("runs", "files") if key in value}
             stated = {key: content for key, content in value.items() if content is not None}
             parts.append(f"[[{name}]]\n{tomli_w.dumps(stated)}")
-            parts += [f"[{name}.runs]\n{tomli_w.dumps(runs)}"] if runs else []
+            parts += [f"[{name}.{key}]\n{tomli_w.dumps(each)}" for key, each in tables.items() if each]
     return "\n".join(parts)
 
 
@@ -139,6 +143,21 @@ def add_to_review(
     known = read_review(folder)
     found = [*known.verifications, *verifications], [*known.decisions, *decisions]
     write_review(folder, Review(verifications=found[0], decisions=found[1]))
+
+
+def about(review: Review, settings: str, documents: Mapping[str, RunDocument]) -> Review:
+    """The review as it is about runs with these documents, by name.
+
+    A refusal is about their logs and policies, whatever else was edited after it. Other verifications are
+    about the whole document and the settings.
+    """
+
+    def restated(part: Verification) -> Verification:
+        refused = {} if part.passed or part.undecided else part.files
+        now = {key: each.digest for key, each in documents.items() if refused.get(key) == each.files}
+        return msgspec.structs.replace(part, settings=settings, runs=part.runs | now) if now else part
+
+    return msgspec.structs.replace(review, verifications=[restated(each) for each in review.verifications])
 
 
 def decided(review: Review, settings: str, digests: Mapping[str, str]) -> dict[str, list[Verification]]:

@@ -150,6 +150,11 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         policies = self.policies.sha256 if self.policies else None
         return content_digest({**stated(self), "policies": policies})
 
+    @property
+    def files(self) -> str:
+        """The SHA-256 of the digests of log and policies: what new seeds and a refusal are about."""
+        return content_digest([self.log, self.policies.sha256 if self.policies else None])
+
 
 def stated(values: msgspec.Struct) -> dict[str, object]:
     """The keys of a document or section whose values are not the default ones, as in a file."""

@@ -44,8 +44,9 @@ class Submission:
     """A submission. With problems, it holds what could be read.
 
     ``groups`` are by group id, with all runs; ``readme`` is the text of README.md with ``\\n`` line ends,
-    empty without one; ``review`` is what the base branch found out; ``path`` is the folder that was read;
-    ``code`` is the digest of its code, empty without any, and ``trained`` what the base trained of it.
+    empty without one; ``review`` is what the base branch found out
+    (:func:`gym_extensions.submissions.review.about`); ``path`` is the folder that was read; ``code`` is the
+    digest of its code, empty without any, and ``trained`` what the base trained of it.
     """
 
     name: str

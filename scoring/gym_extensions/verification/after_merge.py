@@ -74,9 +74,10 @@ def take(submission: Submission, file: Path) -> None:
         raise BenchError("bad-record", f"It is not a verification: {error}.", str(file), AGAIN) from error
     if found is None or not found.verifications or found.decisions:
         raise BenchError("bad-record", "It has no verification, or decisions besides.", str(file), AGAIN)
-    runs = undecided_runs(submission)
+    runs, every = undecided_runs(submission), logged_runs(submission)
     for each in found.verifications:
         is_current = each.settings == settings_of(submission)
+        is_current &= each.files == {key: every[key].document.files for key in each.runs if key in every}
         if not each.runs or not each.runs.items() <= runs.items() or not is_current:
             message = "It is about other files, or about files that already have a verdict."
             raise BenchError("bad-record", message, str(file), AGAIN)

@@ -55,8 +55,8 @@ def agrees(p_value: float) -> bool:
 class Draw:
     """New seeds, which nobody knew when the files were submitted: they follow from both.
 
-    ``digest`` is that of the runs (:func:`files_digest`). ``value`` are 40 to 128 hexadecimal digits
-    that were fixed after them, such as the merge commit's id. A second draw has the ``number`` 2.
+    ``digest`` is that of the logs and policies (:func:`files_digest`). ``value`` are 40 to 128 hexadecimal
+    digits that were fixed after them, such as the merge commit's id. A second draw has the ``number`` 2.
     """
 
     digest: str

@@ -258,7 +258,8 @@ def verify(
         return dict(zip(requests, player.play(wanted), strict=True))
 
     digests = {name: run.document.digest for name, run in runs.items()}
-    draw = new_seeds.Draw(new_seeds.files_digest(digests), value)
+    contents = {name: run.document.files for name, run in runs.items()}
+    draw = new_seeds.Draw(new_seeds.files_digest(contents), value)
     is_repeatable = not is_sampled(submission)
     prescribed = {name: run.prescribed if is_repeatable else () for name, run in runs.items()}
     facts: dict[str, Any] = {
@@ -267,6 +268,7 @@ def verify(
         "value": value,
         "settings": settings_of(submission),
         "runs": digests,
+        "files": contents,
     }
     others, second = runs_to_compare(submission, every, runs), replace(draw, number=2)
     try:
