@@ -21,6 +21,7 @@ def test_a_figure_is_saved_with_its_style_inside(visit: Callable[[str], "Page"])
     page = visit("core.html")
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text))
+    page.locator(".method").first.evaluate("(e) => { e.style.fill = 'color-mix(in srgb, red 50%, blue)'; }")
     drawing = ElementTree.fromstring(saved(page, "SVG").read_text("utf-8"))
     points = [each for each in drawing.iter() if each.get("class", "").startswith("method")]
     assert len(points) >= 2
@@ -33,15 +34,39 @@ def test_a_figure_is_saved_with_its_style_inside(visit: Callable[[str], "Page"])
 
 def test_a_saved_line_has_the_place_that_the_page_gives_it(visit: Callable[[str], "Page"]) -> None:
     page = visit("submissions/agile.html")
+    page.get_by_role("button", name="Replay").first.click()
+    page.locator(".watch.playing").wait_for()
+    with page.expect_download() as download:
+        page.locator(".watch.playing .take button").first.dispatch_event("click")
+    assert ElementTree.parse(download.value.path()).getroot().get("display") is None, (
+        "while the canvas is shown"
+    )
     with page.expect_download() as download:
         page.locator(".panels .take button").first.dispatch_event("click")
     (line,) = [e for e in ElementTree.parse(download.value.path()).iter() if e.get("class") == "bold"]
     assert line.get("transform") == "matrix(0.5, 0, 0, 0.5, 0, 0)"
 
 
+def test_a_part_of_a_table_that_is_hidden_is_not_saved(visit: Callable[[str], "Page"]) -> None:
+    page = visit("index.html")
+    page.locator("#core-table tbody").first.evaluate("(body) => { body.hidden = true; }")
+    rows = list(csv.reader(saved(page, "CSV").read_text("utf-8-sig").splitlines()))
+    assert [row[0] for row in rows] == ["Rank"]
+
+
+CHANGED = """(texts) => {
+  const cells = document.querySelectorAll("main table td:last-child");
+  texts.forEach((text, i) => { cells[i].textContent = text; });
+}"""
+CELLS = ("\u22120.42 \u22120.50 to \u22120.34", "1\u202f000", "\u22123", "-3+cmd|x", "=1")
+"""Numbers, and what a spreadsheet would run, in the last column."""
+
+
 def test_a_table_is_saved_as_it_is_shown(visit: Callable[[str], "Page"]) -> None:
     page = visit("submissions.html")
+    page.evaluate(CHANGED, CELLS)
     rows = list(csv.reader(saved(page, "CSV").read_text("utf-8-sig").splitlines()))
     assert len(rows) == page.locator("main table tr").count()
+    assert [row[-1] for row in rows[1:6]] == ["-0.42 -0.50 to -0.34", "1000", "-3", "'-3+cmd|x", "'=1"]
     assert rows[0] == ["Submission", "Level", "Groups", "Accepted or verified", "Core score"]
     assert all(len(row) == len(rows[0]) for row in rows)

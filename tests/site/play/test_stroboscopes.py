@@ -29,7 +29,7 @@ def test_the_floor_has_a_tick_per_metre_where_distances_are_true(
 def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) -> None:
     name = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
     facts = descriptions().get(name)
-    assert facts is not None
+    assert facts is not None and facts.goal
     poses = poses_of(document)
     row = poses.tasks[4]
     clip = row.after
@@ -37,7 +37,9 @@ def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) ->
     walk = replace(clip, frames=3, motion=motion_of(track, 0.1))
     mapped = replace(row, task=name, after=walk, unit=0.1, steps_per_second=0.0, steps_per_frame=4.0)
     episode = Episode(walk, "At the end", mapped, facts, False)
-    [drawing] = stroboscopes((episode,), "../")
+    [drawing] = stroboscopes((episode,))
     assert 'd="M100 400l3-4"' in drawing
-    assert 'href="../pictures/map0-goal0.svg"' in drawing
+    assert f'<circle class="goal" cx="{facts.goal[0]:g}"' in drawing
+    assert re.findall(r'class="wall" d="([^"]*)"', drawing)[0].count("M") == len(facts.obstacles)
+    assert "href" not in drawing, "a drawing that is saved needs no other file"
     assert episode.facts.endswith("500 steps")

@@ -50,17 +50,25 @@ SIZE = (640, 480)
 """Width and height of a map in units; y points down in pictures and up in coordinates."""
 
 
-def map_file(description: descriptions.Description) -> str:
-    """The map with its goal as an SVG file."""
+def map_shapes(description: descriptions.Description) -> str:
+    """The map with its goal."""
     obstacles = "".join(
         f"M{x} {y}h{width}v{height}h-{width}" for x, y, width, height in description.obstacles
     )
     x, y = description.goal or (0.0, 0.0)
+    return (
+        f'<path class="wall" d="{obstacles}" fill="{WALL}"/>'
+        f'<circle class="goal" cx="{x:g}" cy="{y:g}" r="20" fill="{GOAL}"/>'
+    )
+
+
+def map_file(description: descriptions.Description) -> str:
+    """The map with its goal as an SVG file."""
     width, height = SIZE
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
         f'height="{height}"><rect width="{width}" height="{height}" fill="#fff"/>'
-        f'<path d="{obstacles}" fill="{WALL}"/><circle cx="{x:g}" cy="{y:g}" r="20" fill="{GOAL}"/></svg>\n'
+        f"{map_shapes(description)}</svg>\n"
     )
 
 

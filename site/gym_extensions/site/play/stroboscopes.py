@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.descriptions import FREE, SLIDE, Role, Skeleton
 from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
-from gym_extensions.site.charts.task_pictures import SIZE, task_picture
+from gym_extensions.site.charts.task_pictures import SIZE, map_shapes
 from gym_extensions.site.play.watch import Episode
 from gym_extensions.site.text import digits_for, fixed
 
@@ -125,11 +125,11 @@ class View:
         return self.at((self.right, self.bottom))
 
 
-def stroboscopes(episodes: Sequence[Episode], root: str = "") -> list[Markup]:
-    """A picture per episode of a task, all on one scale; ``root`` leads from the page to the index."""
+def stroboscopes(episodes: Sequence[Episode]) -> list[Markup]:
+    """A picture per episode of a task, all on one scale."""
     skeleton, travels = episodes[0].description.skeleton, episodes[0].travels
     if skeleton is None:
-        return [_path(f"{root}{task_picture(episode.poses.task)}", episode) for episode in episodes]
+        return [_path(episode) for episode in episodes]
     bodies = []
     for episode in episodes:
         shapes = placed(skeleton, _ghosts(episode))
@@ -233,8 +233,8 @@ def _limbs(limbs: Sequence[Placed], ghost: int, frame: View) -> str:
     return path
 
 
-def _path(picture: str, episode: Episode) -> Markup:
-    """The path of an episode of 2-D navigation over the picture of its map."""
+def _path(episode: Episode) -> Markup:
+    """The path of an episode of 2-D navigation over its map."""
     width, height = SIZE
     rows = np.rint(episode.coordinates).astype(int)
     rows[:, 1] = height - rows[:, 1]
@@ -243,8 +243,7 @@ def _path(picture: str, episode: Episode) -> Markup:
     label = f"{episode.title}: {episode.facts}"
     return Markup(
         f'<svg class="strobe map" viewBox="0 0 {width} {height}" width="320" role="img" '
-        f'aria-label="{escape(label)}" stroke-width="4"><image href="{picture}" width="{width}" '
-        f'height="{height}"/><path d="{line}"/>'
+        f'aria-label="{escape(label)}" stroke-width="4">{map_shapes(episode.description)}<path d="{line}"/>'
         f'<circle class="object" cx="{rows[-1, 0]}" cy="{rows[-1, 1]}" r="8"/></svg>'
     )
 

@@ -12,16 +12,18 @@
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
 
-  // The drawing as a document of its own, with the style of the page as attributes.
+  // The drawing as a document of its own, with the style of the page as attributes. SVG 1.1 knows no color(), the form of a mixed colour.
+  const known = (value) => value.replace(/color\(srgb ([\d. e-]+)\)/, (_, parts) => `rgb(${parts.split(" ").map((part) => Math.round(255 * part)).join(", ")})`);
   function drawn(svg) {
     const copy = svg.cloneNode(true), [, , width, height] = svg.getAttribute("viewBox").split(" ");
     const styled = (from, to) => {
       const style = getComputedStyle(from);
-      for (const name of PROPERTIES) to.setAttribute(name, style.getPropertyValue(name));
+      for (const name of PROPERTIES) to.setAttribute(name, known(style.getPropertyValue(name)));
       if (style.transform !== "none") to.setAttribute("transform", style.transform);
       [...from.children].forEach((child, i) => styled(child, to.children[i]));
     };
     styled(svg, copy);
+    copy.removeAttribute("display"); // it may be hidden while the episode is played
     copy.setAttribute("xmlns", "http://www.w3.org/2000/svg");
     copy.setAttribute("width", width);
     copy.setAttribute("height", height);
@@ -48,10 +50,11 @@
     const words = (node) => (node.nodeType === 3 ? node.data : node.nodeName === "svg" ? node.getAttribute("aria-label") ?? ""
       : /^(INPUT|SELECT)$/.test(node.nodeName) || node.className === "sort" || node.className === "tip" ? "" : [...node.childNodes].map(words).join(node.querySelector("wbr") ? "" : " "));
     const cells = (row) => [...row.cells].filter((cell) => !cell.hidden).flatMap((cell) => {
-      const value = words(cell).replace(/\s+/g, " ").trim().replace(/^(?=[=+@-])/, "'"); // no formula of a spreadsheet
+      const said = words(cell).replace(/(\d)\u202f(?=\d)/g, "$1").replace(/\u2212/g, "-").replace(/\s+/g, " ").trim();
+      const value = /^-[\d.]/.test(said) && !/[^-\d. to±%]/.test(said) ? said : said.replace(/^(?=[=+@-])/, "'"); // no formula of a spreadsheet
       return [/[",]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value, ...Array(cell.colSpan - 1).fill("")];
     });
-    return [...table.rows].filter((row) => !row.hidden).map((row) => `${cells(row).join(",")}\r\n`).join("");
+    return [...table.rows].filter((row) => !row.hidden && !row.parentNode.hidden).map((row) => `${cells(row).join(",")}\r\n`).join("");
   }
 
   function offer(below, name, kinds) {
