@@ -126,15 +126,18 @@ def test_runs_with_two_fingerprints_of_a_custom_task_are_a_problem(folder: Path,
 def test_the_page_defines_one_group_in_two_ways(tmp_path: Path) -> None:
     text, _ = re.findall(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
     (tmp_path / "light.toml").write_text(text, encoding="utf-8")
-    definition, _ = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
-    names: dict[str, object] = {}
+    definition, own, _ = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    names: dict[str, Any] = {}
     exec(definition, names)
     assert names["group"] == load_group(tmp_path / "light.toml")
+    exec(own, names)
+    frictions = [make(task).unwrapped.model.geom_friction[:, 0] for task in ("Hopper", names["slippery"])]
+    assert frictions[1].tolist() == (frictions[0] * 0.5).tolist()
 
 
 def test_the_python_of_the_page_trains_and_scores(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With finished runs of the agent ``random``, so that nothing is trained again."""
-    _, code = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    *_, code = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
     quick = {'"trpo"': '"random"', '"mine"': '"random"', '"100k"': '"smoke"', "range(5)": "range(2)"}
     for old, new in quick.items():
         assert old in code

@@ -13,9 +13,10 @@ from .conftest import loaded
 
 ROOT = Path(__file__).resolve().parents[1]
 PUBLIC = {
-    "gym_extensions.envs": " ".join(
-        [*variations.__all__, "Task TaskGroup TaskId VectorTaskId customize group load_group make make_vec"]
-    ),
+    "gym_extensions.envs": f"""
+        {" ".join(variations.__all__)} Variation
+        Task TaskGroup TaskId VectorTaskId customize group load_group make make_vec
+    """,
     "gym_extensions.baselines": """
         Agent BatchTrained Card Context Factory JobFailed JobFinished Monitor Observes OnnxPolicy Origin
         Parallel Policy Resumable StageStarted StepsTrained TaskEvaluated TrainingStarted record sb3 train

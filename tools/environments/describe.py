@@ -26,7 +26,7 @@ FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z"
 
 
 def observation_fields(task: Task) -> list[Field]:
-    """Returns the submissions of the task's observation, in order. A picture has none."""
+    """Returns the entries of the task's observation, in order. A picture has none."""
     if task.body.family == "navigation":
         return list(FIELDS.get(course(task).family, ()))
     fields = LAYOUTS[task.body.family](compile_model(task), task.body)
@@ -37,7 +37,7 @@ def observation_fields(task: Task) -> list[Field]:
 
 
 def action_fields(task: Task) -> list[Field]:
-    """Returns the submissions of the task's action, in order."""
+    """Returns the entries of the task's action, in order."""
     if task.body.family == "navigation":
         return [Field(f"displacement in {axis}, clipped to the range", "unit", -5.0, 5.0) for axis in "xy"]
     model = compile_model(task)
@@ -62,7 +62,7 @@ def table(fields: Iterable[Field]) -> list[Row]:
 def _joint_field(model: mujoco.MjModel, joint: int) -> Field:
     low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.inf, np.inf)
     quantity, unit = ("angle", "rad") if model.jnt_type[joint] == HINGE else ("position", "m")
-    return Field(f"{quantity} of {model.joint(joint).name}", unit, float(low), float(high))
+    return Field(f"{quantity} of {model.joint(joint).name}", unit, float(low), float(high), is_soft=True)
 
 
 def _speed_field(model: mujoco.MjModel, joint: int, limit: float = math.inf) -> Field:
@@ -83,7 +83,7 @@ def _humanoid(model: mujoco.MjModel, body: Body) -> list[Field]:
     names = [model.body(index).name for index in range(1, model.nbody - model.nmocap)]
     return [
         Field("height of the torso", "m"),
-        *(Field(f"attitude of the torso, {submission}", "1") for submission in FREE_POSITIONS),
+        *(Field(f"attitude of the torso, {entry}", "1") for entry in FREE_POSITIONS),
         *(_joint_field(model, joint) for joint in joints),
         *(Field(f"velocity of the torso, {axis}", "m/s") for axis in "xyz"),
         *(Field(f"angular velocity of the torso, {axis}", "rad/s") for axis in "xyz"),

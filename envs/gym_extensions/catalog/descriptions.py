@@ -94,13 +94,14 @@ class Field:
     low: float = -math.inf
     high: float = math.inf
     count: int = 1
+    is_soft: bool = False  # whether the range is a joint's limit, which an observation can exceed
 
     @property
     def range(self) -> str:
         """The range as text."""
         if math.isinf(self.low) and math.isinf(self.high):
             return "unbounded"
-        return f"{self.low:.6g} … {self.high:.6g}"
+        return f"{self.low:.6g} … {self.high:.6g}{', soft limit' if self.is_soft else ''}"
 
 
 class _TaskFacts(msgspec.Struct):

@@ -337,8 +337,8 @@ class SensorNoise(Variation):
     """
 
     sentence: ClassVar[str] = (
-        "The sensor is one step late. Each beam drops to 0 with probability {dropout:g}, "
-        "and N(0, {noise:g}²) is added to beams that hit."
+        "Observations show the readings of the step before, the first one those at reset. Each beam drops "
+        "to 0 with probability {dropout:g}, and N(0, {noise:g}²) is added to beams that hit."
     )
     fits = staticmethod(lambda body: body.beams)
     needs: ClassVar[type[Variation] | None] = RangeSensor
@@ -358,7 +358,8 @@ class MotorNoise(Variation):
 
     sentence: ClassVar[str] = (
         "Noise from N(0, ({scale:g} × range)²) is added to every motor's command, and the sum is "
-        "clipped to the motor's range. All noise of an episode is drawn at reset."
+        "clipped to the motor's range. All noise of an episode is drawn at reset. In rewards, a is the "
+        "command and ctrl what the motors receive."
     )
     fits = staticmethod(lambda body: body.family != "navigation")
 
@@ -375,7 +376,7 @@ class MovingGoal(Variation):
 
     sentence: ClassVar[str] = (
         "The goal is drawn at reset, at offsets y ~ U(−0.2, 0), x ~ U(−0.1, 0.3) from (0.45, −0.05). "
-        "The object is then drawn until its distance from the goal exceeds 0.17 m."
+        "The object is then drawn as in Pusher, until it is more than 0.17 m from the goal."
     )
     fits = staticmethod(lambda body: body.name == "Pusher")
     shows: ClassVar[Shown] = "goal"
