@@ -15,8 +15,9 @@ from gym_extensions.__main__ import main
 from gym_extensions.baselines import Factory, references as measuring, train
 from gym_extensions.baselines.algorithms.floors import Random
 from gym_extensions.catalog.groups import with_custom
-from gym_extensions.envs import load_group, make
+from gym_extensions.envs import customize, load_group, make
 from gym_extensions.envs.fingerprinting import fingerprint_of
+from gym_extensions.envs.mujoco.model import compile_model
 from gym_extensions.references import CURRENT, load_references, read_references
 from gym_extensions.scoring import cli as score_cli
 from gym_extensions.scoring.pipeline import make_scorer
@@ -131,8 +132,8 @@ def test_the_page_defines_one_group_in_two_ways(tmp_path: Path) -> None:
     exec(definition, names)
     assert names["group"] == load_group(tmp_path / "light.toml")
     exec(own, names)
-    frictions = [make(task).unwrapped.model.geom_friction[:, 0] for task in ("Hopper", names["slippery"])]
-    assert frictions[1].tolist() == (frictions[0] * 0.5).tolist()
+    plain, slippery = map(compile_model, (customize("Hopper"), names["slippery"]))
+    assert slippery.geom_friction[:, 0].tolist() == (0.5 * plain.geom_friction[:, 0]).tolist()
 
 
 def test_the_python_of_the_page_trains_and_scores(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
