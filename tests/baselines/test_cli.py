@@ -10,9 +10,11 @@ from typing import Any
 import pytest
 
 from gym_extensions.__main__ import main
-from gym_extensions.baselines import train_agent
+from gym_extensions.baselines import algorithms, train_agent
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.errors import BenchError
+
+from ..conftest import refused
 
 OPTIONS = {"--groups": "hopper-gravity", "--budget": "smoke", "--out": "out"}
 TWO_JOBS = {"groups": "hopper-motor-noise", "protocol": "single"}
@@ -37,6 +39,7 @@ MISTAKES = [
     (command("trpo", evaluate_every="500", evaluate_episodes="21"), "at most 20"),
     (command("nowhere:make"), "'nowhere'"),
     (command(".mine:Agent"), "mine:Agent"),
+    (command("trpo", num_envs="64"), "at most 20"),
     (command("gym_extensions.baselines.algorithms.trpo:mak"), "'make'"),
 ]
 
@@ -56,6 +59,16 @@ def test_a_mistake_is_reported_in_a_line_before_anything_runs(
     assert named in message
     assert message.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("name", "hint"), [("my-agent.py", "letters"), ("json.py", "Rename the file")])
+def test_a_file_whose_name_cannot_be_that_of_its_module_is_refused(
+    name: str, hint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", sys.path.copy())
+    (tmp_path / name).write_text(AGENT)
+    with refused("unknown-agent", hint):
+        algorithms.factory(f"{tmp_path / name}:Full")
 
 
 AGENT = "from gym_extensions.baselines.algorithms.floors import Zero\nclass Full(Zero): pass"

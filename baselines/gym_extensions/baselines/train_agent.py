@@ -200,7 +200,7 @@ def _run(
 
 
 def command_of(pending: runner.PendingJob) -> str:
-    """The command line that trains a job's run alone."""
+    """The command line that trains a job's run alone; empty for a factory that has no name in a module."""
     job, settings, agent = pending.job, pending.settings, pending.settings.agent.factory
     options = ["--isolated"] if isinstance(agent, IsolatedAgent) else []
     if isinstance(agent, IsolatedAgent):
@@ -212,7 +212,9 @@ def command_of(pending: runner.PendingJob) -> str:
         module, name = getattr(agent, "__module__", ""), getattr(agent, "__qualname__", "")
         if module == "__main__":  # the agent's script; a notebook has none
             module = Path(getattr(sys.modules[module], "__file__", None) or "").stem
-        agent = f"{module}:{name}" if module and name else settings.agent.name
+        if not all(map(str.isidentifier, [*module.split("."), name])):
+            return ""
+        agent = f"{module}:{name}"
     words = ["gym-extensions", "train", *options, agent]
     words += ["--groups", job.group.name if job.group.published else f"{job.group.name}.toml"]
     words += ["--protocol", job.protocol, "--budget", settings.budget.name, "--runs", str(job.run)]

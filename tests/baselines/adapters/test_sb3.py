@@ -68,6 +68,7 @@ def test_ppo_trains_through_a_protocol_and_writes_a_submission(tmp_path: Path) -
     assert stored == settings | {"policy_kwargs": "{'net_arch': [8], 'activation_fn': ReLU}"}
     document = read_run(log.with_suffix(".json"))
     assert document.memory.stored_steps == 250
+    assert not document.command, "no command line names the factory"
     assert document.packages == {name: version(name) for name in ("stable-baselines3", "torch")}
     assert 1900 < document.curves[0].steps[-1] <= 2000
 

@@ -155,6 +155,21 @@ def test_a_loaded_agent_learns_and_acts_as_the_saved_one(base: str, addition: st
     assert agent.card() == loaded.card()
 
 
+@each_base
+@pytest.mark.parametrize("addition", TASK_AWARE)
+def test_a_policy_that_samples_samples_in_earlier_tasks_and_continues_when_loaded(
+    base: str, addition: str, tmp_path: Path
+) -> None:
+    make = with_addition(replace(BASES[base], deterministic=False), addition)
+    agent, loaded = learned(make(OBSERVATIONS, ACTIONS, 3), 0, 1), make(OBSERVATIONS, ACTIONS, 8)
+    first = agent.act(SEEN, in_task(0))
+    agent.save(tmp_path / "agent.npz")
+    loaded.load(tmp_path / "agent.npz")
+    second = agent.act(SEEN, in_task(0))
+    assert not np.array_equal(first, second)
+    assert np.array_equal(loaded.act(SEEN, in_task(0)), second)
+
+
 def test_the_card_states_settings_stored_states_and_copies() -> None:
     plain = learned(create("ppo"), 0, 1).card()
     cards = {name: learned(create("ppo", name), 0, 1).card() for name in ADDITIONS}

@@ -35,6 +35,7 @@ SHARED_MODULES = {
 """The module and factory of agents that share a module with another one."""
 WITHOUT_AGENT = ("additions", "continual", "floors")
 """Modules without a factory ``make``."""
+NAME_A_FILE = "Name a file and its factory, such as path/to/agent.py:make."
 EXTRAS = {"sb3": ("torch", "stable_baselines3"), "sbx": ("sbx", "jax", "flax", "optax")}
 """The packages that an extra of ``pyproject.toml`` adds."""
 
@@ -66,8 +67,7 @@ def place_of(agent: str) -> tuple[Path | None, str]:
         return None, attribute
     path = path.parent if path.name == "__init__.py" else path
     if not (path / "__init__.py" if path.is_dir() else path).is_file():
-        hint = "Name a file and its factory, such as path/to/agent.py:make."
-        raise BenchError("unknown-agent", f"There is no file {path}.", agent, hint)
+        raise BenchError("unknown-agent", f"There is no file {path}.", agent, NAME_A_FILE)
     return path.resolve(), attribute
 
 
@@ -85,7 +85,7 @@ def factory(agent: str | Factory) -> Factory:
     if ":" in agent:
         module_name = path.stem if path else agent.rpartition(":")[0]
         if not all(part.isidentifier() for part in module_name.split(".")):
-            hint = "Name its file, such as path/to/agent.py:make."
+            hint = "Rename the file: letters, digits and underscores." if path else NAME_A_FILE
             raise BenchError("unknown-agent", f"{module_name!r} is not the name of a module.", agent, hint)
         folder = str(path.parent if path else Path.cwd())
         if folder not in sys.path:

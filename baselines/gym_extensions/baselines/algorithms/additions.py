@@ -242,6 +242,7 @@ class Snapshots(Addition):
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._task, self._kept = 0, dict[int, Policy]()
+        self._samples = np.random.default_rng(self._seed + 1)  # of actions in earlier tasks
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
@@ -269,7 +270,7 @@ class Snapshots(Addition):
     def act(self, observations: Array, context: Context | None = None) -> Array:
         """Acts as in the context's task; without a context, as in the present one."""
         if context is not None and context.task in self._kept:
-            return self._policy_of(context.task).act(observations)
+            return self._policy_of(context.task).act(observations, self._samples)
         return super().act(observations, context)
 
     def card(self) -> Card:

@@ -39,8 +39,8 @@ class IsolatedAgent:
         self.limits = limits
         self.path, self.attribute = algorithms.place_of(name)  # a package is mounted whole
         if self.path is None and name not in algorithms.names():
-            hint = "Name a file and its factory, such as path/to/agent.py:make."
-            raise BenchError("unknown-agent", "It is no file and no agent of this project.", name, hint)
+            message = "It is no file and no agent of this project."
+            raise BenchError("unknown-agent", message, name, algorithms.NAME_A_FILE)
         self.written = f"{self.path.name}:{self.attribute}" if self.path else name  # in the commands of runs
         self.__name__ = algorithms.name_of(name)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gym_extensions.baselines.agent_spec import AgentSpec
+from gym_extensions.baselines.training.environment import EXCESS
 from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
 from gym_extensions.catalog.protocol import (
     CURVE_POINTS,
@@ -112,14 +113,14 @@ def parse_request(
             raise BenchError("bad-run", f"Run {run} is out of range.", "--runs", f"Use 0 to {MAX_RUNS - 1}.")
     if num_envs is not None:
         for group in unique_groups:
-            episode_steps, points = max(task.max_steps for task in group.tasks), CURVE_POINTS
-            least = episode_steps * points if chosen.on_boards else 1
-            limit = chosen.steps_for(group.name) // least
+            steps, longest = chosen.steps_for(group.name), max(task.max_steps for task in group.tasks)
+            limit = steps // (longest * CURVE_POINTS) if chosen.on_boards else int(steps * EXCESS)
             if num_envs > limit:
-                per = f"fewer than {points} episodes" if chosen.on_boards else "less than a step"
-                has = f"the budget {chosen.name!r} has {per} per environment"
+                has = f"the budget {chosen.name!r} has fewer than {CURVE_POINTS} episodes per environment"
+                takes = f"a step of all takes more than {EXCESS:.0%} of the budget {chosen.name!r}"
+                message = f"With {num_envs} environments, {has if chosen.on_boards else takes}."
                 hint = f"Use at most {limit} for {group.name}."
-                raise BenchError("bad-num-envs", f"With {num_envs} environments, {has}.", "--num-envs", hint)
+                raise BenchError("bad-num-envs", message, "--num-envs", hint)
     return Request(unique_groups, unique_protocols, chosen, unique_runs)
 
 
