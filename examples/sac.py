@@ -2,8 +2,8 @@
 
     python examples/sac.py [BUDGET]
 
-Its buffer keeps the transitions of all tasks. They are part of what `save` writes, so an interrupted run
-resumes with the same results. Actions are the mean in evaluation, and samples in training.
+Its buffer keeps the last 200,000 transitions, of all tasks. They are part of what `save` writes, so an
+interrupted run resumes with the same results. Actions are the mean in evaluation, and samples in training.
 """
 
 import sys

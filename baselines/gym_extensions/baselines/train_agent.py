@@ -6,7 +6,6 @@ import shutil
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
@@ -35,7 +34,6 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout
-from gym_extensions.submissions.run import read_run
 
 NO_ORIGIN = Origin()
 
@@ -129,6 +127,7 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
 
     The submission in ``folder`` stays as it is; ``out`` is the folder of the new submission, which may be an
     unfinished one of an earlier call. Returns the path of the log; document and policies are beside it.
+    Evaluations during training are not repeated: they change no result, because these agents can be saved.
 
     Raises:
         BenchError: no reference agent has the submission's name, or it is another one today or has other
@@ -141,11 +140,6 @@ def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) 
     parallel, monitor = Parallel(num_envs=num_envs), Monitor(progress=False)
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, out / layout.MANIFEST)  # with it in place, another agent or setting is refused
-    document = folder / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
-    if document.exists() and (evaluations := read_run(document).evaluations):
-        # An agent that cannot be saved acts itself in them, so its run depends on them.
-        every, episodes = evaluations[0].steps[0], evaluations[0].episodes
-        monitor = replace(monitor, evaluate_every=every, evaluate_episodes=episodes)
     try:
         (log,) = train(agent, group, protocol, budget, run, out=out, jobs=parallel, progress=monitor)
     except BenchError as error:

@@ -20,7 +20,7 @@ def single_task(env: VectorEnv, name: str) -> int:
     """The index of the task that the training environments run. Raises ``BenchError`` if they run several."""
     tasks = np.unique(env.env_tasks)  # type: ignore[attr-defined]  # of the training environments
     if len(tasks) > 1:
-        hint = "Use the protocol sequential, single or balanced, or an agent without heads, such as trpo."
+        hint = "Use any protocol but joint, or an agent without heads, such as trpo."
         message = f"The agent learns a single task at a time, but the environments run {len(tasks)} tasks."
         raise BenchError("single-task-agent", message, name, hint)
     return int(tasks[0])

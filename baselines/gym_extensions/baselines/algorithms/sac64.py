@@ -1,8 +1,8 @@
 """SAC of Stable-Baselines3 with small networks, and additions to its actor.
 
 The settings are those of ``sac``, which is the SAC of SBX. The replay buffer is emptied for each task, as in
-``sac-fresh-buffer``: with the steps of earlier tasks in it, every addition would be one to replay, and the
-head of a task would be trained on other tasks.
+``sac-fresh-buffer``: with the steps of earlier tasks in it, every addition would be combined with replay,
+and the head of a task would be trained on other tasks.
 """
 
 from typing import Any

@@ -221,7 +221,8 @@ class Box:
             return BenchError("no-box", message, OPTION, f"{ALLOW}. Otherwise see docs/isolated.md.")
         if code == 128 + signal.SIGXCPU:
             message = f"The agent used up its {self.limits.cpu_seconds:,} seconds of processor time."
-            return self.error("agent-cpu", message, "That is five times what trpo takes, and a minute.")
+            hint = "Compute less: the limit is five times what trpo takes, and a minute."
+            return self.error("agent-cpu", message, hint)
         causes = {128 + signal.SIGKILL: "was killed, as if memory ran out", 128 + signal.SIGSYS: FORBIDDEN}
         message = f"The agent's process {causes.get(code, f'ended with status {code}')}."
         return self.error("agent-ended", message, "Return from make, act and learn, and do not end Python.")

@@ -35,7 +35,7 @@ class Parallel:
 
     Args:
         jobs: number of worker processes with one thread each; the factory must pickle. 0 trains in this
-            process with its number of threads.
+            process with its number of threads; agents of Stable-Baselines3 set that of torch to 1.
         num_envs: number of training environments of a job, on which results depend; the budget's if None.
         num_threads: threads that step the training environments of one job, for one long job on several
             processors. Results do not depend on it.

@@ -153,7 +153,8 @@ class ValueFunction:
         """Values (n,) float64 of observations (n, o).
 
         Before the first ``fit`` no moments are known, so that all inputs are at the bounds of the clip and
-        the advantages of the first batch are noisy. Zeros would be better, but give other runs.
+        the advantages of the first batch are noisy. Zeros would be better; they would change every published
+        run.
         """
         inputs = policies.standardize(self._moments(), observations, least=0.0)
         mean, deviation = self.state["level"]
