@@ -193,7 +193,8 @@ def custom(
     """Measures every task that a references file does not have: its floor, and an agent trained on it alone.
 
     The agents are trained as in the protocol ``single``, with seeds that no submission has, and evaluated on
-    the 20 prescribed episodes of the group. Finished stages are stored beside ``out``, so that an interrupted call can be repeated.
+    the 20 prescribed episodes of the group. Finished stages are stored beside ``out``, so that an interrupted
+    call can be repeated.
 
     Args:
         groups: the groups of the tasks.
