@@ -34,6 +34,14 @@ def merged(project: Path, *before: str) -> None:
     git(project, "merge", "--quiet", "--no-ff", "--no-edit", "submission")
 
 
+def trained_copy(project: Path) -> None:
+    """The log of a run that the base trained after the branch began."""
+    git(project, "switch", "--quiet", "main")
+    index(project, ("100644", "x", "submissions/old/trained/2/hopper-gravity/sequential/run7.csv"))
+    git(project, "switch", "--quiet", "submission")
+    index(project, ("100644", "x", LOG))
+
+
 def moved(project: Path, *words: str) -> None:
     git(project, *words)
     git(project, "commit", "--quiet", "-m", "move")
@@ -82,6 +90,7 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
         LOG,
         lambda project: index(project, ("100644", (project / OLD / "sequential/run0.csv").read_text(), LOG)),
     ),
+    "a log that was trained here": ("copied-run", LOG, trained_copy),
     "a title that looks like another one": file(
         "same-title", f"{NEW}/submission.toml", BOARD_MANIFEST.replace("A submission", "SUBMISSIОN 0LD")
     ),

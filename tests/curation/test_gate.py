@@ -17,7 +17,7 @@ from gym_extensions.verification.limits import Limits
 
 from ..conftest import refused
 from .plays import NEW, PLAYS, index
-from .repositories import checked, commit, git, rules
+from .repositories import BOARD_MANIFEST, checked, commit, git, rules
 
 OLD = "submissions/old"
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
@@ -71,6 +71,17 @@ def test_an_edit_of_a_submission_goes_to_its_owner_and_a_maintainer(project: Pat
 
 
 @pytest.mark.usefixtures("no_judge")
+@pytest.mark.parametrize(("title", "expected"), [("++", []), ("！！", ["same-title"])])
+def test_titles_of_symbols_are_compared_as_they_are(project: Path, title: str, expected: list[str]) -> None:
+    path = "submissions/{}/submission.toml"
+    git(project, "switch", "--quiet", "main")
+    commit(project, {path.format("old"): BOARD_MANIFEST.replace("A submission", "!!")})
+    git(project, "switch", "--quiet", "submission")
+    commit(project, {path.format("new"): BOARD_MANIFEST.replace("A submission", title)})
+    assert [rule for rule, _ in rules(checked(project))] == expected
+
+
+@pytest.mark.usefixtures("no_judge")
 def test_the_keys_that_an_edit_changes_are_named(project: Path) -> None:
     manifest = (project / "submissions/old/submission.toml").read_text()
     edited = manifest.replace("steps = 0\n", "steps = 9\n").replace('"formula"', '"ppo"')
@@ -86,6 +97,8 @@ def test_the_keys_that_an_edit_changes_are_named(project: Path) -> None:
         "Changed in submission.toml: protocol.algorithm, tuning.steps",
     ]
     assert "claimed again" in comment(report)
+    commit(project, {"submissions/old/hopper-gravity/sequential/run0.json": "[]"})
+    assert ": arithmetic, " in checked(project).notes[0], "a broken document has no values"
 
 
 AGENT = f"{OLD}/agent"
@@ -263,6 +276,25 @@ def test_a_clone_without_old_contents_is_named_and_no_pull_request_is_refused_fo
     git(tmp_path, "clone", "--quiet", "--filter=blob:none", f"file://{project}", str(part))
     with refused("partial-clone"):
         checked(part, base="origin/main", head="origin/submission")
+
+
+@pytest.mark.usefixtures("no_judge")
+def test_a_clone_without_the_other_submissions_suffices_for_a_new_one(
+    project: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    git(project, "config", "uploadpack.allowFilter", "true")
+    part = tmp_path / "part"
+    git(tmp_path, "clone", "--quiet", "--filter=blob:none", "--sparse", f"file://{project}", str(part))
+    git(project, "switch", "--quiet", "submission")
+    shutil.copytree(project / NEW, part / NEW)
+    git(part, "add", "--sparse", NEW)
+    git(part, "commit", "--quiet", "-m", "new")
+    report = checked(part, base="origin/main")
+    assert (report.verdict, report.notes[-1]) == (
+        "passed",
+        "Not compared: the titles of 1 submission, which this clone lacks.",
+    )
+    assert capfd.readouterr().err == ""
 
 
 def test_a_clone_of_another_owner_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -94,6 +94,21 @@ def test_texts_of_the_pull_request_stay_in_a_code_block() -> None:
     assert gate_report.code_block(["`````"]) == "``````text\n`````\n``````"
 
 
+def test_a_long_comment_is_cut_to_what_the_code_host_takes() -> None:
+    problem = Problem("malformed-toml", *("x" * 500,) * 3)
+    report = replace(
+        REPORT,
+        problems=(problem,) * gate_report.MAX_PROBLEMS,
+        more_problems=7,
+        notes=("`" * 500,) * gate_report.MAX_PROBLEMS,
+        scores=REPORT.scores * 400,
+    )
+    text = gate_report.comment(report)
+    assert len(text) < 65_536
+    shown = text.count("malformed-toml")
+    assert f"x\n… and {gate_report.MAX_PROBLEMS + 7 - shown} more\n```" in text
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
 @pytest.mark.usefixtures("no_judge")
 def test_the_command_prints_a_report_that_its_schema_allows_and_reads_it_back(

@@ -35,7 +35,7 @@ from ..verification.made_submissions import (
     honest,
     level_of,
 )
-from .repositories import commit, git, make_repository
+from .repositories import commit, git, make_repository, rules
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
 
@@ -215,6 +215,14 @@ def test_a_donated_run_of_another_agent_is_refused_by_name(with_submission: Proj
         assert [(each.rule, each.where) for each in report.problems] == [(rule, f"{GROUP}/sequential/run5")]
 
 
+def test_a_donation_with_a_problem_is_told_it(with_submission: Project) -> None:
+    with_submission.donate("origin/main", 5, 5)
+    log = with_submission.fork / f"submissions/new/{GROUP}/sequential/run5.csv"
+    log.write_bytes(log.read_bytes().replace(b"\n", b"\r\n"))
+    found = rules(with_submission.check("run5-5"))
+    assert ("malformed-log", f"{GROUP}/sequential/run5.csv, line 1") in found
+
+
 def test_a_donation_from_before_an_edit_is_judged_with_the_edited_submission(
     with_submission: Project,
 ) -> None:
@@ -333,6 +341,16 @@ def test_a_folder_that_does_not_exist_is_named(tmp_path: Path) -> None:
     assert verify([typo]) == 2
 
 
+def test_a_folder_of_several_submissions_is_not_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("one", "two"):
+        copy(honest(runs=2), tmp_path / name)
+    for words in (["decide", str(tmp_path), "accepted", *REASON], ["train-here", str(tmp_path)]):
+        assert maintain(words) == 2
+        assert "It has 2 submissions. Name one of them." in capsys.readouterr().err
+
+
 def test_a_job_lists_what_waits_for_a_review_the_newest_last(
     with_submission: Project, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -349,6 +367,10 @@ def test_a_job_lists_what_waits_for_a_review_the_newest_last(
     commit(with_submission.main)
     assert verify([str(folder), "--due"]) == 0
     assert capsys.readouterr().out == '["new", "a-later-one"]\n'
+    (folder / "a-later-one/submission.toml").write_text(manifest.replace("[observes]", "[observe]"))
+    assert verify([str(folder), "--due"]) == 0
+    printed = capsys.readouterr()
+    assert (printed.out, printed.err[:25]) == ('["new"]\n', "a-later-one is left out: ")
 
 
 def test_a_fast_forward_merge_gives_no_seeds(

@@ -16,10 +16,12 @@ def test_items_are_listed_by_path_to_a_limited_depth(tmp_path: Path) -> None:
     put("a/b/c/d/e.txt", b"deep")(tmp_path)
     put("a/file", b"12345")(tmp_path)
     put(".progress/log", b"")(tmp_path)
+    put("agent/__pycache__/agent.cpython-311.pyc", b"")(tmp_path)
     (tmp_path / "link").symlink_to("a")
     file, link = layout.FolderItem("a/file", "file", 5), layout.FolderItem("link", "link")
     folders = [layout.FolderItem(path, "folder") for path in ("a", "a/b", "a/b/c", "a/b/c/d")]
-    assert layout.scan(tmp_path).items == (*folders, file, link)
+    agent = layout.FolderItem("agent", "folder")
+    assert layout.scan(tmp_path).items == (*folders, file, agent, link)
     assert layout.scan(tmp_path).files == {"a/file": file}
 
 

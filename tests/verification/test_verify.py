@@ -14,6 +14,7 @@ import pytest
 from gym_extensions.catalog.groups import group
 from gym_extensions.envs import fingerprinting, make
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions import review
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import policy_keys, read_policies
@@ -323,6 +324,19 @@ def test_a_later_run_with_the_policy_of_an_earlier_one_is_refused(submission: Pa
     assert f"{last}: nearly the same policy as {GROUP}/sequential/run0" in report.twins
     assert report.verification is not None
     assert (list(report.verification.runs), report.verification.passed) == ([last], False)
+
+
+def test_a_copy_of_a_run_that_was_trained_here_is_refused(
+    submission: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    forged, trained = copy(submission, submission.parent / "forged"), submission / "trained/1"
+    runs = read(submission).groups[f"{GROUP}-v0"].digests("sequential")
+    training = review.Training(date="2026-01-01", version="1", commit="3f" * 20, agent="0" * 64, runs=runs)
+    trained.mkdir(parents=True)
+    (submission / GROUP).rename(trained / GROUP)
+    trained.with_suffix(".toml").write_text(review.training_text(training))
+    assert verify(forged, "--write") == 1
+    assert f"nearly the same policy as mine/trained/1/{GROUP}/sequential/run0" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("noise", "is_copy"), [(1e-2, True), (0.2, False)])

@@ -140,7 +140,7 @@ def maintain(argv: Sequence[str] | None = None) -> int:
             if not text.strip() or len(text) > manifest.LONG:
                 message = f"It is empty or has more than {manifest.LONG} characters."
                 raise BenchError("no-reason", message, option, "Say who decides, and why.")
-        (submission,) = _existing([options.submission])
+        submission = _one(options.submission)
         today = datetime.now(UTC).date().isoformat()
         stated = {"by": options.by, "date": today, "reason": options.reason}
         review.add_to_review(submission, decisions=[review.Decision(action=options.decision, **stated)])
@@ -160,8 +160,7 @@ def _train_here(options: argparse.Namespace) -> int:
         submissions = map(reader.read, _existing([options.submission]))
         print(json.dumps([each.name for each in submissions if train_here.is_due(each, options.runs)]))
         return 0
-    (path,) = _existing([options.submission])
-    submission = reader.read(path)
+    submission = reader.read(_one(options.submission))
     if options.take:
         train_here.take(submission, options.take, value)
         return 0
@@ -185,3 +184,12 @@ def _existing(paths: list[Path]) -> list[Path]:
         if not (folder / MANIFEST).is_file():
             raise BenchError("no-such-folder", f"It has no {MANIFEST}.", str(folder), "Name a submission.")
     return folders
+
+
+def _one(path: Path) -> Path:
+    """The folder of the submission. Raises ``BenchError`` if it is none, or a folder of several."""
+    folders = _existing([path])
+    if len(folders) > 1:
+        message = f"It has {len(folders)} submissions."
+        raise BenchError("several-submissions", message, str(path), "Name one of them.")
+    return folders[0]

@@ -118,6 +118,8 @@ def _judged(
     judged = {name: answer[name] for name in JUDGED if name in answer}
     judged["trains"] = bool(answer.get("entry"))
     notes = [*changed_values(pull_request), *judged.get("notes", ())]
+    if missing := sum(title is None for title in pull_request.base_titles.values()):
+        notes.append(f"Not compared: the titles of {count(missing, 'submission')}, which this clone lacks.")
     judged["notes"] = [cut(escape(note)) for note in notes[: reports.MAX_PROBLEMS]]
     report = msgspec.convert(msgspec.to_builtins(report) | judged, reports.GateReport)
     return _closed(report, msgspec.convert(answer.get("problems", ()), list[Problem]))
@@ -151,6 +153,8 @@ def _flat_values(path: str, data: bytes) -> dict[str, Any]:
         tables = manifest.parse(data) if path.endswith(layout.MANIFEST) else json.loads(data)
     except (ValueError, RecursionError):
         return {}
+    if not isinstance(tables, dict):
+        return {}
     parts = ((name, part if isinstance(part, dict) else {"": part}) for name, part in tables.items())
     return {f"{name}.{key}".rstrip("."): value for name, part in parts for key, value in part.items()}
 
@@ -173,8 +177,11 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     """
     submission, donated = reader.read(Path(call["folder"]), policies=True), frozenset(call["donated"])
     card = score(submission, load_references())
-    problems = (*donation_problems(submission, donated), *arithmetic_problems(submission, call["changed"]))
-    found: Judgement = {"problems": card.problems or problems}
+    problems = card.problems or (
+        *donation_problems(submission, donated),
+        *arithmetic_problems(submission, call["changed"]),
+    )
+    found: Judgement = {"problems": problems}
     if not found["problems"] and card.level == review.REPORTED:
         found = {"level": review.REPORTED, "notes": card.notes}
     elif not found["problems"]:

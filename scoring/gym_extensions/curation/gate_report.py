@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta
@@ -20,6 +21,8 @@ Level = Literal["reported", "claimed"]
 MAX_BYTES = 2**20
 MAX_PROBLEMS = 50
 """Most problems and most notes of a report."""
+MAX_BLOCK = 20_000
+"""Characters of each of the three blocks of a comment: GitHub takes 65,536 in all."""
 KIND_LABELS: dict[Kind, str] = {
     "submission": "submission",
     "edit": "edits-submission",
@@ -125,9 +128,15 @@ TRAINS = (
 TABLE = "There is nothing more to do. A published table is shown, without a rank."
 
 
-def code_block(lines: Sequence[str]) -> str:
-    """Lines as a code block that no text in them can end: texts of a pull request have no active markup."""
-    text = "\n".join(line.replace("\n", " ") for line in lines)
+def code_block(lines: Sequence[str], more: int = 0) -> str:
+    """Lines as a code block that no text in them can end: texts of a pull request have no active markup.
+
+    What goes beyond ``MAX_BLOCK`` is counted, with ``more`` lines that are not given.
+    """
+    ends = accumulate(len(line) + 1 for line in lines)
+    kept = [line.replace("\n", " ") for line, end in zip(lines, ends, strict=True) if end <= MAX_BLOCK]
+    more += len(lines) - len(kept)
+    text = "\n".join([*kept, *([f"… and {more} more"] if more else [])])
     longest = max((len(run) for run in re.findall("`+", text)), default=0)
     fence = "`" * max(3, longest + 1)
     return f"{fence}text\n{text}\n{fence}"
@@ -142,8 +151,7 @@ def comment(report: GateReport) -> str:
         parts.append(CODE)
     if report.problems:
         lines = [f"{each.where}: {each.rule}: {each.message} {each.hint}" for each in report.problems]
-        more = [f"… and {report.more_problems} more"] if report.more_problems else []
-        parts.append(code_block([*lines, *more]))
+        parts.append(code_block(lines, report.more_problems))
     if report.level is not None:
         counts = f"{report.repeated} of {report.episodes} sampled episodes are repeated"
         parts.append(f"Level: **{report.level}**{f': {counts}' if report.episodes else ''}.")

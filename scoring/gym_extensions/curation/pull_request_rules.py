@@ -15,6 +15,7 @@ from typing import NamedTuple
 from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.protocol import IN_ORDER, PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
+from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, manifest
 from gym_extensions.submissions.problem import Finding, Rule, count, rule as registered
 from gym_extensions.submissions.rules.manifest import skeleton
@@ -29,7 +30,8 @@ RUN_FILE = re.compile(
 )
 """The path of a file of a run; its group is the run's name in review.toml."""
 LEARNED_IN_ORDER = re.compile(
-    rf"submissions/[^/]+/[^/]+/({'|'.join(IN_ORDER)})/run\d+\.(csv|npz|stage[1-9]\d*\.onnx)"
+    rf"submissions/[^/]+/(?:{layout.TRAINED}/\d+/)?[^/]+/({'|'.join(IN_ORDER)})/run\d+"
+    r"\.(csv|npz|stage[1-9]\d*\.onnx)"
 )
 CODE = re.compile(rf"submissions/[^/]+/{layout.AGENT}/")
 DAYS_BETWEEN = 30
@@ -80,6 +82,29 @@ class PullRequest:
     def head_files(self) -> tuple[git.TreeEntry, ...]:
         """The files of submissions in its last commit."""
         return self.repository.tree(self.head, SUBMISSIONS)
+
+    @cached_property
+    def base_titles(self) -> dict[str, str | None]:
+        """The titles of submissions on the branch that it is for, by :meth:`titles_of`."""
+        return self.titles_of(self.base_files)
+
+    def titles_of(self, files: Iterable[git.TreeEntry]) -> dict[str, str | None]:
+        """The title in every readable manifest by its path; None where a partial clone lacks the file."""
+        found = dict[str, str | None]()
+        for file in files:
+            if file.path.split("/")[2:] != [layout.MANIFEST] or file.mode == git.SUBMODULE:
+                continue
+            try:
+                (data,) = self.repository.blobs([file.object_id])
+                if len(data) <= layout.max_bytes(layout.MANIFEST):
+                    found[file.path] = manifest.manifest_of(manifest.parse(data)).title
+            except BenchError as error:
+                if error.code != "partial-clone":
+                    raise
+                found[file.path] = None
+            except ValueError:  # also that of msgspec; a problem of the submission
+                continue
+        return found
 
     @cached_property
     def submissions(self) -> tuple[str, ...]:
@@ -326,28 +351,19 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
 @rule
 def same_title(pull_request: PullRequest) -> Iterator[Finding]:
     """The title looks like that of no other submission: Unicode's skeletons of both differ."""
-
-    def titles(files: Iterable[git.TreeEntry]) -> Iterator[tuple[str, str]]:
-        paths = [file for file in files if file.path.split("/")[2:] == [layout.MANIFEST]]
-        for file, data in zip(
-            paths, pull_request.repository.blobs(file.object_id for file in paths), strict=True
-        ):
-            if len(data) > layout.max_bytes(layout.MANIFEST):
-                continue
-            try:
-                yield file.path, manifest.manifest_of(manifest.parse(data)).title
-            except ValueError:  # also that of msgspec; a problem of the submission
-                continue
-
     others = {
-        skeleton(title): path
-        for path, title in titles(pull_request.base_files)
-        if path.split("/")[1] not in pull_request.submissions
+        _skeleton(title): path
+        for path, title in pull_request.base_titles.items()
+        if title and path.split("/")[1] not in pull_request.submissions
     }
     own = (file for file in pull_request.head_files if file.path in pull_request.paths)
-    for path, title in titles(own):
-        if other := others.get(skeleton(title)):
+    for path, title in pull_request.titles_of(own).items():
+        if title and (other := others.get(_skeleton(title))):
             yield Finding(path, f"The title looks like that of {other}.", "Choose another one.")
+
+
+def _skeleton(title: str) -> str:
+    return skeleton(title) or unicodedata.normalize("NFKC", title)  # a title of symbols has none
 
 
 @rule

@@ -37,6 +37,8 @@ AGENT = "agent"
 """The folder of a submission's code, which the base branch trains."""
 PROGRESS = ".progress"
 """The recorder's folder for unfinished runs. It is not part of a submission."""
+IGNORED = (PROGRESS, f"{AGENT}/__pycache__")
+"""What training leaves behind: Python compiles an agent that it loads."""
 LOG, DOCUMENT, POLICIES, NETWORK = ".csv", ".json", ".npz", ".onnx"
 """The suffixes of the files of a run: its log, its document, its policies, and policies as ONNX networks."""
 
@@ -173,7 +175,7 @@ def _items(folder: Path, prefix: str, depth: int) -> Iterator[FolderItem]:
         return
     for child in children:
         path = f"{prefix}{escape(child.name)}"
-        if path == PROGRESS:
+        if path in IGNORED:
             continue
         if child.is_symlink():
             yield FolderItem(path, "link")

@@ -245,7 +245,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     is_trial = not any(getattr(options, name) for name in acts)
     value = secrets.token_hex(32) if is_trial else require_value(options.seeds) if options.seeds else ""
     if options.due:
-        waiting = {path.name: after_merge.merged_at(reader.read(path)) for path in folders}
+        waiting = {}
+        for submission in map(reader.read, folders):
+            if found := submission.problems:
+                text = f"{submission.name} is left out: {found[0].where}: {found[0].message} {found[0].hint}"
+                print(text, file=sys.stderr)
+            else:
+                waiting[submission.name] = after_merge.merged_at(submission)
         print(json.dumps(sorted(filter(waiting.get, waiting), key=waiting.__getitem__)))
         return 0
     status = 0

@@ -141,8 +141,8 @@ class Repository:
 
     def blobs(self, object_ids: Iterable[str]) -> Iterator[bytes]:
         """The contents of files by object id, in that order. Raises ``BenchError`` if one is not a file."""
-        command, pipe = self._command("cat-file", "--batch"), subprocess.PIPE
-        with subprocess.Popen(command, stdin=pipe, stdout=pipe, env=_environment()) as process:
+        command, pipe, none = self._command("cat-file", "--batch"), subprocess.PIPE, subprocess.DEVNULL
+        with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=none, env=_environment()) as process:
             requests, answers = process.stdin, process.stdout
             assert requests is not None
             assert answers is not None

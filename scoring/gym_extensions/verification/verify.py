@@ -332,8 +332,9 @@ def runs_to_compare(
 ) -> dict[str, episodess.RunRequest]:
     """Requests for the policies with which those of ``runs`` are compared, by name, without cells.
 
-    They are of the other runs of the same logs, and of the verified runs of submissions beside this one on
-    the same tasks in order, ``submission/group/protocol/runN``. What cannot be read is left out.
+    They are of the other runs of the same logs, and of the runs of submissions beside this one that were
+    verified or trained here, on the same tasks in order, ``submission/group/protocol/runN``. What cannot be
+    read is left out.
     """
     logs, here = {every[name].log.path for name in runs}, submission.path.resolve()
     found = {
@@ -342,12 +343,14 @@ def runs_to_compare(
         if name not in runs and run.log.path in logs
         if run.document.policies is not None and not run.document.policies.url
     }
-    for path in sorted(here.parent.glob(f"*/{layout.REVIEW}")):
+    written = (here.parent.glob(f"*/{name}") for name in (layout.REVIEW, f"{layout.TRAINED}/*.toml"))
+    for path in sorted(path for paths in written for path in paths if here not in path.parents):
         folder, passed = path.parent, dict[str, str]()
-        if folder != here:
-            with contextlib.suppress(BenchError):
-                for part in review.read_review(folder).verifications:
-                    passed |= part.runs if part.passed else {}
+        with contextlib.suppress(BenchError, OSError, ValueError):
+            if path.name != layout.REVIEW:
+                folder, passed = path.with_suffix(""), review.training_of(path.read_bytes()).runs
+            for part in review.read_review(folder).verifications:
+                passed |= part.runs if part.passed else {}
         for name, digest in passed.items():
             log, _, _ = name.rpartition("/")
             group, _, protocol = log.partition("/")
@@ -357,7 +360,7 @@ def runs_to_compare(
                 document = read_run(folder / f"{name}{layout.DOCUMENT}")
                 if document.digest == digest and document.policies and not document.policies.url:
                     numbers = protocol, document.run, document.policies.sha256
-                    found[f"{folder.name}/{name}"] = episodess.RunRequest(
+                    found[f"{folder.relative_to(here.parent).as_posix()}/{name}"] = episodess.RunRequest(
                         str(folder), group, *numbers, True, ()
                     )
     return found

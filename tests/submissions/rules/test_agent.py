@@ -74,6 +74,10 @@ EXAMPLES: Table = {
         ("not stated", code(f"import torch\n{MAKE}"), LINE_1, "'torch'"),
         ("a simulator", code(f"from mujoco.x import y\n{MAKE}"), LINE_1, "mujoco"),
     ],
+    "bad-value": [
+        ("packages in a text", code(MAKE, '"torch"'), f"{TOML}, [agent] packages", "'torch'"),
+        ("packages in a number", code(MAKE, "3"), f"{TOML}, [agent] packages", "3"),
+    ],
     "malformed-training": [("no table", put("trained/1.toml", b"rank = 1\n"), "trained/1.toml", "rank")],
 }
 

@@ -135,7 +135,8 @@ def long_strings(sources: Sources, stated: Stated) -> Iterator[Finding]:
 def foreign_package(sources: Sources, stated: Stated) -> Iterator[Finding]:
     """The code imports Python's own modules, gym_extensions, numpy, its own files, and the ``packages`` that
     [agent] states. These are some of numpy, scipy, gymnasium, torch, stable-baselines3, onnx, onnxruntime."""
-    packages = [str(each) for each in (stated or {}).get("packages", ())]
+    listed = (stated or {}).get("packages", ())
+    packages = [str(each) for each in listed] if isinstance(listed, list) else []  # bad-value reports it
     for package in packages:
         if package not in BOX_PACKAGES:
             message = f"There is no {quote(package)} in the box."
