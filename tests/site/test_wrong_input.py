@@ -59,7 +59,7 @@ def test_one_submission_with_one_run_has_values_without_intervals() -> None:
 def test_a_group_that_nobody_entered_has_its_tasks_and_says_how_to_enter() -> None:
     page = read(only(one_run()))["groups/striker-v0.html"].text
     assert "Nobody has entered this group yet." in page
-    assert "train NAME --groups striker" in page
+    assert "train AGENT --groups striker --out submissions/NAME" in page
     for task in group("striker").task_ids:
         assert task.rsplit("/")[-1].removesuffix("-v0")[:7] in page
 
