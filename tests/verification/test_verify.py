@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.groups import group
+from gym_extensions.curation.cli import maintain
 from gym_extensions.envs import fingerprinting, make
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import review
@@ -51,7 +52,9 @@ def submission(tmp_path: Path, in_this_process: None) -> Path:
     return copy(honest(runs=RUNS), tmp_path / "mine")
 
 
-def test_an_honest_submission_is_verified_and_the_record_says_what_was_done(verified: Path) -> None:
+def test_an_honest_submission_is_verified_and_the_record_says_what_was_done(
+    verified: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     submission = verified
     (record,) = read_review(submission).verifications
     tasks = len(group(GROUP).tasks)
@@ -60,6 +63,10 @@ def test_an_honest_submission_is_verified_and_the_record_says_what_was_done(veri
     assert record.cells == RUNS * (tasks + 1) * tasks
     assert sorted(record.runs) == [f"{GROUP}/sequential/run{run}" for run in range(RUNS)]
     assert level_of(submission) == "verified"
+    assert load_submission(submission) == {}
+    for line in (f"poses/{GROUP}.json: run 0.", "up to date."):
+        assert maintain(["poses", str(submission)]) == 0
+        assert line in capsys.readouterr().out
     (poses,) = load_submission(submission).values()
     (submitted,) = read(submission).groups.values()
     rows = submitted.logs["sequential"].rows.query("run == 0")

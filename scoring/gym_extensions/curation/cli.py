@@ -98,7 +98,13 @@ def maintain_parser() -> argparse.ArgumentParser:
         description="Compute norms, ranks, inactive units and divergences of the policies of all runs, and "
         "write diagnostics/GROUP.json into the submission, unless it is up to date.",
     )
-    for part in (landscapes, diagnostics):
+    poses = parts.add_parser(
+        "poses",
+        help="record the motion that pages show",
+        description="Run logged episodes of the first sequential run again, and write poses/GROUP.json into "
+        "the submission, unless it is up to date.",
+    )
+    for part in (poses, landscapes, diagnostics):
         add, several = part.add_argument, "a submission's folder, or a folder of them"
         add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=several)
         add("--groups", nargs="+", default=[], metavar="NAME", help="only these groups (default: all)")
@@ -146,8 +152,7 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         review.add_to_review(submission, decisions=[review.Decision(action=options.decision, **stated)])
         return 0
     fetcher = fetch.Fetcher(options.cache / "policies", options.public_only)
-    is_landscape = options.command == "landscapes"
-    write = recorders.write_landscapes if is_landscape else recorders.write_diagnostics
+    write = getattr(recorders, f"write_{options.command}")
     submissions, chosen = _existing(options.submissions), (options.jobs, options.again)
     for line in write(submissions, options.groups, fetcher, *chosen):
         print(line, flush=True)

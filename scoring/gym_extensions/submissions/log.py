@@ -101,7 +101,7 @@ class TableError(ValueError):
 
 
 def log_text(episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> str:
-    """The text of a run's log, sorted by stage, task in training order and episode."""
+    """The text of a run's log, sorted by stage, task in the order of the group and episode."""
     flags, lines = {None: "", True: "true", False: "false"}, [HEADER]
     for row in sorted(episodes, key=lambda row: (row.stage, task_ids.index(row.task), row.episode)):
         numbers = f"{row.stage},{row.task},{row.episode},{row.seed},{row.length},{row.return_!r}"
@@ -110,7 +110,7 @@ def log_text(episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> str:
 
 
 def write_log(path: Path, episodes: Iterable[Episode], task_ids: tuple[str, ...]) -> None:
-    """Writes the log of a run, sorted by stage, task in training order and episode."""
+    """Writes the log of a run, sorted by stage, task in the order of the group and episode."""
     write_text(path, log_text(episodes, task_ids))
 
 

@@ -110,7 +110,7 @@ def write(submission: Path, group_name: str, poses: Poses) -> Path:
 def load_submission(submission: Path) -> dict[str, Poses]:
     """The poses in a submission's folder by group id, sorted. Raises ``BenchError`` if one is unreadable."""
     paths = sorted((submission / POSES).glob("*.json"))
-    documents = [Poses.load(path, "bad-poses", "gym-extensions verify") for path in paths]
+    documents = [Poses.load(path, "bad-poses", "gym-extensions maintain poses") for path in paths]
     return {document.group: document for document in documents if document is not None}
 
 

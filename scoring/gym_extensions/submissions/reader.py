@@ -16,7 +16,7 @@ from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies import files as files_module
 from gym_extensions.submissions.review import Review, about, code_digest, review_of, training_of
 from gym_extensions.submissions.run import RunDocument, run_of
-from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained, is_trainable
+from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -199,7 +199,7 @@ class _Reader:
         observes_task = self._declared("observes", "task_in_evaluation")
         evaluation = self._declared("protocol", "evaluation")
         for protocol, runs in documents.items():
-            sketches: dict[int, files_module.Sketches] | None = {} if is_trainable(documents) else None
+            sketches: dict[int, files_module.Sketches] = {}
             for run, document in runs.items():
                 suffixes = self.folder.runs[group.name, protocol][run]
                 if document.policies is None or document.policies.url:

@@ -1,6 +1,5 @@
 """A submission that has been read, and the runs of it that are scored."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -88,12 +87,6 @@ class Trained:
     version: int
     training: Training
     runs: Submission
-
-
-def is_trainable(runs: Mapping[str, Mapping[int, RunDocument]]) -> bool:
-    """Whether the agent has parameters to train; True if there is no document that says so."""
-    documents = [document for parts in runs.values() for document in parts.values()]
-    return not documents or any(document.memory.parameters_last > 0 for document in documents)
 
 
 def scored_runs(submission: Submission) -> Submission:

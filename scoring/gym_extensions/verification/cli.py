@@ -15,16 +15,17 @@ from rich.progress import Progress
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_text
-from gym_extensions.submissions import layout, poses, reader
+from gym_extensions.submissions import layout, reader
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.problem import count
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, Review, add_to_review, review_text
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import after_merge, episodes, git, pose_recorder
+from gym_extensions.verification import after_merge, episodes, git
 from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.verify import Report, logged_runs, verify
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
+NO_RUNS = "it has no runs; its code is trained after the merge."
 SUBMISSION_HELP = "a submission's folder, or a folder of submissions"
 EPILOG = """\
 Without --seeds, --write and --record verify the runs that have no verdict yet, with seeds from the commit \
@@ -137,17 +138,6 @@ def reports_on(
         yield report
 
 
-def write_poses(submission: Submission, report: Report) -> None:
-    """Writes the poses of the first sequential run of every published group that was verified."""
-    if report.verification is None or not report.verification.passed:
-        return
-    for name, run in logged_runs(submission).items():
-        is_first = run.log.protocol == "sequential" and run.document.run == run.log.runs[0]
-        is_elsewhere = run.document.policies is not None and run.document.policies.url
-        if run.log.group.published and is_first and name in report.verification.runs and not is_elsewhere:
-            poses.write(submission.path, run.log.group.name, pose_recorder.poses_of(run, submission))
-
-
 def lines_of(report: Report) -> Iterator[str]:
     """The report in words, a line each."""
     if report.problems:
@@ -218,6 +208,9 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
             if policies is not None and policies.url:
                 fetcher.fetch(policies, name)
         return 0
+    if submission.code and not (submission.groups or submission.problems):
+        print(f"{submission.name}: {NO_RUNS}")
+        return 0
     status, found = 0, []
     for report in reports_on(submission, value, files, options):
         print("\n".join(lines_of(report)))
@@ -229,7 +222,6 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
             write_text(options.record / f"{submission.name}.toml", review_text(Review(verifications=found)))
         elif options.write:
             add_to_review(path, [report.verification])
-            write_poses(submission, report)
     return status
 
 

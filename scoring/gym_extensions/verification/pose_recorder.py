@@ -15,6 +15,7 @@ from gym_extensions.documents import filled
 from gym_extensions.envs import fingerprinting, rollout
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.submissions import poses as store
+from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import limits, verify
@@ -105,7 +106,7 @@ def motion(track: Sequence[Array], outcome: rollout.Outcome, timing: Timing) -> 
     return {**facts, "motion": store.motion_of(frames, timing.unit)}
 
 
-def poses_of(run: verify.LoggedRun, submission: Submission) -> store.Poses:
+def poses_of(run: verify.LoggedRun, submission: Submission, fetcher: Fetcher | None = None) -> store.Poses:
     """The poses of a sequential run: an episode of every task right after its training and at the end.
 
     Policies that sample their actions are shown in an episode of their own, from the same start. Raises
@@ -118,7 +119,7 @@ def poses_of(run: verify.LoggedRun, submission: Submission) -> store.Poses:
     cells = [run.prescribed_cell(*key) for key in keys]
     if submission.manifest.protocol.evaluation == verify.SAMPLED:
         cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]
-    request = run.request(submission, tuple(cells))
+    request = run.request(submission, tuple(cells), fetcher)
     returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}
     episodes = [shown_episode(returns[key]) for key in keys]
     call = {"run": msgspec.to_builtins(request), "groups": [], "episodes": episodes}

@@ -1,12 +1,13 @@
-"""Runs stored policies for documents of a submission: landscapes and diagnostics.
+"""Runs stored policies for documents of a submission: poses, landscapes and diagnostics.
 
-A landscape is measured in worlds between and beyond those of the training, diagnostics on the published
-observations of the tasks.
+Poses are the motion of logged episodes. A landscape is measured in worlds between and beyond those of the
+training, diagnostics on the published observations of the tasks.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import msgspec
@@ -18,13 +19,13 @@ from gym_extensions.catalog.states import states
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions import diagnostics, landscapes, layout, reader
+from gym_extensions.submissions import diagnostics, landscapes, layout, poses, reader
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import episodes, limits, verify
+from gym_extensions.verification import episodes, limits, pose_recorder, verify
 from gym_extensions.versions import version
 
 LANDSCAPE_JOB, DIAGNOSTICS_JOB = (f"{__name__}:{job}" for job in ("measure", "diagnose"))
@@ -48,6 +49,35 @@ def _published(submission: Path, group: TaskGroup) -> tuple[Submission, dict[str
     found = reader.read(submission, only=[group.name])
     found.require_no_problems()
     return found, {name: run for name, run in verify.logged_runs(found).items() if run.document.policies}
+
+
+def write_poses(
+    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
+) -> Iterator[str]:
+    """Records the poses of submissions that are not up to date, or ``again``; yields a line about each.
+
+    They are those of the first sequential run that publishes its policies. ``names`` are those of groups; all
+    published ones if empty. Raises ``BenchError`` if a group is unknown, a submission has problems, or
+    policies cannot be run. What was finished before is kept.
+    """
+    wanted = [group_named(name) for name in names] or list(GROUPS.values())
+
+    def written(submission: Path, group: TaskGroup) -> str:
+        found, published = _published(submission, group)
+        run = next((each for each in published.values() if each.log.protocol == "sequential"), None)
+        if run is None:
+            return f"{submission.name}, {group.name}: no sequential run publishes its policies."
+        known, tasks = poses.load_submission(submission).get(group.id), range(len(group.tasks))
+        means = {key: fmean(each.return_ for each in cell) for key, cell in run.logged.items()}
+        stages_ = tuple(tuple(means[stage, task] for task in tasks) for stage in range(len(group.tasks) + 1))
+        if not again and known is not None and known.shows((run.document.run,), (stages_,)):
+            return f"{submission.name}, {group.name}: up to date."
+        path = poses.write(submission, group.name, pose_recorder.poses_of(run, found, fetcher))
+        return f"{path}: run {run.document.run}."
+
+    there = [(each, group) for each in submissions for group in wanted if (each / group.name).is_dir()]
+    with ThreadPoolExecutor(jobs) as pool:
+        yield from pool.map(lambda pair: written(*pair), there)
 
 
 def returns_of(group: TaskGroup, policy: AnyPolicy, axis: Axis, stage: int, run: int) -> list[list[float]]:

@@ -19,7 +19,7 @@ from gym_extensions.submissions import fetch, layout, problem, review
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.policies import files, onnx
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument, read_run
-from gym_extensions.submissions.submission import Submission, is_trainable
+from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import episodes as episodess, limits, new_seeds
 from gym_extensions.versions import blas_kernels, version
 
@@ -294,7 +294,7 @@ def verify(
     machines = {name: each.machine for name, each in repetitions.items()}
     sketches = {name: each.sketches for name, each in first.items()}
     sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
-    twins = _twins(submission, runs, sketches)
+    twins = _twins(runs, sketches)
     is_other = any(each.difference and not machines[name] for name, each in repetitions.items())
     # A difference that decides comes first.
     ordered = sorted(repetitions, key=lambda name: bool(machines[name]))
@@ -366,16 +366,12 @@ def runs_to_compare(
     return found
 
 
-def _twins(
-    submission: Submission, runs: Mapping[str, LoggedRun], sketches: Mapping[str, files.Sketches]
-) -> str:
+def _twins(runs: Mapping[str, LoggedRun], sketches: Mapping[str, files.Sketches]) -> str:
     """Which run has nearly the policies of another one, so that they are one run; empty if none has.
 
     Of other submissions only the last policy counts: methods with a common parent share the first.
     """
     for name, run in runs.items():
-        if not is_trainable(submission.groups[run.log.group.id].runs):
-            continue
         last = f"stage{len(run.log.group.tasks)}"
         own = {place: sketch for place, sketch in sketches[name].items() if place == last}
         for other, theirs in sketches.items():

@@ -27,6 +27,8 @@ NPZ_ERRORS = (
 """What numpy and zipfile raise for a file that is not an .npz file."""
 SKETCH = 128
 """Numbers of a sketch of parameters: that of independent ones correlates by 0 ± .09."""
+UNTRAINED = "stage0"
+"""The place of the policy before training, which methods with a common start share."""
 FEWEST_PARAMETERS = 32
 """Fewer parameters may correlate by chance."""
 SAME_POLICY = 0.99
@@ -138,7 +140,7 @@ def run_arrays(policies: Mapping[Key, AnyPolicy]) -> dict[str, Array]:
 
 
 def parameter_sketch(policies: Mapping[Key, AnyPolicy]) -> dict[str, list[float]]:
-    """A sketch of the weights of each trained policy by its place; none where they are few or all equal.
+    """A sketch of the weights of each policy by its place; none where they are few or all equal.
 
     The product of two sketches is about the correlation of the flattened weights, also after noise was added.
     A weight is added to a random place with a random sign (Charikar, Chen & Farach-Colton 2002, "Finding
@@ -148,7 +150,7 @@ def parameter_sketch(policies: Mapping[Key, AnyPolicy]) -> dict[str, list[float]
     for key, policy in policies.items():
         weights = policy.flat_weights()
         weights = weights - weights.mean() if weights.size else weights
-        if key[0] == 0 or weights.size < FEWEST_PARAMETERS or not weights.any():
+        if weights.size < FEWEST_PARAMETERS or not weights.any():
             continue
         rng = np.random.default_rng(0)
         places, signs = rng.integers(SKETCH, size=weights.size), rng.choice((-1.0, 1.0), weights.size)
@@ -158,9 +160,14 @@ def parameter_sketch(policies: Mapping[Key, AnyPolicy]) -> dict[str, list[float]
 
 
 def nearly_equal(first: Sketches, second: Sketches, least: float = SAME_POLICY) -> str:
-    """Where the policies of two runs correlate by more than ``least``, in words; empty if nowhere."""
-    for place in first.keys() & second.keys():
-        if np.dot(first[place], second[place]) > least:
+    """Where trained policies of two runs correlate by more than ``least``, in words; empty if nowhere.
+
+    A run that learns nothing, whose weights are those of stage 0 at every stage, may equal another one.
+    """
+    if UNTRAINED in first and all(sketch == first[UNTRAINED] for sketch in first.values()):
+        return ""
+    for place, sketch in first.items():
+        if place != UNTRAINED and place in second and np.dot(sketch, second[place]) > least:
             return f"{place}: the weights correlate by more than {least}"
     return ""
 

@@ -31,7 +31,7 @@ def compared_rows(log: Log) -> pd.DataFrame:
     * ``known``: whether the task belongs to the group
     * ``limit``: the task's time limit, 0 for a task of another group
     * ``expected_seed``: the prescribed seed, -1 where none is prescribed
-    * ``order``: how far the row is behind the row above, in run, stage, task in training order and episode
+    * ``order``: how far the row is behind the row above, in run, stage, task (as in the group) and episode
     * ``low``, ``high``: the lowest and highest return of an episode of this length and end
     * ``can_end``, ``defines_success``: whether the task can terminate, and whether it defines success
     * ``arrives``: whether success is the arrival at a goal, which ends the episode
@@ -133,10 +133,10 @@ ROW_RULES = {
         "Reset with gym_extensions.catalog.protocol.evaluation_seed(group id, task id, episode).",
     ),
     "unsorted-rows": RowRule(
-        "Rows are sorted by stage, task in training order and episode, and no episode is repeated.",
+        "Rows are sorted by stage, task in the order of the group and episode; no episode is repeated.",
         lambda rows, log: rows.order <= 0,
         "Stage {stage}, {task}, episode {episode} does not follow the row above.",
-        "Sort by stage, task in training order and episode; write each episode once.",
+        "Sort by stage, task in the order of the group and episode; write each episode once.",
     ),
     "not-finite": RowRule(
         "Every return is a finite number.",

@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.submissions.layout import CLONE, DOCUMENT, run_file
@@ -21,8 +21,8 @@ class RunPolicies:
 
     Only the digest is compared if ``with_content`` is False. ``first`` is the first policy of the group that
     uses observations, None if there is none; ``earlier`` has the sketches of earlier runs of the protocol,
-    to which those of this one are added, and is None if the agent has no parameters; ``observes_task`` and
-    ``evaluation`` are those of the manifest, None if they are unknown.
+    to which those of this one are added; ``observes_task`` and ``evaluation`` are those of the manifest, None
+    if they are unknown.
     """
 
     group: TaskGroup
@@ -30,7 +30,7 @@ class RunPolicies:
     arrays: mlp_arrays.Arrays
     with_content: bool = True
     first: files.AnyPolicy | None = None
-    earlier: dict[int, files.Sketches] | None = None
+    earlier: dict[int, files.Sketches] = field(default_factory=dict)
     observes_task: bool | None = None
     evaluation: str | None = None
 
@@ -119,9 +119,8 @@ def sampled_policy(run: RunPolicies) -> Iterator[Finding]:
 @rule("policies")
 def nearly_equal_policies(run: RunPolicies) -> Iterator[Finding]:
     """No trained policies of two runs are nearly equal: the weights of a stage correlate by at most .99. Such
-    runs are one run. (The gate and `verify` check this.)"""
-    if run.earlier is None:
-        return
+    runs are one run. (Runs that learn nothing, whose weights are those of stage 0 at every stage, may be
+    equal. The gate and `verify` check this.)"""
     own = files.parameter_sketch(run.by_key)
     for number, sketches in run.earlier.items():
         if where := files.nearly_equal(own, sketches):
