@@ -2,6 +2,7 @@
 
 import logging
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -280,10 +281,22 @@ def test_a_module_that_cannot_be_exported_is_named_in_one_line(
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(("module", "shape"), [(nn.Linear(4, 2), 4), ("net", (4,))])
-def test_other_arguments_are_named(module: Any, shape: Any) -> None:
-    with pytest.raises(BenchError, match=r"Give a torch\.nn\.Module and the shape of an observation"):
-        from_torch(module, shape)
+@pytest.mark.parametrize(
+    ("module", "options", "hint"),
+    [
+        (nn.Linear(4, 2), {"observation_shape": 4}, "Give a torch.nn.Module and shapes"),
+        (nn.Linear(4, 2), {"observation_shape": ("4",)}, "Give a torch.nn.Module and shapes"),
+        (nn.Linear(4, 2), {"state_shape": 64}, "Give a torch.nn.Module and shapes"),
+        (nn.Linear(4, 2), {"noise": "2"}, "Give a torch.nn.Module and shapes"),
+        ("net", {}, "Give a torch.nn.Module and shapes"),
+        (nn.Linear(4, 2), {"dtype": torch.float32}, "float32, float64, uint8"),
+        (nn.Linear(4, 2), {"dtype": np.float32}, "float32, float64, uint8"),
+        (nn.LazyLinear(2), {}, "Call it once with observations"),
+    ],
+)
+def test_other_arguments_are_named(module: Any, options: dict[str, Any], hint: str) -> None:
+    with pytest.raises(BenchError, match=re.escape(hint)):
+        from_torch(module, **{"observation_shape": (4,)} | options)
 
 
 def test_a_process_that_exports_prints_nothing_also_at_its_end() -> None:

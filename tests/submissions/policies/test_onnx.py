@@ -100,6 +100,12 @@ def external() -> bytes:
     return linear(constants=[weights])
 
 
+def broken(kind: int, **content: Any) -> bytes:
+    """A network with a tensor (1, 2) of this content."""
+    odd = onnx.TensorProto(name="s", data_type=kind, dims=[1, 2], **content)
+    return linear(constants=[tensor(np.eye(3, 2, dtype=np.float32), "weights"), odd])
+
+
 def doing(operator: str, domain: str = "") -> bytes:
     return linear(nodes=[node(operator, ["observation"], ["action"], domain=domain)])
 
@@ -108,7 +114,8 @@ def given(*inputs: Any) -> bytes:
     return linear(inputs=inputs)
 
 
-TEXT = named("observation", kind=onnx.TensorProto.STRING)
+STRING = onnx.TensorProto.STRING
+TEXT = named("observation", kind=STRING)
 REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
     "no ONNX": (lambda: b"\x0a\xff\xff", "not an ONNX model"),
     "no graph": (lambda: b"", "'observation' is missing"),
@@ -116,6 +123,8 @@ REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
     "operator of a library": (lambda: doing("Gelu", "com.mine"), "com.mine.Gelu"),
     "operator in a loop": (lambda: endless(3, 3).replace(b"Identity", b"PyFunkyX"), "PyFunkyX"),
     "data elsewhere": (external, "another file"),
+    "text as weights": (lambda: broken(STRING, string_data=[b"x", b"y"]), "'s' cannot be read as numbers"),
+    "too few weights": (lambda: broken(FLOAT, raw_data=b"1234"), "'s' cannot be read as numbers"),
     "dynamic observation": (
         lambda: given(named("observation", "width")),
         "'observation' has a dynamic shape",
@@ -159,6 +168,24 @@ def test_a_reduction_over_the_batch_is_refused_and_others_are_not(as_input: bool
     for axes in ([0], [1, 0]) if as_input else ([0], [0, 1], None):
         assert "reduces axis 0, the batch" in error_of(talking(axes, as_input=as_input))
     assert OnnxPolicy(talking([1], as_input=as_input)).act(np.ones((4, 3))).shape == (4, 3)
+
+
+@pytest.mark.parametrize(
+    ("stated", "is_refused"),
+    [
+        ({"value": tensor(np.array([1]))}, False),
+        ({"value_ints": [1]}, False),
+        ({"value_int": 1}, False),
+        ({"value_ints": [0, 1]}, True),
+        ({}, True),
+    ],
+)
+def test_axes_may_be_a_constant_of_any_kind(stated: dict[str, Any], is_refused: bool) -> None:
+    axes = node("Constant", [], ["axes"], **stated)
+    least = node("ReduceSum", ["observation", "axes"], ["action"], keepdims=1)
+    error = error_of(linear(nodes=[axes, least], outputs=[named("action", 1)], constants=[]))
+    assert ("reduces axis 0, the batch" in error) == is_refused
+    assert bool(error) == is_refused
 
 
 def with_constant(operator: str, name: str, values: Any) -> OnnxPolicy:

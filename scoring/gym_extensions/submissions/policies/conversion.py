@@ -14,6 +14,8 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 from unittest import mock
 
+import numpy as np
+
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.policies.onnx import MISSING, OnnxPolicy, required
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
 OPSET = 17
 """Of the exporter that traces: old enough for every runtime that is supported."""
+DTYPES = ("float32", "float64", "uint8")
+"""Of observations."""
 SCALES, TOLERANCE = (0.01, 0.1, 1.0, 10.0, 100.0) * 3, 1e-3
 """Of the random batches on which a module and its network are compared; the difference that is rounding."""
 OPERATOR = re.compile(r"(?:operator|namespace) '?(\w+::\w+)|op='([\w.]+)'")
@@ -66,22 +70,28 @@ def from_torch(
     """
     import torch
 
-    if not hasattr(module, "modules") or not hasattr(observation_shape, "__len__"):
-        hint = "Give a torch.nn.Module and the shape of an observation, such as (11,)."
-        raise BenchError("bad-argument", f"They are {module} and {observation_shape}.", "from_torch()", hint)
+    given = {"observation": observation_shape, "noise": (noise,) if noise else None, "state": state_shape}
+    shapes: dict[str, Any] = {key: shape for key, shape in given.items() if shape is not None}
+    if not hasattr(module, "modules") or not all(map(_is_shape, shapes.values())):
+        hint = "Give a torch.nn.Module and shapes such as (11,); noise is a number."
+        raise BenchError("bad-argument", f"They are {module} and {shapes}.", "from_torch()", hint)
+    if str(dtype) not in DTYPES:
+        hint = f"Give the name of a type: {', '.join(DTYPES)}."
+        raise BenchError("bad-argument", f"The dtype is {dtype!r}.", "from_torch()", hint)
     required("onnx")
     parallel = (torch.nn.DataParallel, torch.nn.parallel.DistributedDataParallel)
     while isinstance(module, parallel) or hasattr(module, "_orig_mod"):
         inner: Any = module.module if isinstance(module, parallel) else module._orig_mod
         module = inner
     name, tensors = type(module).__name__, [*module.parameters(), *module.buffers()]
+    if any(map(torch.nn.parameter.is_lazy, tensors)):
+        raise _refused(name, "it has a lazy layer without weights", "Call it once with observations.")
     if unfit := {each.dtype for each in tensors if each.is_floating_point() and each.element_size() < 4}:
         found = " and ".join(sorted(str(each).removeprefix("torch.") for each in unfit))
         raise _refused(name, f"it has numbers in {found}", "Pass module.float().")
     number = next((each.dtype for each in module.parameters()), torch.float32)
-    shapes = {"observation": observation_shape, "noise": (noise,) if noise else None, "state": state_shape}
-    sizes = {key: (2, *shape) for key, shape in shapes.items() if shape is not None}
-    types = {key: getattr(torch, dtype) if key == "observation" else number for key in sizes}
+    sizes = {key: (2, *shape) for key, shape in shapes.items()}
+    types = {key: getattr(torch, str(dtype)) if key == "observation" else number for key in sizes}
     zeros = {key: torch.zeros(size, dtype=types[key]) for key, size in sizes.items()}
     modes = {each: each.training for each in module.modules()}
     with _exporting():
@@ -99,6 +109,12 @@ def from_torch(
         finally:
             for each, is_training in modes.items():
                 each.training = is_training
+
+
+def _is_shape(value: object) -> bool:
+    return isinstance(value, Sequence) and all(
+        isinstance(size, int | np.integer) and size > 0 for size in value
+    )
 
 
 def _network(

@@ -132,7 +132,6 @@ def _content_errors(model: Any) -> Iterator[str]:
     if model.functions or model.training_info:
         yield "The model has functions or training information; only a graph is allowed."
     operators, is_external, is_sparse = set[str](), False, False
-    mixing = [node.op_type for node in _reductions_of_rows(model.graph)]
     for graph in _graphs(model.graph):
         is_sparse |= bool(graph.sparse_initializer)
         for node in graph.node:
@@ -143,12 +142,26 @@ def _content_errors(model: Any) -> Iterator[str]:
         is_external |= any(tensor.data_location or tensor.external_data for tensor in _tensors(graph))
     for name in sorted(operators)[:3]:
         yield f"The operator {quote(name)} is not allowed."
-    for name in mixing[:3]:
-        yield f"{name} reduces axis 0, the batch, whose rows are other episodes. State other, constant axes."
     if is_external:
         yield "A tensor lies in another file; all data must be in the file itself."
+    else:
+        yield from _value_errors(model.graph)
     if is_sparse:
         yield "A tensor is sparse; only dense ones are allowed."
+
+
+def _value_errors(main: Any) -> Iterator[str]:
+    """What is wrong with the values of tensors, none of which lies in another file."""
+    to_array, unreadable = required("onnx").numpy_helper.to_array, list[str]()
+    for tensor in (tensor for graph in _graphs(main) for tensor in _tensors(graph)):
+        try:
+            to_array(tensor).astype(np.float64)
+        except (TypeError, ValueError, LookupError, ArithmeticError):
+            unreadable.append(tensor.name)
+    for name in unreadable[:3]:
+        yield f"The tensor {quote(name)} cannot be read as numbers of its type and shape."
+    for node in [] if unreadable else list(_reductions_of_rows(main))[:3]:
+        yield f"{node.op_type} reduces axis 0, the batch, whose rows are other episodes. State other axes."
 
 
 def _reductions_of_rows(main: Any) -> Iterator[Any]:
@@ -156,13 +169,17 @@ def _reductions_of_rows(main: Any) -> Iterator[Any]:
     to_array, constants = required("onnx").numpy_helper.to_array, dict[str, Any]()
     for graph in _graphs(main):
         constants |= {tensor.name: tensor for tensor in graph.initializer}
-        constants |= {
-            each.output[0]: each.attribute[0].t for each in graph.node if each.op_type == "Constant"
-        }
+        for each in graph.node:
+            if each.op_type == "Constant" and len(each.attribute) == len(each.output) == 1:
+                stated = each.attribute[0]
+                whole = stated.t if stated.HasField("t") else []
+                kinds = {"value": whole, "value_ints": stated.ints, "value_int": [stated.i]}
+                constants[each.output[0]] = kinds.get(stated.name, [])
     for node in (node for graph in _graphs(main) for node in graph.node if node.op_type.startswith("Reduce")):
         axes = [axis for attribute in node.attribute if attribute.name == "axes" for axis in attribute.ints]
         if len(node.input) > 1 and node.input[1] in constants:
-            axes = to_array(constants[node.input[1]]).ravel().tolist()
+            value = constants[node.input[1]]
+            axes = to_array(value).ravel().tolist() if hasattr(value, "dims") else list(value)
         if not axes or 0 in axes:
             yield node
 
@@ -181,7 +198,7 @@ def _tensors(graph: Any) -> Iterator[Any]:
     yield from graph.initializer
     for node in graph.node:
         for attribute in node.attribute:
-            yield from (attribute.t, *attribute.tensors)
+            yield from (*([attribute.t] if attribute.HasField("t") else []), *attribute.tensors)
 
 
 def _tensor(value: Any) -> Tensor | str:
