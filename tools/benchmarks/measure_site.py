@@ -24,7 +24,7 @@ from gym_extensions.catalog.groups import SUITES, group
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
 from gym_extensions.scoring.submission.normalization import GroupReturns
-from gym_extensions.scoring.submission.scorer import score_group
+from gym_extensions.scoring.submission.scorer import completed, score_group
 from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.site.build import build_site
 from gym_extensions.submissions.manifest import Code, Observes, Protocol, Tuning
@@ -114,7 +114,7 @@ def write(line: str) -> None:
 def read(files: Sequence[Path]) -> Iterator[Scorecard]:
     """The scorecards of these files, one at a time."""
     for file in files:
-        yield msgspec.json.decode(file.read_bytes(), type=Scorecard)
+        yield completed(msgspec.json.decode(file.read_bytes(), type=Scorecard))
 
 
 def measured(files: Sequence[Path], out: Path) -> None:
