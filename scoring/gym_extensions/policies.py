@@ -125,4 +125,4 @@ def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> m
 
 def _fetched(policies: PolicyFile) -> mlp_arrays.Arrays:
     path = fetch.Fetcher(fetch.cache_folder() / "policies").fetch(policies, policies.url)
-    return fetch.read_copy(path, policies.sha256)
+    return fetch.read_copy(path, policies.sha256, policies.url)

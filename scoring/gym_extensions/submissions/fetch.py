@@ -73,18 +73,19 @@ class Fetcher:
         return path
 
 
-def read_copy(path: Path, sha256: str) -> dict[str, Array]:
+def read_copy(path: Path, sha256: str, where: str) -> dict[str, Array]:
     """The arrays of a fetched copy, by their full names. One with another content leaves the cache.
 
-    A stranger's file is read in a process with limits. Raises ``BenchError`` if it has another digest.
+    A stranger's file is read in a process with limits. Raises ``BenchError`` with ``where`` if it has another
+    digest.
     """
     try:
         arrays = files.npz_arrays(path.read_bytes())
         files.require_digest(arrays, sha256)
     except BenchError as error:
-        path.unlink()
+        path.unlink(missing_ok=True)
         message = f"The address has another file than the run states. {error.message}"
-        raise BenchError(OTHER_FILE, message, str(path), "Ask the author for the file of the run.") from error
+        raise BenchError(OTHER_FILE, message, where, "Ask the author for the file of the run.") from error
     return arrays
 
 

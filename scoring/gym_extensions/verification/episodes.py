@@ -138,7 +138,7 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[stored.Key, s
     on the task although the agent does not observe it.
     """
     if request.file:
-        arrays = fetch.read_copy(Path(request.file), request.policies)
+        arrays = fetch.read_copy(Path(request.file), request.policies, request.name)
     else:
         arrays = stored.read_arrays(Path(request.folder), group, request.protocol, request.run)
         stored.require_digest(arrays, request.policies)

@@ -161,7 +161,8 @@ def _value_errors(main: Any) -> Iterator[str]:
     for name in unreadable[:3]:
         yield f"The tensor {quote(name)} cannot be read as numbers of its type and shape."
     for node in [] if unreadable else list(_reductions_of_rows(main))[:3]:
-        yield f"{node.op_type} reduces axis 0, the batch, whose rows are other episodes. State other axes."
+        what = f"{node.op_type} reduces axis 0, the batch, whose rows are other episodes."
+        yield f"{what} State other, constant axes."
 
 
 def _reductions_of_rows(main: Any) -> Iterator[Any]:
