@@ -72,7 +72,7 @@ NUMBERS = itertools.count()
 
 
 def seed_global_generators() -> None:
-    """Starts them from the seed of the innermost open block; again after an import that may load torch."""
+    """Seeds them with the seed of the innermost open block; again after an import that may load torch."""
     if SCOPES and (seed := SCOPES[-1][1]) is not None:
         random.seed(seed)
         np.random.seed(seed % 2**32)  # noqa: NPY002
