@@ -121,7 +121,10 @@ def test_the_weights_of_the_zoo_make_its_policies_again(zoo: Path) -> None:
     assert set(frame["weights"]) == set(weights.index)
     observations = np.random.default_rng(0).normal(size=(3, 11))
     for name, stage in (("packnet", 5), ("sac", 3)):
-        (row,) = frame.query("submission == @name and stage == @stage and run == 4").to_dict("records")
+        found = frame.query(
+            "submission == @name and protocol == 'sequential' and stage == @stage and run == 4"
+        )
+        (row,) = found.to_dict("records")
         network, vector = json.loads(row["network"]), weights[row["weights"]]
         assert hashlib.sha256(vector.tobytes()).hexdigest() == row["weights"]
         shapes = network.pop("shapes")
@@ -139,7 +142,7 @@ def test_every_run_of_the_zoo_is_in_one_split_and_every_return_is_a_row(zoo: Pat
     frame, returns = (pd.read_parquet(zoo / f"{name}.parquet") for name in ("policies", "returns"))
     runs = frame.groupby(["run"])["split"].unique().map(list).to_dict()
     assert [runs[run] for run in range(5)] == [["train"]] * 3 + [["validation"], ["test"]]
-    keys = ["submission", "run", "stage"]
+    keys = ["submission", "protocol", "run", "stage"]
     listed = frame.set_index(keys)["returns"].map(list).to_dict()
     assert returns.groupby(keys)["return"].apply(list).to_dict() == listed
     assert len(returns) == 5 * len(frame)
