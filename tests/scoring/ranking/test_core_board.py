@@ -1,41 +1,35 @@
 """The core board: pooled differences, looks, families of all pairs, verdicts, notes and costs."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 from scipy import stats
 
-from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.metrics.statistics import ALPHA
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking import core_board as core_boards
-from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
+from gym_extensions.scoring.ranking.boards import CorePair
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, RunProvenance, Scorecard
 from gym_extensions.scoring.submission import suites
-from gym_extensions.scoring.submission.suites import LOOKS, claim_of, core_score, last_look, next_look
+from gym_extensions.scoring.submission.suites import LOOKS, last_look, next_look
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.review import Decision
 from gym_extensions.submissions.run import Memory, consecutive
 
 from ..made_submissions import Enter, at_level
-
-GROUPS = CORES[CORE]
-FINAL, LEARNED = "final_performance", "learning_performance"
-Values = Mapping[str, Sequence[float]]
-"""One value per run, by group."""
-OnCore = Callable[..., Scorecard]
-
-
-def normal(seed: int, mean: float, runs: int = 5, deviation: float = 0.1) -> dict[str, tuple[float, ...]]:
-    """Runs of every group of the core around a mean."""
-    rng = np.random.default_rng(seed)
-    return {group: tuple(rng.normal(mean, deviation, runs).tolist()) for group in GROUPS}
+from .conftest import (
+    FINAL,
+    GROUPS,
+    OnCore,
+    board_of,
+    normal,
+    pair_of,
+    row,
+    unverified,
+    with_episodes,
+)
 
 
 def test_looks_are_prescribed() -> None:
@@ -92,86 +86,6 @@ def test_equivalent_means_an_interval_inside_the_margin(
     pair = compared("a", "b", mean, p_value, half_width)
     assert (core_boards.MARGIN, pair.verdict) == (0.05, verdict)
     assert (pair.next_look is None) == (verdict != "open")
-
-
-@pytest.fixture
-def on_core(enter: Enter) -> OnCore:
-    """Makes the scorecard of a submission with these final performances of runs 0, 1, … in each group."""
-    card = enter("a", 300)
-    log = card.groups["hopper-gravity-v0"]["sequential"]
-
-    def scores(values: Sequence[float], numbers: Sequence[int] | None, starts: int) -> GroupScore:
-        runs = tuple(range(len(values)) if numbers is None else numbers)
-        metrics = {
-            metric.name: MetricValue(mean=1.0, runs=(1.0,) * len(runs)) for metric in METRICS["sequential"]
-        }
-        for name in (FINAL, "learning_performance"):
-            metrics[name] = MetricValue(mean=1.0, low=0.9, high=1.1, runs=tuple(values))
-        matrix = tuple(((float(starts),) * 2, (float(starts + run),) * 2, (0.0, 0.0)) for run in runs)
-        provenance = tuple(replace(log.provenance[0], run=run) for run in runs)
-        return replace(
-            log,
-            budget="300k",
-            runs=runs,
-            tasks=log.tasks[:2],
-            metrics=metrics,
-            return_matrix=matrix,
-            provenance=provenance,
-            episode_sketches=(),
-        )
-
-    def make(
-        name: str,
-        values: Values,
-        *,
-        parent: str = "",
-        starts: int = 0,
-        runs: Mapping[str, Sequence[int]] | None = None,
-    ) -> Scorecard:
-        assert card.manifest is not None
-        protocol = msgspec.structs.replace(card.manifest.protocol, parent=parent)
-        groups = {
-            group: {"sequential": scores(part, (runs or {}).get(group), starts)}
-            for group, part in values.items()
-        }
-        made = replace(card, name=name, manifest=replace(card.manifest, protocol=protocol), groups=groups)
-        return at_level(made, "verified")
-
-    return make
-
-
-def board_of(cards: Sequence[Scorecard]) -> CoreBoard:
-    made = core_boards.core_board([replace(card, core=core_score(card)) for card in cards])
-    assert made is not None
-    return made
-
-
-def with_logs(card: Scorecard, **changes: Any) -> Scorecard:
-    """The scorecard with these fields of every log."""
-    groups = {
-        name: {"sequential": replace(log["sequential"], **changes)} for name, log in card.groups.items()
-    }
-    return replace(card, groups=groups)
-
-
-def unverified(card: Scorecard, *runs: int) -> Scorecard:
-    return with_logs(card, level="claimed", unverified=runs)
-
-
-def with_episodes(card: Scorecard) -> Scorecard:
-    """The scorecard with the same episodes as every other that this function returns."""
-    sketches = tuple(tuple(f"{run} {part}" for part in range(16)) for run in range(5))
-    return with_logs(card, episode_sketches=sketches)
-
-
-def row(board: CoreBoard, name: str) -> CoreRow:
-    return next(submission for submission in board.rows if submission.name == name)
-
-
-def pair_of(board: CoreBoard, first: str, second: str, metric: str = FINAL) -> CorePair:
-    found = board.pair(metric, first, second)
-    assert found is not None
-    return found
 
 
 def test_a_board_has_one_row_per_method_and_every_pair(on_core: OnCore) -> None:
@@ -274,22 +188,6 @@ def test_a_run_that_waits_for_verification_changes_neither_copies_nor_marks(on_c
     assert row(board, "original").ranked
     assert row(board, "a copy").why == "Has most episodes of original."
     assert {each.name for each in board.rows if each.alike} == {"original"}
-
-
-def test_copies_and_marks_are_of_the_runs_that_were_trained_here(on_core: OnCore) -> None:
-    """In the second edition the author's own runs are a claim."""
-    alike: Values = dict.fromkeys(GROUPS, (0.5, 0.5001, 0.5002, 0.5001, 0.5))
-    honest = normal(1, 0.5)
-    made = {
-        "trpo": (honest, honest),
-        "b": (honest, honest),
-        "claim": (alike, honest),
-        "runs": (honest, alike),
-    }
-    cards = [with_episodes(trained(on_core(name, own), here)) for name, (own, here) in made.items()]
-    board = board_of(cards)
-    assert board.ranked == 4  # no copies: only the claims have common episodes
-    assert {each.name for each in board.rows if each.alike} == {"runs"}
 
 
 def test_a_claimed_submission_and_a_copy_have_no_rank(on_core: OnCore) -> None:
@@ -425,70 +323,3 @@ def test_the_reference_agent_in_other_ways_has_rows_without_a_rank(on_core: OnCo
     assert board_of([replace(card, groups=incomplete)]).references == ()
     claimed = at_level(replace(card, groups=groups), "claimed", "joint")
     assert board_of([claimed]).references == ()
-
-
-def trained(card: Scorecard, values: Values) -> Scorecard:
-    """The submission with these runs that were trained here."""
-    log = next(iter(card.groups.values()))["sequential"]
-    made = {}
-    for name, part in values.items():
-        metrics = log.metrics | {each: MetricValue(mean=1.0, runs=tuple(part)) for each in (FINAL, LEARNED)}
-        runs = tuple(range(len(part)))
-        made[name] = replace(log, level="trained here", runs=runs, metrics=metrics)
-    return replace(card, trained=made)
-
-
-def test_the_first_edition_ranks_verified_runs_and_those_that_were_trained_here(on_core: OnCore) -> None:
-    source = on_core("a", normal(1, 0.5))
-    card = replace(trained(source, normal(2, 0.7)), name="new")
-    board = board_of([card, on_core("trpo", normal(3, 0.3))])
-    assert (board.edition, board.ranked) == (1, 2)
-    new = row(board, "new")
-    assert (new.level, new.trained_here) == ("trained here", True)
-    assert new.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(2, 0.7).values())), rel=1e-12)
-
-
-def test_the_second_edition_ranks_what_was_trained_here_alone(on_core: OnCore) -> None:
-    trpo = trained(on_core("trpo", normal(3, 0.3)), normal(4, 0.3))
-    other = trained(on_core("other", normal(3, 0.9)), normal(4, 0.9))
-    board = board_of([trpo, other, on_core("verified", normal(1, 0.95))])
-    assert (board.edition, board.ranked) == (2, 2)
-    last = row(board, "verified")
-    assert (last.ranked, last.why, board.rows[-1].name) == (False, "Not trained here.", "verified")
-    assert last.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(1, 0.95).values())), rel=1e-12)
-    assert not any(pair.exploratory for pair in board.pairs[FINAL])
-
-
-def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: OnCore) -> None:
-    card = on_core("trpo", normal(3, 0.3))
-    few = trained(card, normal(4, 0.3, runs=4))
-    part = trained(card, {name: values for name, values in normal(4, 0.3).items() if name != GROUPS[0]})
-    assert core_score(few) == core_score(part) == core_score(card)
-    whole = trained(card, normal(4, 0.3)).trained
-    first = whole[GROUPS[0]]
-    for other in (replace(first, level="claimed"), replace(first, budget="smoke")):
-        assert core_score(replace(card, trained=whole | {GROUPS[0]: other})) == core_score(card)
-
-
-@pytest.mark.parametrize(("claimed", "note"), [(0.5, "agree with these"), (0.9, "claim 0.40 more")])
-def test_an_authors_own_runs_are_a_claim_beside_them(on_core: OnCore, claimed: float, note: str) -> None:
-    exact = dict.fromkeys(GROUPS, tuple(claimed + step for step in (-0.1, -0.05, 0.0, 0.05, 0.1)))
-    ours = dict.fromkeys(GROUPS, (0.4, 0.45, 0.5, 0.55, 0.6))
-    core = core_score(trained(on_core("new", exact), ours))
-    assert core is not None
-    assert core.claim is not None
-    assert core.claim.difference == pytest.approx(claimed - 0.5)
-    assert core.claim.agrees == (claimed == 0.5)
-    assert [each for each in core.notes if each.startswith("claim")] == [
-        f"claim: The author's own runs {note}."
-    ]
-
-
-def test_the_test_of_a_claim_by_hand() -> None:
-    # Pooled variance (2·.01 + 1·.02) / 3 = .0133 in the first group; in the second the floor, .08².
-    found = claim_of([((1.1, 1.2, 1.3), (0.9, 1.1)), ((1.0, 1.0), (0.9, 0.9))])
-    variances = (0.04 / 3 * (1 / 3 + 1 / 2), 0.08**2 * (1 / 2 + 1 / 2))
-    error, df = sum(variances) / 4, sum(variances) ** 2 / (variances[0] ** 2 / 3 + variances[1] ** 2 / 2)
-    assert found.difference == pytest.approx(0.15)
-    assert found.p_value == pytest.approx(stats.t.sf(0.15 / math.sqrt(error), df))
-    assert claim_of([((0.0, 0.1), (1.0, 1.1))]).p_value > 0.5

@@ -1,0 +1,94 @@
+"""The second edition of the core ranks what was trained here; an author's own runs are a claim beside it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from gym_extensions.scoring.submission.suites import claim_of, core_score
+
+from .conftest import (
+    FINAL,
+    GROUPS,
+    OnCore,
+    Values,
+    board_of,
+    normal,
+    row,
+    trained,
+    with_episodes,
+)
+
+
+def test_copies_and_marks_are_of_the_runs_that_were_trained_here(on_core: OnCore) -> None:
+    """In the second edition the author's own runs are a claim."""
+    alike: Values = dict.fromkeys(GROUPS, (0.5, 0.5001, 0.5002, 0.5001, 0.5))
+    honest = normal(1, 0.5)
+    made = {
+        "trpo": (honest, honest),
+        "b": (honest, honest),
+        "claim": (alike, honest),
+        "runs": (honest, alike),
+    }
+    cards = [with_episodes(trained(on_core(name, own), here)) for name, (own, here) in made.items()]
+    board = board_of(cards)
+    assert board.ranked == 4  # no copies: only the claims have common episodes
+    assert {each.name for each in board.rows if each.alike} == {"runs"}
+
+
+def test_the_first_edition_ranks_verified_runs_and_those_that_were_trained_here(on_core: OnCore) -> None:
+    source = on_core("a", normal(1, 0.5))
+    card = replace(trained(source, normal(2, 0.7)), name="new")
+    board = board_of([card, on_core("trpo", normal(3, 0.3))])
+    assert (board.edition, board.ranked) == (1, 2)
+    new = row(board, "new")
+    assert (new.level, new.trained_here) == ("trained here", True)
+    assert new.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(2, 0.7).values())), rel=1e-12)
+
+
+def test_the_second_edition_ranks_what_was_trained_here_alone(on_core: OnCore) -> None:
+    trpo = trained(on_core("trpo", normal(3, 0.3)), normal(4, 0.3))
+    other = trained(on_core("other", normal(3, 0.9)), normal(4, 0.9))
+    board = board_of([trpo, other, on_core("verified", normal(1, 0.95))])
+    assert (board.edition, board.ranked) == (2, 2)
+    last = row(board, "verified")
+    assert (last.ranked, last.why, board.rows[-1].name) == (False, "Not trained here.", "verified")
+    assert last.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(1, 0.95).values())), rel=1e-12)
+    assert not any(pair.exploratory for pair in board.pairs[FINAL])
+
+
+def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: OnCore) -> None:
+    card = on_core("trpo", normal(3, 0.3))
+    few = trained(card, normal(4, 0.3, runs=4))
+    part = trained(card, {name: values for name, values in normal(4, 0.3).items() if name != GROUPS[0]})
+    assert core_score(few) == core_score(part) == core_score(card)
+    whole = trained(card, normal(4, 0.3)).trained
+    first = whole[GROUPS[0]]
+    for other in (replace(first, level="claimed"), replace(first, budget="smoke")):
+        assert core_score(replace(card, trained=whole | {GROUPS[0]: other})) == core_score(card)
+
+
+@pytest.mark.parametrize(("claimed", "note"), [(0.5, "agree with these"), (0.9, "claim 0.40 more")])
+def test_an_authors_own_runs_are_a_claim_beside_them(on_core: OnCore, claimed: float, note: str) -> None:
+    exact = dict.fromkeys(GROUPS, tuple(claimed + step for step in (-0.1, -0.05, 0.0, 0.05, 0.1)))
+    ours = dict.fromkeys(GROUPS, (0.4, 0.45, 0.5, 0.55, 0.6))
+    core = core_score(trained(on_core("new", exact), ours))
+    assert core is not None
+    assert core.claim is not None
+    assert core.claim.difference == pytest.approx(claimed - 0.5)
+    assert core.claim.agrees == (claimed == 0.5)
+    assert [each for each in core.notes if each.startswith("claim")] == [
+        f"claim: The author's own runs {note}."
+    ]
+
+
+def test_the_test_of_a_claim_by_hand() -> None:
+    # Pooled variance (2·.01 + 1·.02) / 3 = .0133 in the first group; in the second the floor, .08².
+    found = claim_of([((1.1, 1.2, 1.3), (0.9, 1.1)), ((1.0, 1.0), (0.9, 0.9))])
+    variances = (0.04 / 3 * (1 / 3 + 1 / 2), 0.08**2 * (1 / 2 + 1 / 2))
+    error, df = sum(variances) / 4, sum(variances) ** 2 / (variances[0] ** 2 / 3 + variances[1] ** 2 / 2)
+    assert found.difference == pytest.approx(0.15)
+    assert found.p_value == pytest.approx(stats.t.sf(0.15 / math.sqrt(error), df))
+    assert claim_of([((0.0, 0.1), (1.0, 1.1))]).p_value > 0.5
