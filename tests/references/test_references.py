@@ -1,4 +1,4 @@
-"""The frozen references: what a file may hold, the published versions, and other rulers."""
+"""The frozen references: what a file may hold, the published versions, and the versions before."""
 
 import hashlib
 import json

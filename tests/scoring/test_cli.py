@@ -14,7 +14,6 @@ import pytest
 
 from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import METRICS, TABLE
-from gym_extensions.references import load_references
 from gym_extensions.scoring import cli
 from gym_extensions.scoring.output.screen import console, show
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
@@ -135,17 +134,6 @@ def test_json_is_the_document_and_csv_has_a_row_for_every_metric(
     rows = capfdbinary.readouterr().out.decode().splitlines()
     assert rows[0] == "name,level,group,protocol,budget,runs,metric,mean,low,high,why"
     assert len(rows) == 1 + len(METRICS["sequential"]) + 1
-
-
-def test_the_document_names_the_references_of_the_ruler(
-    make_submission: Write, capfdbinary: pytest.CaptureFixture[bytes]
-) -> None:
-    folder, stated = str(make_submission()), []
-    for options in ([], ["--ruler", "alone"]):
-        assert cli.main([folder, "--json", *options]) == 0
-        stated.append(json.loads(capfdbinary.readouterr().out)["references"]["version"])
-    assert stated == [load_references().version, load_references("1").version]
-    assert stated[0] != stated[1]
 
 
 def test_a_folder_of_submissions_gives_a_line_each(

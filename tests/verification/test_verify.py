@@ -132,7 +132,7 @@ def test_a_difference_on_another_platform_neither_raises_nor_lowers_the_level(
     assert "run1" in record.difference
 
 
-def test_runs_of_the_first_arithmetic_are_neither_refuted_nor_repeated(
+def test_runs_of_the_first_arithmetic_are_tried_on_new_seeds_and_not_repeated(
     submission: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert verify(submission, "--write") == 0
@@ -141,10 +141,22 @@ def test_runs_of_the_first_arithmetic_are_neither_refuted_nor_repeated(
     old = msgspec.structs.replace(part, runs=group_.digests("sequential"))
     write_review(submission, Review(verifications=[old]))
     assert level_of(submission) == "verified"
-    assert verify(submission) == 1
+    capsys.readouterr()
+    assert verify(submission) == 0
+    out = capsys.readouterr().out
+    assert f"not repeated: {RUNS} runs of the first arithmetic" in out
+    assert "new seeds: p = " in out
+
+
+def test_no_verification_of_runs_of_the_first_arithmetic_is_stored(
+    submission: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    submissions.change_documents(submission, lambda _: {"arithmetic": 1})
+    assert verify(submission, "--write") == 1
     out = capsys.readouterr().out
     assert f"{RUNS} runs of the first arithmetic" in out
     assert "python -m tools.record_again" in out
+    assert level_of(submission) == "claimed"
 
 
 def test_an_independent_program_repeats_logged_episodes_to_the_last_bit() -> None:

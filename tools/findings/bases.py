@@ -27,11 +27,16 @@ ADDITIONS = ("reset", "snapshots", "cloning", "online-ewc", "packnet")
 NONE = Value(math.nan, math.nan, math.nan)
 
 
+TUNED = ("cloning", "online-ewc", "packnet")
+"""The additions to TRPO whose settings tuning changed."""
+
+
 def submission(base: str, addition: str = "") -> str:
-    """The submission of a base with an addition, if any; those of ``trpo`` have the name of the addition."""
+    """The submission of a base with an addition, if any; those to ``trpo`` have the name of the addition."""
     if not addition:
         return ALONE[base]
-    return {"trpo": addition, "ppo": f"ppo-{addition}-tuned"}.get(base, f"{base}-{addition}")
+    on_trpo = f"{addition}-tuned" if addition in TUNED else addition
+    return {"trpo": on_trpo, "ppo": f"ppo-{addition}-tuned"}.get(base, f"{base}-{addition}")
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.files import write_text
 from gym_extensions.metrics.formulas import BY_NAME
-from gym_extensions.references import ALONE
 from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
@@ -26,7 +25,6 @@ from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank
 from gym_extensions.submissions.landscapes import best, landscapes_of
 from tools.findings import bases, claims, tables
-from tools.findings.costs import hours
 from tools.findings.figures import draw_groups, draw_retention, write_picture
 from tools.findings.orders import orders, turned
 from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
@@ -42,17 +40,6 @@ def of_runs(folder: Path, metric: str = LOST) -> dict[str, Sequence[float]]:
     groups = score_folder(folder).groups
     logs = {group: protocols.get("sequential") for group, protocols in groups.items()}
     return {group: log.metrics[metric].runs for group, log in logs.items() if log and metric in log.metrics}
-
-
-def by_ruler_alone(folder: Path) -> dict[str, list[tables.Value]]:
-    """The metrics of ``COLUMNS`` by group id, where 1 is the same agent on each task alone."""
-    card = make_scorer(ruler=ALONE)(folder)
-    found = {}
-    for group, protocols in card.groups.items():
-        log = protocols.get("sequential")
-        if log and all(log.metrics[name].mean is not None for name in COLUMNS):
-            found[group] = [tables.Value.of(log.metrics[name]) for name in COLUMNS]
-    return found
 
 
 def landscape(submissions: Path, submission: str = "cloning", group: str = "hopper-gravity") -> View:
@@ -89,7 +76,6 @@ def main() -> None:
     templates = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
     )
-    templates.filters.update(hours=hours)
     templates.globals.update(
         fmt=partial(fixed, digits=2), rank=rank, Value=tables.Value, percent=tables.percent
     )
@@ -112,7 +98,6 @@ def main() -> None:
         learned=learned,
         unlearned=[row for row in groups if not row.is_learned],
         without_score=[g.name for g in GROUPS.values() if g.id in trained and g.name not in scored],
-        by_alone=by_ruler_alone(submissions / FINE_TUNING),
         suites=[
             (name, [tables.value(metrics, FINE_TUNING, name, metric) for metric in COLUMNS])
             for name in SUITES

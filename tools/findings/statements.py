@@ -134,24 +134,21 @@ def spread(printed: Scorecard, episodes: pd.DataFrame) -> Statement:
 
 
 def navigation(tuned: Scorecard) -> Statement:
-    """That TRPO does not learn to navigate: it does if training on a task raises its score."""
-    parts, gains = [], []
+    """That TRPO does not learn to navigate: it does if its score right after training is above the floor.
+
+    An untrained policy is far below the floor, because it collides; that it stops is no progress to the goal.
+    """
+    parts, scores = [], []
     for name in NAVIGATION:
         log = log_of(tuned, name)
-        scores = [log.scores(at) or [] for at in range(len(log.tasks))]
-        learned = [
-            fmean(task[run][at] - task[run][0] for at, task in enumerate(scores, 1))
-            for run in range(len(log.runs))
-        ]
-        gains.append(Value.of(interval(learned)))
+        scores.append(Value.of(log.metrics[LEARNED]))
         rates = [rate for run in log.success_rates for rate in run[-1] if rate is not None]
         success = f", {fixed(100 * fmean(rates), 0)} % of the last episodes reach the goal" if rates else ""
-        score = Value.of(log.metrics[LEARNED])
-        parts.append(f"{name}: training adds {gains[-1]}, to {score}, where 0 is the floor{success}")
+        parts.append(f"{name}: {scores[-1]} right after training, where 0 is the floor{success}")
     return Statement(
         "Navigation: TRPO makes no progress",
         "no table is printed",
-        f"{verdict(not any(gain.low > 0 for gain in gains))}: {'; '.join(parts)}",
+        f"{verdict(not any(score.high > 0 for score in scores))}: {'; '.join(parts)}",
     )
 
 

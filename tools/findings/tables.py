@@ -196,9 +196,11 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
 
 
 def transfers(metrics: pd.DataFrame) -> list[tuple[str, list[Value]]]:
-    """The transfers of fine-tuning by group, the groups with most values first."""
+    """The transfers of fine-tuning by group that it learned, the groups with most values first."""
     rows = []
     for group in GROUPS.values():
+        if not value(metrics, FINE_TUNING, group.id, COLUMNS[0]).low > 0:
+            continue
         values = [value(metrics, FINE_TUNING, group.id, metric) for metric in TRANSFERS]
         if not all(math.isnan(each.mean) for each in values):
             rows.append((group.name, values))

@@ -17,10 +17,9 @@ from gym_extensions.errors import BenchError
 
 CURRENT = "2"
 """The benchmark version whose references normalize every score."""
-ALONE = "alone"
-RULERS = {ALONE: "1"}
-"""Other rulers of ``score --ruler``, and the version of their references. In ``alone``, 1 is the reference
-agent after 300,000 steps on the task alone; in navigation it is the planner in both."""
+ALONE, ALONE_VERSION = "alone", "1"
+"""The row *each task alone* of boards, and the version of the references that has its runs: there, the score
+1 is the reference agent after 300,000 steps on the task alone, in navigation the planner."""
 
 
 class FloorAgent(msgspec.Struct, omit_defaults=True):
@@ -187,6 +186,6 @@ def load_references(version: str = CURRENT) -> References:
 @cache
 def trained_alone() -> Mapping[str, Expert]:
     """The reference agent after 300,000 steps on a task alone: the runs of version 1, by task id."""
-    tasks = read_references(path_of(RULERS[ALONE])).tasks
+    tasks = read_references(path_of(ALONE_VERSION)).tasks
     found = {name: task.expert or task.attempts or None for name, task in tasks.items()}
     return {name: each for name, each in found.items() if each and each.budget == STANDARD_BUDGET}

@@ -35,8 +35,6 @@ def parser() -> argparse.ArgumentParser:
     help_ = "also accept the custom group in this TOML file; may be repeated"
     add("--groups", action="append", default=[], metavar="FILE", help=help_)
     add("--references", type=Path, metavar="FILE", help="references of the custom groups' tasks")
-    help_ = "normalize so that 1 is the mean return of trpo after 300,000 steps on each task alone"
-    add("--ruler", choices=["alone"], help=help_)
     help_ = "write scorecards/NAME.json and boards.json to DIR, and remove other scorecards from it"
     add("--out", type=Path, metavar="DIR", help=help_)
     add("--jobs", type=int, metavar="N", help="worker processes (default: CPU count + 1)")
@@ -52,7 +50,7 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
         command.error("name at least one FOLDER, or two with --compare")
     others = ("folders", "json", "csv", "out", "jobs", "group")
     if options.compare and any(getattr(options, name) for name in others):
-        command.error("--compare takes two submissions, only with --groups, --references and --ruler")
+        command.error("--compare takes two submissions, only with --groups and --references")
     if options.out and options.group:
         command.error("--out writes whole submissions: leave out --group")
     if options.jobs is not None and options.jobs < 1:
@@ -95,8 +93,6 @@ def _score(options: argparse.Namespace, scorer: "Scorer") -> int:
     folders = pipeline.find_submissions(options.folders)
     as_text = options.json or options.csv
     out = screen.console()
-    if options.ruler and not as_text:
-        out.print("Scores: 1 is trpo after 300,000 steps on each task alone, not the expert.")
     texts = (f"scoring {folder.name} ({i} of {len(folders)})" for i, folder in enumerate(folders, 1))
     cards: Iterable[Scorecard] = screen.awaited(pipeline.scorecards(folders, scorer, options.jobs), texts)
     if options.out:
@@ -126,7 +122,7 @@ def main(argv: list[str] | None = None) -> int:
     options = parse_args(argv)
     from gym_extensions.scoring.pipeline import make_scorer
 
-    scorer = make_scorer(options.groups, options.references, options.group, options.ruler)
+    scorer = make_scorer(options.groups, options.references, options.group)
     try:
         return _compare(options.compare, scorer) if options.compare else _score(options, scorer)
     except BrokenPipeError:

@@ -10,7 +10,7 @@ from pathlib import Path
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, TaskGroup, with_custom
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.files import write_text
-from gym_extensions.references import RULERS, References, add_references, load_references, read_references
+from gym_extensions.references import References, add_references, load_references, read_references
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions import reader, submission
@@ -59,7 +59,6 @@ def make_scorer(
     groups: Iterable[str | Path | TaskGroup] = (),
     references: str | Path | None = None,
     only: Sequence[str] = (),
-    ruler: str | None = None,
 ) -> Scorer:
     """Scores with the published groups and references, and with the user's own.
 
@@ -67,13 +66,11 @@ def make_scorer(
         groups: custom groups: TOML files or TaskGroup objects.
         references: the references file of the custom groups' tasks, which must have all of them.
         only: names or ids of the groups that are read and scored; all if empty.
-        ruler: ``alone``, where 1 is ``trpo`` on each task alone; None for that of the boards.
 
     Raises:
         BenchError: a group or the file is invalid, or there is no group of that name.
     """
-    known = load_references(RULERS[ruler]) if ruler else load_references()
-    scored = with_custom(groups)
+    known, scored = load_references(), with_custom(groups)
     if references is not None:
         known = add_references(known, read_references(Path(references)))
         for group in scored.values():

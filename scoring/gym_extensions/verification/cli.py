@@ -18,7 +18,13 @@ from gym_extensions.files import write_text
 from gym_extensions.submissions import layout, reader
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.problem import count
-from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, Review, add_to_review, review_text
+from gym_extensions.submissions.review import (
+    NEW_SEEDS_ALPHA,
+    Review,
+    Verification,
+    add_to_review,
+    review_text,
+)
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, episodes, git
 from gym_extensions.verification.new_seeds import require_value
@@ -26,6 +32,7 @@ from gym_extensions.verification.verify import Report, logged_runs, verify
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
 NO_RUNS = "it has no runs; its code is trained after the merge."
+OTHERS = "other processors do not repeat"
 SUBMISSION_HELP = "a submission's folder, or a folder of submissions"
 EPILOG = """\
 Without --seeds, --write and --record verify the runs that have no verdict yet, with seeds from the commit \
@@ -148,28 +155,33 @@ def lines_of(report: Report) -> Iterator[str]:
         names, runs = ", ".join(report.without_policies[:3]), len(report.without_policies)
         more = "…" if runs > 3 else ""
         yield f"{report.name}: {count(runs, 'run')} without policies, claimed only: {names}{more}."
-    if report.first_arithmetic:
-        size = count(len(report.first_arithmetic), "run")
-        yield f"{report.name}: {size} of the first arithmetic, which other processors do not repeat."
+    if first := not_run(report):
+        yield f"{report.name}: {count(len(first), 'run')} of the first arithmetic, which {OTHERS}."
         command = f"python -m tools.record_again submissions/{report.name}"
         yield f"  Their level stays. To record them again: {command}"
     found = report.verification
     if found is None:
-        if not report.without_policies and not report.first_arithmetic:
+        if not report.without_policies and not first:
             yield f"{report.name}: {NOTHING_LEFT}"
         return
     size = count(len(found.runs), "run")
     yield f"{report.name}: {found.undecided or ('verified' if found.passed else 'NOT verified')}, {size}."
     if report.retraining:
         yield f"  trained again: {report.retraining}"
-    if not report.means and not found.undecided:
+    if report.means:
+        yield from results_of(report, found)
+    elif not found.undecided:
         yield f"  the policies cannot be run: {found.difference}"
-        return
+
+
+def results_of(report: Report, found: Verification) -> Iterator[str]:
+    """What the policies did, in words, a line each."""
     if report.runs:
         how = f"by {found.runtime}, returns within .1 %" if found.runtime else "bit for bit"
         yield f"  repeated {how}: {found.repeated:,} of {found.episodes:,} episodes"
-    else:
-        yield "  repeated: none, because the policies sample their actions"
+    if len(report.runs) < len(found.runs):
+        old = f"{count(len(report.first_arithmetic), 'run')} of the first arithmetic, which {OTHERS}"
+        yield f"  not repeated: {old if report.first_arithmetic else 'the policies sample their actions'}"
     if report.twins:
         yield f"  one run twice: {report.twins}"
     elif found.difference:
@@ -185,7 +197,12 @@ def lines_of(report: Report) -> Iterator[str]:
 def is_verified(report: Report) -> bool:
     """Whether nothing speaks against the submission, and all its runs have policies that can be repeated."""
     passed = report.verification is None or report.verification.passed
-    return passed and not (report.problems or report.without_policies or report.first_arithmetic)
+    return passed and not (report.problems or report.without_policies or not_run(report))
+
+
+def not_run(report: Report) -> set[str]:
+    """The names of the runs of the first arithmetic that were not run: no result of them is stored."""
+    return set(report.first_arithmetic) - set(report.verification.runs if report.verification else ())
 
 
 def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:

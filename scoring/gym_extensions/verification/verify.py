@@ -172,12 +172,12 @@ class Report:
 
     Args:
         verification: the record; None with problems, or without a run that can be verified.
-        runs: how each run was repeated, by name; empty if the policies sample their actions.
+        runs: how each run was repeated, by name; none of policies that sample, or of the first arithmetic.
         machines: why episodes may differ on this machine without refuting the run, by its name.
         means: the mean returns in each log and on new seeds, in words, by ``group/protocol``.
         without_policies: names of the runs that publish none.
         twins: which run has nearly the policies of another one, in words; empty if none has.
-        first_arithmetic: names of the runs whose episodes were logged in it, which were not run.
+        first_arithmetic: names of the runs whose episodes were logged in it.
         retraining: how a run that was trained again compares; empty if none was.
     """
 
@@ -230,6 +230,8 @@ def verify(
 ) -> Report:
     """Verifies the runs of a submission that have policies.
 
+    Runs of the first arithmetic are tried on new seeds, if all runs are verified, and not repeated.
+
     Args:
         submission: the submission.
         value: 40 to 128 hexadecimal digits that were fixed after the files.
@@ -248,7 +250,8 @@ def verify(
     chosen = (set(runs) if only is None else set(only)).difference(without)
     old = tuple(name for name in runs if name in chosen and is_first_arithmetic(submission, runs[name]))
     report, every = Report(submission.name, without_policies=without, first_arithmetic=old), runs
-    runs = {name: run for name, run in runs.items() if name in chosen.difference(old)}
+    chosen = chosen.difference(() if only is None else old)
+    runs = {name: run for name, run in runs.items() if name in chosen}
     if not runs:
         return report
     requests = {name: run.request(submission, fetcher=fetcher) for name, run in runs.items()}
@@ -260,8 +263,8 @@ def verify(
     digests = {name: run.document.digest for name, run in runs.items()}
     contents = {name: run.document.files for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(contents), value)
-    is_repeatable = not is_sampled(submission)
-    prescribed = {name: run.prescribed if is_repeatable else () for name, run in runs.items()}
+    repeatable = () if is_sampled(submission) else runs.keys() - set(old)
+    prescribed = {name: run.prescribed if name in repeatable else () for name, run in runs.items()}
     facts: dict[str, Any] = {
         "date": datetime.now(UTC).date().isoformat(),
         "version": version("gym-extensions"),
@@ -288,9 +291,9 @@ def verify(
         found = review.Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
         return replace(report, verification=found)
     repetitions = {}
-    for name, each in first.items() if is_repeatable else ():
-        result = replace(each, outcomes=each.outcomes[: len(prescribed[name])])
-        repetitions[name] = repetition(runs[name], prescribed[name], result)
+    for name, cells in ((name, cells) for name, cells in prescribed.items() if name in repeatable):
+        result = replace(first[name], outcomes=first[name].outcomes[: len(cells)])
+        repetitions[name] = repetition(runs[name], cells, result)
     machines = {name: each.machine for name, each in repetitions.items()}
     sketches = {name: each.sketches for name, each in first.items()}
     sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
@@ -306,7 +309,7 @@ def verify(
         report,
         verification=review.Verification(
             **facts,
-            episodes=sum(sum(map(len, run.logged.values())) for run in runs.values()),
+            episodes=sum(sum(map(len, run.logged.values())) for name, run in runs.items() if name not in old),
             repeated=sum(each.repeated for each in repetitions.values()),
             difference=failed or twins or difference,
             runtime=next((each.runtime for each in first.values() if each.runtime), ""),

@@ -40,6 +40,14 @@ def test_a_network_has_its_size_its_norms_and_the_outputs_of_its_hidden_layers()
     assert (found.distances, found.kl, found.drift) == ((), None, ())
 
 
+def test_a_rank_is_a_mean_over_tasks_of_the_network_that_acts_in_each() -> None:
+    second = network().weights[0][:, ::-1] * (1.0, 3.0, 0.5)
+    both = replace(network(), weights=(np.stack([network().weights[0], second]), network().weights[1]))
+    alone = [replace(network(), weights=(first, network().weights[1])) for first in both.weights[0]]
+    ranks = [diagnose([each], [SEEN])[0].ranks or () for each in alone]
+    assert diagnose([both], [SEEN, SEEN])[0].ranks == pytest.approx(np.mean(ranks, axis=0))
+
+
 def test_masked_weights_have_no_norm_and_make_no_distance() -> None:
     masks = (np.ones((2, 3), np.bool_), np.array([[True], [True], [False]]))
     first, second = diagnose([replace(network(), masks=masks), network()], [SEEN])

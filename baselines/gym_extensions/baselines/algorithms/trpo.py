@@ -101,7 +101,7 @@ class Trpo:
     tuning_steps = TUNING_STEPS
     tuning_tasks: tuple[str, ...] = TUNING_TASKS
     parent: str = ""
-    description = "TRPO with today's usual settings: 64-64 tanh, normalized observations, GAE λ .95."
+    description = "TRPO: 64-64 tanh, normalized observations, GAE λ .95; tuned on three planar bodies."
 
     def __init__(
         self,

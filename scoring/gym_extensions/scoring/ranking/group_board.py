@@ -16,7 +16,7 @@ from gym_extensions.metrics import formulas, statistics, values
 from gym_extensions.metrics.formulas import BOARD_METRICS, COLUMNS, FORGETTING, NEEDS, Metric
 from gym_extensions.metrics.statistics import Summary, summary
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.references import ALONE, RULERS, References, load_references, trained_alone
+from gym_extensions.references import ALONE, References, load_references, trained_alone
 from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, TaskBest
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates, related_submissions
@@ -281,7 +281,7 @@ def computed_rows(
     """
     groups = [tasks[group] for group in key.groups]
     submissions = []
-    has_alone = key.budget == STANDARD_BUDGET and references.version != RULERS[ALONE] and ALONE not in names
+    has_alone = key.budget == STANDARD_BUDGET and ALONE not in names
     if has_alone and (alone := alone_values(groups, references, key.protocol)):
         rows = {name: BoardMetric.of(value) for name, value in alone.items()}
         submissions.append(documents.ComputedRow(ALONE, "Each task alone", rows))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from statistics import fmean
 
 import numpy as np
 
@@ -28,10 +29,11 @@ class Diagnosis:
         norms: the Frobenius norm of each layer's weights, without masked ones.
         ranks: the stable rank of each hidden layer's outputs H (observations, units), less their mean:
             ‖H‖² (Frobenius) / ‖H‖² (spectral). It is at least 1 and at most the number of units (Rudelson &
-            Vershynin 2007, "Sampling from large matrices").
+            Vershynin 2007, "Sampling from large matrices"). It is that of the network that acts in a task, on
+            the task's observations, as the mean over tasks.
         inactive: of each hidden layer the share of its outputs that are saturated (tanh: at least .9), or of
             its units that are dormant (other activations): their mean absolute output is at most .025 of the
-            mean over the layer (Sokar et al. 2023, "The dormant neuron phenomenon").
+            mean over the layer (Sokar et al. 2023, "The dormant neuron phenomenon"). Also a mean over tasks.
         distances: the Euclidean distance of all weights from those after each earlier stage, from 0.
         kl: for each task, the mean over its observations of the divergence KL(stage before ‖ now) of the
             Gaussian policies, in nats.
@@ -76,14 +78,16 @@ def diagnose(
         )
         sigmas = (each for each in (policy.log_sigma, policy.log_sigma_weight) if each is not None)
         seen = [mlp.hidden_outputs(policy, part, task) for task, part in enumerate(observations)]
-        hidden = [np.concatenate(parts) for parts in zip(*seen, strict=True)]
+        hidden = list(zip(*seen, strict=True))  # by layer and task
         previous = ((policies[stage - 1], task) for task in range(len(observations)))
         learned = list(order or range(len(observations)))[: max(stage - 1, 0)]
         diagnosis = Diagnosis(
             parameters=sum(each.size for each in (*policy.weights, *policy.biases, *sigmas)),
             norms=tuple(float(np.linalg.norm(layer)) for layer in layers),
-            ranks=tuple(map(stable_rank, hidden)),
-            inactive=tuple(inactive_share(outputs, policy.activation) for outputs in hidden),
+            ranks=tuple(fmean(map(stable_rank, layer)) for layer in hidden),
+            inactive=tuple(
+                fmean(inactive_share(outputs, policy.activation) for outputs in layer) for layer in hidden
+            ),
             distances=distances,
             kl=divergences(policy, previous, observations) if stage else None,
             drift=divergences(policy, zip(policies[1:], learned, strict=False), observations),
