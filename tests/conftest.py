@@ -19,6 +19,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -33,7 +34,8 @@ from gym_extensions.submissions.log import Episode, write_log
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
 from gym_extensions.submissions.policies.mlp import Policy
-from gym_extensions.submissions.review import Review, Verification, write_review
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.review import Review, Training, Verification, training_text, write_review
 
 
 @contextmanager
@@ -240,6 +242,23 @@ def uniform_policies(group_name: str, protocol: str) -> tuple[bytes, str]:
     """The policies of a run that acts at random, as a file, and their digest."""
     arrays = run_arrays(dict.fromkeys(policy_keys(protocol, group(group_name)), UNIFORM))
     return npz_bytes(arrays), content_sha256(arrays)
+
+
+def trained_here(folder: Path, version: int = 1, **changes: object) -> Path:
+    """Makes of the sequential runs of a submission those that the project trained, and adds code."""
+    (runs,) = folder.glob("*/sequential")
+    target = folder / "trained" / str(version)
+    shutil.copytree(runs, target / runs.parent.name / "sequential")
+    shutil.copy(folder / "submission.toml", target / "submission.toml")
+    (folder / "agent").mkdir(exist_ok=True)
+    (folder / "agent/agent.py").write_text("make = None\n", encoding="utf-8")
+    with (folder / "submission.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[agent]\nentry = "agent.py:make"\n')
+    (submitted,) = read(target).groups.values()
+    stated = {"date": "2026-01-02", "version": "1.0.0", "commit": "3f" * 20, "agent": read(folder).code}
+    training = msgspec.convert(stated | {"runs": submitted.digests("sequential")} | changes, Training)
+    (folder / f"trained/{version}.toml").write_text(training_text(training), encoding="utf-8")
+    return target
 
 
 def verification(digests: dict[str, str], settings: str, **changes: object) -> Verification:

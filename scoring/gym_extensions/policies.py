@@ -108,7 +108,8 @@ def diagnose(
 
 
 def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> mlp_arrays.Arrays:
-    path = folder / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
+    runs = layout.runs_folder(folder, group.name)
+    path = runs / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
     if not path.is_file():
         found = f"{folder} has no run {run} of {group.name}, {protocol}."
         message = found if folder.is_dir() else f"There is no folder {folder}."
@@ -118,7 +119,7 @@ def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> m
         raise BenchError("no-policies", "The run publishes no policies.", str(path), "Choose another run.")
     if stated.url:
         return _fetched(stated)
-    arrays = files.read_arrays(folder, group, protocol, run)
+    arrays = files.read_arrays(runs, group, protocol, run)
     files.require_digest(arrays, stated.sha256, str(path))
     return arrays
 

@@ -35,7 +35,7 @@ from ..verification.made_submissions import (
     honest,
     level_of,
 )
-from .repositories import commit, git, make_repository, rules
+from .repositories import commit, git, make_repository, merge, rules
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the gate needs limits that Windows lacks")
 
@@ -364,6 +364,9 @@ def test_a_job_lists_what_waits_for_a_review_the_newest_last(
     shutil.copytree(folder / "new", folder / "a-later-one", ignore=shutil.ignore_patterns("review.toml"))
     (folder / "a-later-one/submission.toml").write_text(manifest.replace("A submission", "Another"))
     monkeypatch.setenv("GIT_COMMITTER_DATE", "2040-01-01T00:00:00")
+    merge(with_submission.main, {})
+    shutil.copytree(folder / "a-later-one", folder / "of-no-merge")
+    (folder / "of-no-merge/submission.toml").write_text(manifest.replace("A submission", "A third"))
     commit(with_submission.main)
     assert verify([str(folder), "--due"]) == 0
     assert capsys.readouterr().out == '["new", "a-later-one"]\n'

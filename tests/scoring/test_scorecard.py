@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
-from shutil import copy, copytree, rmtree
+from shutil import rmtree
 
 import msgspec
 import numpy as np
@@ -21,13 +21,11 @@ from gym_extensions.submissions.review import (
     Action,
     Decision,
     Review,
-    Training,
     read_review,
-    training_text,
     write_review,
 )
 
-from ..conftest import MANIFEST, VERSIONS, verification
+from ..conftest import MANIFEST, VERSIONS, trained_here, verification
 from .made_submissions import rewrite
 
 NAME, GROUP = "hopper-gravity", "hopper-gravity-v0"
@@ -333,22 +331,6 @@ def test_no_number_moves_when_somebody_joins(make_submission: Write) -> None:
     second = make_submission(name="b", value=lambda p, r, s, j, e: 5.0 * s + j + r)
     alone, (again, other) = score_folder(first), score_folders([second, first]).submissions
     assert (again, other.name) == (alone, "b")
-
-
-def trained_here(folder: Path, version: int = 1, **changes: object) -> Path:
-    """Makes of the sequential runs of a submission those that the project trained, and adds code."""
-    target = folder / "trained" / str(version)
-    copytree(folder / NAME / "sequential", target / NAME / "sequential")
-    copy(folder / "submission.toml", target / "submission.toml")
-    (folder / "agent").mkdir(exist_ok=True)
-    (folder / "agent/agent.py").write_text("make = None\n", encoding="utf-8")
-    with (folder / "submission.toml").open("a", encoding="utf-8") as file:
-        file.write('\n[agent]\nentry = "agent.py:make"\n')
-    (group,) = read(target).groups.values()
-    stated = {"date": "2026-01-02", "version": "1.0.0", "commit": "3f" * 20, "agent": read(folder).code}
-    training = msgspec.convert(stated | {"runs": group.digests("sequential")} | changes, Training)
-    (folder / f"trained/{version}.toml").write_text(training_text(training), encoding="utf-8")
-    return target
 
 
 def test_code_alone_has_the_scores_of_what_was_trained_of_it(make_submission: Write) -> None:

@@ -1,5 +1,6 @@
 """What was trained is taken from another job only if it follows from the merge. Boxes: tests/curation."""
 
+import json
 import shutil
 import sys
 from collections.abc import Callable
@@ -17,7 +18,7 @@ from gym_extensions.submissions.review import Training, training_of, training_te
 from gym_extensions.verification import train_here
 from gym_extensions.verification.git import Repository
 
-from ..curation.repositories import make_repository, merge
+from ..curation.repositories import git, make_repository, merge
 from .made_submissions import change_document, network
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="what a job wrote is read with limits")
@@ -137,6 +138,19 @@ def test_a_public_value_is_part_of_the_seeds_and_stands(folder: Path) -> None:
     record(value="3f" * 20)(folder / "trained")
     with pytest.raises(BenchError, match="seeds"):
         take(folder, "4e" * 20)
+
+
+def test_code_that_no_merge_brought_is_not_due(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main = folder / "main"
+    assert maintain(["train-here", str(main / "submissions"), "--due"]) == 0
+    assert json.loads(capsys.readouterr().out) == ["new"]
+    (main / "submissions/new/agent/agent.py").write_text(CODE + "# changed", encoding="utf-8")
+    git(main, "commit", "-aqm", "directly")
+    assert maintain(["train-here", str(main / "submissions"), "--due"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out) == []
+    assert "new is left out: " in err
+    assert "--value HEX" in err
 
 
 def test_code_that_changed_is_the_next_version_and_due(

@@ -162,8 +162,16 @@ def maintain(argv: Sequence[str] | None = None) -> int:
 def _train_here(options: argparse.Namespace) -> int:
     value = new_seeds.require_value(options.value) if options.value else ""
     if options.due:
-        submissions = map(reader.read, _existing([options.submission]))
-        print(json.dumps([each.name for each in submissions if train_here.is_due(each, options.runs)]))
+        due = []
+        for each in map(reader.read, _existing([options.submission])):
+            if train_here.is_due(each, options.runs):
+                try:
+                    train_here.present(each, value)
+                except BenchError as error:
+                    print(f"{each.name} is left out: {error}", file=sys.stderr)
+                else:
+                    due.append(each.name)
+        print(json.dumps(due))
         return 0
     submission = reader.read(_one(options.submission))
     if options.take:

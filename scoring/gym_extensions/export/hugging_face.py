@@ -18,7 +18,7 @@ from gym_extensions.references import experts
 from gym_extensions.results.frames import columns_of, episodes
 from gym_extensions.scoring import pipeline, scorecard
 from gym_extensions.scoring.output.board_frames import scores
-from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, scan
+from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, runs_folder, scan
 from gym_extensions.versions import version
 
 FILES = {
@@ -70,16 +70,16 @@ def _protocols(card: scorecard.Scorecard) -> Iterator[tuple[str, str]]:
 
 def write_submission(target: Path, source: Path, card: scorecard.Scorecard) -> bool:
     """Writes the policies, documents and card of a submission's runs; False if it has no policies."""
-    files = scan(source).runs
     written, kinds = [], set[str]()
     for id_, protocol in _protocols(card):
         name = group(id_).name
-        for run, suffixes in files[name, protocol].items():
+        folder = runs_folder(source, name)
+        for run, suffixes in scan(folder).runs[name, protocol].items():
             if suffixes <= {DOCUMENT, LOG} or run not in card.groups[id_][protocol].runs:
                 continue
             (target / name / protocol).mkdir(parents=True, exist_ok=True)
             for path in (run_file(name, protocol, run, suffix) for suffix in suffixes - {LOG}):
-                shutil.copyfile(source / path, target / path)
+                shutil.copyfile(folder / path, target / path)
                 kinds.add(Path(path).suffix)
             written.append((name, protocol, run))
     if written:

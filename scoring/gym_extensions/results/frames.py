@@ -14,22 +14,24 @@ from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions, refuse_problems
 from gym_extensions.submissions.log import stage_steps
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_runs
+from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_group
 
 CustomGroups = Iterable[str | Path | TaskGroup]
 """Groups of the user: TOML files or TaskGroup objects."""
 
 
 def read_groups(submissions: Paths, groups: CustomGroups) -> Iterator[tuple[Submission, str, SubmittedGroup]]:
-    """The submissions in order of their names, with each of their groups and its id.
+    """The submissions in order of their names, with each of their groups, its scored runs, and its id.
 
-    Raises ``BenchError`` if one has problems or is missing.
+    Where the author of code has no runs, they are those that the base trained. Raises ``BenchError`` if a
+    submission has problems or is missing.
     """
     known = with_custom(groups)
     for folder in find_submissions(submissions):
-        submission = scored_runs(read(folder, known))
+        submission = read(folder, known)
         refuse_problems(folder, submission.problems)
-        yield from ((submission, group_id, group) for group_id, group in submission.groups.items())
+        for group_id, group in submission.shown_groups.items():
+            yield submission, group_id, scored_group(group)
 
 
 def columns_of(function: Callable[..., pd.DataFrame]) -> list[tuple[str, str, str]]:
@@ -76,7 +78,8 @@ def episodes(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     fingerprint  str      fingerprint of the task
     ===========  =======  ==========================================================================
 
-    Reported submissions have no episodes.
+    Where the author of code has no runs, they are those that the project trained. Reported submissions have
+    no episodes.
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.

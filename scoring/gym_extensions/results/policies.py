@@ -99,19 +99,19 @@ def _diagnosed(
     folder: Path, group: TaskGroup, documents: Sequence[RunDocument]
 ) -> Iterator[tuple[Sequence[Diagnosis], str]]:
     """For every run the diagnoses of its policies, or empty ones and why."""
-    known = diagnostics.load(folder, group)
+    known, runs = diagnostics.load(folder, group), layout.runs_folder(folder, group.name)
     observations = states(group.task_ids)
     for document in documents:
         diagnoses: Sequence[Diagnosis] = ()
         why = "" if observations else "No observations of its tasks are published."
-        if run := known.get(layout.run_key(group.name, document.protocol, document.run)):
-            diagnoses = run.diagnoses
+        if found := known.get(layout.run_key(group.name, document.protocol, document.run)):
+            diagnoses = found.diagnoses
         elif document.policies and document.policies.url:
             why = "Its policies lie elsewhere."
         elif observations:
             place = document.protocol, document.run
             try:
-                diagnoses = diagnose_run(files.read_policies(folder, group, *place), observations, *place)
+                diagnoses = diagnose_run(files.read_policies(runs, group, *place), observations, *place)
             except BenchError as error:
                 why = error.message
         yield diagnoses or [Diagnosis()] * len(files.policy_keys(document.protocol, group)), why

@@ -16,7 +16,7 @@ from gym_extensions.documents import JsonDocument, about
 from gym_extensions.files import write_text
 from gym_extensions.metrics.statistics import interval
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.submissions.layout import DIAGNOSTICS, DOCUMENT
+from gym_extensions.submissions.layout import DIAGNOSTICS, DOCUMENT, runs_folder
 from gym_extensions.submissions.policies.diagnostics import Diagnosis
 from gym_extensions.submissions.run import read_run
 
@@ -63,7 +63,8 @@ def load(submission: Path, group: TaskGroup) -> dict[str, DiagnosedRun]:
     found = Diagnostics.load(path_of(submission, group), "bad-diagnostics", COMMAND)
     if found is None or found.states != states.VERSION:
         return {}
-    paths = {name: submission / f"{name}{DOCUMENT}" for name in found.runs}
+    runs = runs_folder(submission, group.name)
+    paths = {name: runs / f"{name}{DOCUMENT}" for name in found.runs}
     stated = {name: read_run(path).policies for name, path in paths.items() if path.is_file()}
     return {
         name: run

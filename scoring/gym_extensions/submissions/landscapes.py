@@ -16,7 +16,7 @@ from gym_extensions.documents import JsonDocument, about
 from gym_extensions.files import write_text
 from gym_extensions.metrics.statistics import interval, mean
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file
+from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file, runs_folder
 from gym_extensions.submissions.run import RunDocument, read_run
 
 COMMAND = "gym-extensions maintain landscapes"
@@ -89,7 +89,8 @@ def write(submission: Path, landscape: Landscape) -> Path:
 
 def measured_runs(submission: Path, group: TaskGroup) -> dict[int, RunDocument]:
     """The documents of the runs that are measured, as far as the submission has them."""
-    paths = {run: submission / run_file(group.name, PROTOCOL, run, DOCUMENT) for run in range(RUNS)}
+    runs = runs_folder(submission, group.name)
+    paths = {run: runs / run_file(group.name, PROTOCOL, run, DOCUMENT) for run in range(RUNS)}
     return {run: read_run(path) for run, path in paths.items() if path.is_file()}
 
 

@@ -217,6 +217,19 @@ def _is_left_over(folder: Path) -> bool:
         return False
 
 
+def runs_folder(submission: Path, group_name: str) -> Path:
+    """The folder that has the runs of a group: the submission, or ``trained/N`` where the author has none."""
+    if not (submission / group_name).is_dir():
+        records = (
+            TRAINED_VERSION.fullmatch(f"{TRAINED}/{path.stem}")
+            for path in submission.glob(f"{TRAINED}/*.toml")
+        )
+        trained = submission / TRAINED / str(max((int(match[1]) for match in records if match), default=0))
+        if (trained / group_name).is_dir():
+            return trained
+    return submission
+
+
 def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions at the given paths, sorted by name. A folder of submissions means all of them, without
     folders that contain only ``.progress``: git leaves such a folder when it switches to another branch.

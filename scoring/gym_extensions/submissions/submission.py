@@ -67,6 +67,12 @@ class Submission:
             raise BenchError(each.rule, each.message, f"{self.name}: {each.where}", each.hint)
 
     @property
+    def shown_groups(self) -> dict[str, SubmittedGroup]:
+        """The groups by id, and where the author has none, those of the runs that the base trained."""
+        trained = self.trained.runs.groups if self.trained else {}
+        return trained | self.groups
+
+    @property
     def documents(self) -> list[RunDocument]:
         """The documents of all runs, by group, protocol and run."""
         runs = (documents for group in self.groups.values() for documents in group.runs.values())

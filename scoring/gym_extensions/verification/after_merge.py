@@ -39,10 +39,14 @@ def undecided_runs(submission: Submission, *, again: bool = False) -> dict[str, 
 
 
 def merged_at(submission: Submission) -> int:
-    """When the last of its runs without a verdict was merged, in seconds; 0 if it has none."""
+    """When the last of its runs without a verdict was merged, in seconds; 0 if it has none.
+
+    Runs that no merge commit brought do not count: their seeds would follow from a commit of their author.
+    """
     commits = runs_by_commit(submission.path, undecided_runs(submission))
     repository = Repository(submission.path)
-    times = (repository.run("show", "--no-patch", "--format=%ct", commit) for commit in commits)
+    merges = (commit for commit in commits if not repository.not_merged(commit))
+    times = (repository.run("show", "--no-patch", "--format=%ct", commit) for commit in merges)
     return max(map(int, times), default=0)
 
 

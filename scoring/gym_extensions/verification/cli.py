@@ -31,7 +31,7 @@ from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.verify import Report, logged_runs, verify
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
-NO_RUNS = "it has no runs; its code is trained after the merge."
+NO_RUNS = "it has no runs of its own; its code is trained after the merge."
 OTHERS = "other processors do not repeat"
 SUBMISSION_HELP = "a submission's folder, or a folder of submissions"
 EPILOG = """\
@@ -226,8 +226,11 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
                 fetcher.fetch(policies, name)
         return 0
     if submission.code and not (submission.groups or submission.problems):
-        print(f"{submission.name}: {NO_RUNS}")
-        return 0
+        trained = submission.trained
+        if trained is None or options.write or options.record:
+            print(f"{submission.name}: {NO_RUNS}")
+            return 0
+        submission = replace(trained.runs, name=submission.name)
     status, found = 0, []
     for report in reports_on(submission, value, files, options):
         print("\n".join(lines_of(report)))

@@ -6,6 +6,7 @@ training, diagnostics on the published observations of the tasks.
 
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from statistics import fmean
 from typing import Any
@@ -45,10 +46,23 @@ def _rounded(value: Any, digits: str) -> Any:
 
 
 def _published(submission: Path, group: TaskGroup) -> tuple[Submission, dict[str, verify.LoggedRun]]:
-    """A submission and its runs of a group that publish their policies. Raises the first problem."""
+    """A submission and its runs of a group that publish their policies; those trained here, if it has none.
+
+    Raises the first problem.
+    """
     found = reader.read(submission, only=[group.name])
     found.require_no_problems()
+    if found.trained and group.id not in found.groups:
+        found = replace(found.trained.runs, name=found.name)
     return found, {name: run for name, run in verify.logged_runs(found).items() if run.document.policies}
+
+
+def _with_runs(submissions: Sequence[Path], groups: Sequence[TaskGroup]) -> list[tuple[Path, TaskGroup]]:
+    """The submissions with each of the groups of which they have runs."""
+    pairs = ((submission, group) for submission in submissions for group in groups)
+    return [
+        (each, group) for each, group in pairs if (layout.runs_folder(each, group.name) / group.name).is_dir()
+    ]
 
 
 def write_poses(
@@ -75,7 +89,7 @@ def write_poses(
         path = poses.write(submission, group.name, pose_recorder.poses_of(run, found, fetcher))
         return f"{path}: run {run.document.run}."
 
-    there = [(each, group) for each in submissions for group in wanted if (each / group.name).is_dir()]
+    there = _with_runs(submissions, wanted)
     with ThreadPoolExecutor(jobs) as pool:
         yield from pool.map(lambda pair: written(*pair), there)
 
@@ -207,6 +221,8 @@ def write_diagnostics(
     def written(submission: Path, group: TaskGroup) -> list[str]:
         """Writes the diagnostics of one group and returns the lines about it."""
         found, published = _published(submission, group)
+        if not published:
+            return [f"{submission.name}, {group.name}: no run publishes its policies."]
         if not again and len(diagnostics.load(submission, group)) == len(published):
             return [f"{submission.name}, {group.name}: up to date."]
         requests = [run.request(found, fetcher=fetcher) for run in published.values()]
@@ -220,7 +236,7 @@ def write_diagnostics(
                 runs[request.name] = diagnostics.DiagnosedRun(request.policies, diagnoses)
         return [*lines, f"{diagnostics.write(submission, group, runs)}: {len(runs)} runs."] if runs else lines
 
-    there = [(each, group) for each in submissions for group in wanted if (each / group.name).is_dir()]
+    there = _with_runs(submissions, wanted)
     with ThreadPoolExecutor(jobs) as pool:
         for lines in pool.map(written, *zip(*there, strict=True)) if there else ():
             yield from lines

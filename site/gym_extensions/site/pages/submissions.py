@@ -14,6 +14,7 @@ from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import watches
 from gym_extensions.site.text import ends, mean, split_version
 from gym_extensions.submissions.poses import load_submission
+from gym_extensions.submissions.review import TRAINED_HERE
 
 
 def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
@@ -117,7 +118,9 @@ def commands(card: Scorecard) -> str:
     results = [result for result in submission_results.results_of(card.groups) if result.detail.provenance]
     for result in results[:1]:
         made = result.detail.provenance[0]
-        lines += [f"# what trained run {made.run} on {result.group}", made.command] if made.command else []
+        where = f", in {folder}/agent" if result.detail.level == TRAINED_HERE else ""
+        comment = f"# what trained run {made.run} on {result.group}{where}"
+        lines += [comment, made.command] if made.command else []
     sequential = next(
         (result for result in results if result.protocol == submission_results.SEQUENTIAL), None
     )

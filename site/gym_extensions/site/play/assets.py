@@ -35,6 +35,7 @@ from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.paths import slug
 from gym_extensions.site.submission_results import SEQUENTIAL
+from gym_extensions.submissions.layout import runs_folder
 from gym_extensions.submissions.policies import mlp, mlp_arrays
 from gym_extensions.submissions.policies.files import has_policies, npz_bytes, read_policies, run_arrays
 
@@ -240,7 +241,7 @@ def _run_file(row: Row, group_id: str, nth: int, folders: Mapping[str, Path]) ->
     group = next(group for group in GROUPS.values() if group.id == group_id)
     if folder is None or not row.result.runs:
         return b"", NO_POLICIES
-    run = row.result.runs[nth]
+    folder, run = runs_folder(folder, group.name), row.result.runs[nth]
     try:
         if not has_policies(folder, group, SEQUENTIAL, run):
             return b"", NO_POLICIES

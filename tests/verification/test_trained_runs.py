@@ -1,0 +1,73 @@
+"""Runs of code that were trained here are read by all that reads runs of an author."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gym_extensions import policies, results
+from gym_extensions.catalog.groups import GROUPS
+from gym_extensions.curation.cli import maintain
+from gym_extensions.export import cli as export
+from gym_extensions.submissions import diagnostics, landscapes, layout, poses
+
+from ..conftest import trained_here
+from .made_submissions import GROUP, copy, honest, verify
+
+RUNS = 2
+HERE = GROUPS[GROUP]
+
+
+@pytest.fixture
+def code(tmp_path: Path) -> Path:
+    """A submission of code alone, and the runs that were trained of it."""
+    submission = copy(honest(runs=RUNS), tmp_path / "mine")
+    trained_here(submission)
+    shutil.rmtree(submission / GROUP)
+    return submission
+
+
+def test_data_frames_have_their_rows(code: Path) -> None:
+    for table in (results.episodes, results.evaluations, results.policies):
+        own, known = table(code), table(honest(runs=RUNS))
+        assert own.drop(columns="submission").equals(known.drop(columns="submission"))
+        assert set(own["submission"]) == {"mine"}
+
+
+def test_their_policies_are_loaded(code: Path) -> None:
+    own, known = (policies.load(folder, GROUP, run=1) for folder in (code, honest(runs=RUNS)))
+    assert np.array_equal(own.flat_weights(), known.flat_weights())
+
+
+def test_anybody_verifies_them_and_no_result_is_stored(
+    code: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = sorted(code.rglob("*"))
+    assert verify(code) == 0
+    said = capsys.readouterr().out
+    assert said.startswith(f"mine: verified, {RUNS} runs.\n  repeated bit for bit: ")
+    assert verify(code, "--write") == 0
+    assert "mine: it has no runs of its own" in capsys.readouterr().out
+    assert sorted(code.rglob("*")) == before
+
+
+def test_maintainers_measure_them(code: Path) -> None:
+    for kind in ("poses", "landscapes", "diagnostics"):
+        assert maintain([kind, str(code), "--cache", str(code.parent / "cache"), "--groups", GROUP]) == 0
+    assert list(poses.load_submission(code)) == [HERE.id]
+    assert list(landscapes.landscapes_of(code)) == [HERE.id]
+    assert len(diagnostics.load(code, HERE)) == RUNS
+
+
+def test_they_are_exported(code: Path, tmp_path: Path) -> None:
+    assert export.main(["hugging-face", str(code), "--out", str(tmp_path / "hf")]) == 0
+    model = tmp_path / "hf/models/mine"
+    found, known = (policies.load(folder, GROUP) for folder in (model, code))
+    assert np.array_equal(found.flat_weights(), known.flat_weights())
+    assert layout.runs_folder(code, GROUP) == code / "trained/1"
+
+
+def test_the_runs_of_an_author_come_first(code: Path) -> None:
+    shutil.copytree(code / "trained/1" / GROUP, code / GROUP)
+    assert layout.runs_folder(code, GROUP) == code
