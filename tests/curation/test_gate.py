@@ -302,3 +302,14 @@ def test_a_clone_of_another_owner_is_named(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("GIT_TEST_ASSUME_DIFFERENT_OWNER", "1")
     with refused("distrusted-clone", "safe.directory"):
         checked(tmp_path)
+
+
+def test_code_is_not_passed_where_no_box_can_be_started(
+    request_with_submission: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with (request_with_submission / NEW / "submission.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[agent]\nentry = "agent.py:make"\n')
+    commit(request_with_submission, {f"{NEW}/agent/agent.py": "make = 1\n"})
+    monkeypatch.setattr("platform.machine", lambda: "other")
+    with refused("no-box", "A box needs Linux"):
+        checked(request_with_submission, try_code=True)

@@ -53,7 +53,8 @@ def check_pull_request(
     rules is trained twice in a box; whether the bytes are the same is a note.
 
     Raises:
-        BenchError: a branch does not exist, the folder is not in git, or the clone cannot be read.
+        BenchError: a branch does not exist, the folder is not in git, the clone cannot be read, or no box can
+            be started.
     """
     repository = git.Repository(repository.top)
     base, head = repository.commit(base), repository.commit(head)
@@ -114,7 +115,7 @@ def _judged(
         runs = {"donated": pull_request.donated_runs, "changed": pull_request.changed_runs}
         (answer,) = answers(JOB, {"folder": str(folder), **runs}, limits)
         if try_code and answer.get("entry") and not answer.get("problems"):
-            _try_code(folder, answer)
+            answer["notes"] = [train_here.repeats(folder, answer["entry"]), *answer.get("notes", ())]
     judged = {name: answer[name] for name in JUDGED if name in answer}
     judged["trains"] = bool(answer.get("entry"))
     notes = [*changed_values(pull_request), *judged.get("notes", ())]
@@ -157,18 +158,6 @@ def _flat_values(path: str, data: bytes) -> dict[str, Any]:
         return {}
     parts = ((name, part if isinstance(part, dict) else {"": part}) for name, part in tables.items())
     return {f"{name}.{key}".rstrip("."): value for name, part in parts for key, value in part.items()}
-
-
-def _try_code(folder: Path, answer: Judgement) -> None:
-    """Adds to the answer a note whether training repeats, or the problem that ended it."""
-    try:
-        note = train_here.repeats(folder, answer["entry"])
-    except BenchError as error:
-        note = f"The code was not tried: {error}"
-        if error.code in (*train_here.AGENT_ERRORS, "mixed-submission"):
-            text = Problem(error.code, error.where, error.message, error.hint)
-            answer["problems"] = [msgspec.to_builtins(text)]
-    answer["notes"] = [note, *answer.get("notes", ())]
 
 
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:

@@ -123,7 +123,8 @@ DONATION = (
 )
 TRAINS = (
     "There is nothing more to do. After the merge, the code is trained on the core in a box, five runs on "
-    "seeds that follow from the merge commit. Then it is trained here and has a rank on the core."
+    "seeds that follow from the merge commit. Then it is trained here and has a rank on the core. Whether it "
+    "gives the same bytes twice is in the summary of the check."
 )
 TABLE = "There is nothing more to do. A published table is shown, without a rank."
 

@@ -41,9 +41,9 @@ LACKING = ("lazy fetching disabled", "could not fetch", "missing", "unable to re
 """Parts of git's errors about a content that is not in the clone."""
 MACHINE_ERRORS = (
     *("no-git", "no-repository", "distrusted-clone", "partial-clone", "shallow-clone", "git-failed"),
-    "missing-extra",
+    *("missing-extra", "no-box", "box-as-root"),
 )
-"""Codes of errors that are about this clone and not about the commits in it."""
+"""Codes of errors that are about this clone or machine, and not about the commits."""
 NOT_FOUND = 127
 NO_GIT = BenchError("no-git", "The command git was not found.", hint="Install git.")
 SUBMODULE = "160000"
