@@ -93,7 +93,9 @@ def test_a_workflow_that_runs_on_untrusted_input_starts_without_permissions_and_
     for name, writing in (("gate.yml", []), ("train.yml", ["record"]), ("review.yml", ["record"])):
         parts = re.split(r"^  (\w+):$", texts[name].partition("\njobs:\n")[2], flags=re.MULTILINE)[1:]
         jobs = dict(zip(parts[::2], parts[1::2], strict=True))
-        assert [job for job, text in jobs.items() if ": write" in text or "GH_TOKEN" in text] == writing
+        assert ": write" not in texts[name]
+        for secret in ("GH_TOKEN", "environment: record", "secrets."):
+            assert [job for job, text in jobs.items() if secret in text] == writing
     assert set(re.findall("ref: (.*)", texts["gate.yml"])) == {"${{ github.event.pull_request.base.sha }}"}
     assert "github.event.pull_request.title" not in texts["gate.yml"]
 
