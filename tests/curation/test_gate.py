@@ -274,7 +274,7 @@ def test_a_clone_without_old_contents_is_named_and_no_pull_request_is_refused_fo
     git(project, "config", "uploadpack.allowFilter", "true")
     part = tmp_path / "part"
     git(tmp_path, "clone", "--quiet", "--filter=blob:none", f"file://{project}", str(part))
-    with refused("partial-clone"):
+    with refused("partial-clone", "git sparse-checkout add submissions/NAME"):
         checked(part, base="origin/main", head="origin/submission")
 
 

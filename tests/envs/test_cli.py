@@ -9,6 +9,7 @@ import pytest
 
 from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.descriptions import summary
+from gym_extensions.catalog.groups import groups_named
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs import cli
 
@@ -23,6 +24,12 @@ def test_list_prints_the_tasks_of_a_group_in_training_order(capsys: pytest.Captu
         "  gym_extensions/HopperGravityOneAndQuarter-v0",
         "  gym_extensions/HopperGravityOneAndHalf-v0",
     ]
+
+
+def test_list_takes_the_word_core_as_train_and_score_do(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["list", "core"]) == 0
+    titles = [line for line in capsys.readouterr().out.splitlines() if not line.startswith(" ")]
+    assert titles == [f"{each.id} ({len(each.tasks)} tasks)" for each in groups_named("core")]
 
 
 def test_show_prints_the_summary(capsys: pytest.CaptureFixture[str]) -> None:

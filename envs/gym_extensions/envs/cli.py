@@ -14,7 +14,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     listing = commands.add_parser("list", help="list the groups and their tasks, in training order")
-    listing.add_argument("group", nargs="*", help="group names (default: all groups)")
+    listing.add_argument("group", nargs="*", help="group names, or core (default: all groups)")
     showing = commands.add_parser("show", help="describe one task")
     showing.add_argument("task", help="task id or bare name, for example HopperGravityHalf")
     checking = commands.add_parser("check", help="compare tasks with their published fingerprints")
@@ -58,7 +58,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.command == "show":
         print(descriptions.summary(task(args.task)))
     elif args.command == "list":
-        listed = {each.id: each.task_ids for each in map(groups.group, args.group)}
+        listed = {each.id: each.task_ids for name in args.group for each in groups.groups_named(name)}
         if not listed:
             listed = {each.id: each.task_ids for each in groups.GROUPS.values()}
             grouped = {task_id for ids in listed.values() for task_id in ids}
