@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from gym_extensions.catalog.protocol import BUDGETS, STANDARD_BUDGET
-from gym_extensions.curation import gate, pull_request_rules
+from gym_extensions.curation import gate
 from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.errors import BenchError, reports_mistakes, working
 from gym_extensions.scoring.cli import print_text
@@ -40,7 +40,6 @@ def gate_parser() -> argparse.ArgumentParser:
     add("--number", type=int, metavar="N", help="number of the pull request, for the report")
     output = command.add_mutually_exclusive_group()
     output.add_argument("--json", action="store_true", help="print the report as JSON")
-    output.add_argument("--rules", action="store_true", help="print the rules")
     output.add_argument("--comment", type=Path, metavar="REPORT", help="print a report as Markdown")
     output.add_argument("--labels", type=Path, metavar="REPORT", help="print the labels of a report")
     return command
@@ -50,9 +49,6 @@ def gate_parser() -> argparse.ArgumentParser:
 def check_pr(argv: Sequence[str] | None = None) -> int:
     """Checks a pull request, prints the report, and returns the exit status."""
     options = gate_parser().parse_args(argv)
-    if options.rules:
-        print_text("".join(f"{each.name}: {each.text}\n" for each in pull_request_rules.RULES.values()))
-        return 0
     if path := options.comment or options.labels:
         try:
             report = read_report(path.read_bytes())

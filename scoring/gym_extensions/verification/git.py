@@ -99,7 +99,7 @@ class Repository:
         is_lacking = any(text in errors for text in LACKING)
         if is_lacking and self.run("config", "--get-regexp", PARTIAL, statuses=(0, 1)):
             message = "This is a partial clone (--filter). It lacks file contents that the command needs."
-            hint = "Run: git sparse-checkout add submissions/NAME, or for all: git fetch --refetch --no-filter"
+            hint = "Run: git sparse-checkout add submissions/NAME; for all: git fetch --refetch --no-filter"
             raise BenchError("partial-clone", message, str(self.folder), hint)
 
     @cached_property
