@@ -57,4 +57,6 @@ def board(folder: Path) -> pd.DataFrame:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2 or not next(Path(sys.argv[1]).rglob("progress.tsv"), None):
+        sys.exit("Name a folder with logs of Continual World: no progress.tsv is below it.")
     print(board(Path(sys.argv[1])).dropna(axis="columns").to_string())

@@ -91,6 +91,7 @@ def test_a_group_can_be_scored_by_its_name_or_its_id(tmp_path: Path) -> None:
     file.write_text(f"version = 1\n{LIGHT}", encoding="utf-8")
     for name in ("hopper-light", "hopper-light-v1"):
         assert make_scorer([file], only=[name]).only == ("hopper-light",)
+    assert "hopper-light" in make_scorer(str(file)).groups, "one file needs no list"
 
 
 def test_pages_show_the_group(folder: Path, options: list[str], tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def reports_mistakes(main: Callable[..., int]) -> Callable[..., int]:
     @functools.wraps(main)
     def command(argv: list[str] | None = None) -> int:
         for stream in (sys.stdout, sys.stderr):
-            if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            if isinstance(stream, io.TextIOWrapper) and stream.errors in {"strict", "surrogateescape"}:
                 stream.reconfigure(errors="replace")
         try:
             status = main(argv)

@@ -57,6 +57,15 @@ def test_the_folder_that_contains_submissions_is_rejected(random_submission: Pat
         validate(tmp_path / "submissions")
 
 
+@pytest.mark.parametrize("inside", ["100k", "hopper-wall"])
+def test_a_folder_inside_a_submission_is_rejected(
+    inside: str, random_submission: Path, tmp_path: Path
+) -> None:
+    out = Path(shutil.copytree(random_submission, tmp_path / "mine"))
+    with refused("bad-out", f"It is inside the submission {out}"):
+        validate(out / inside)
+
+
 @pytest.mark.parametrize("folder", ["poses", "landscapes"])
 def test_a_run_can_join_a_reviewed_submission(folder: str, random_submission: Path, tmp_path: Path) -> None:
     out = Path(shutil.copytree(random_submission, tmp_path / "mine"))

@@ -230,6 +230,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
         (lambda count=count: make_vec("Hopper", count), "bad-count", f"num_envs is {count!r}")
         for count in (0, "3", 2.0, True)
     ),
+    (lambda: make_vec(["Hopper", "HopperWall"], 1), "bad-count", "2 tasks for 1 environments"),
     (lambda: make_vec("Hopper", 1, num_threads=-1), "bad-count", "num_threads is -1"),
     (lambda: make_vec("Hopper", 1, autoreset_mode="never"), "bad-autoreset-mode", "SameStep"),
     (lambda: make_vec(["Hopper", "Walker2d"], 2), "different-spaces", "(17,)"),

@@ -30,7 +30,7 @@ def test_the_observation_ends_with_a_one_hot_vector_of_the_task() -> None:
 @pytest.mark.parametrize("num_envs", [5, 7])
 def test_every_environment_of_a_vector_environment_has_the_vector_of_its_task(num_envs: int) -> None:
     members = group("hopper-gravity")
-    env = VectorTaskId(make_vec(members.tasks, num_envs), members)
+    env = VectorTaskId(make_vec(members.tasks, num_envs), "hopper-gravity")
     seen, _ = env.reset(seed=0)
     assert seen in env.observation_space
     assert seen[:, -5:].argmax(axis=1).tolist() == [index % 5 for index in range(num_envs)]

@@ -17,6 +17,9 @@ from gym_extensions.files import remove
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.policies.files import AnyPolicy
 
+EXCESS = 0.02
+"""Fraction of the budget by which an agent's last batch may exceed it."""
+
 
 class NotRequestedError(BenchError, AttributeError):
     """An agent reads what it did not ask for: ``hasattr`` is False and ``getattr`` returns its default."""

@@ -12,8 +12,16 @@ from typing import Any, NoReturn
 import numpy as np
 
 from gym_extensions.baselines import agent_spec, generators, submission
-from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv, action_function, observes_of
-from gym_extensions.baselines.training import environment, runner
+from gym_extensions.baselines.agent import (
+    EXCESS,
+    Array,
+    Card,
+    Context,
+    VectorEnv,
+    action_function,
+    observes_of,
+)
+from gym_extensions.baselines.training import runner
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder, usage_since
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, parse_request
 from gym_extensions.catalog.groups import TaskGroup
@@ -56,7 +64,7 @@ def claimed_curves(stage: Stage, curves: ClaimedCurves) -> list[Curve]:
             steps, returns, message = [], [], "Its points are not pairs of a training step and a return."
         if any(later <= earlier for earlier, later in pairwise([0, *steps])):
             message = "The training steps do not increase from above 0."
-        elif steps and steps[-1] > stage.steps * (1 + environment.EXCESS):
+        elif steps and steps[-1] > stage.steps * (1 + EXCESS):
             message = f"It ends at step {steps[-1]}; the budget is {stage.steps}."
         elif not all(map(math.isfinite, returns)):
             message = "A return is not finite."
@@ -132,6 +140,8 @@ class PolicyAgent:
                 return action_function(policy)(observations, context)
             if not hasattr(policy, "predict"):
                 return policy(observations)
+            if normalizer := getattr(policy, "get_vec_normalize_env", lambda: None)():  # a model of SB3
+                observations = normalizer.normalize_obs(observations)
             best, starts = self._card.evaluation == "deterministic", context.episode_starts
             actions, self._state = policy.predict(
                 observations, state=self._state, episode_start=starts, deterministic=best

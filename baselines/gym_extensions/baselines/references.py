@@ -235,7 +235,8 @@ def write_file(content: references.File, out: Path) -> None:
     files.write_bytes(out, msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n")
     open_tasks = sum(each.expert is None for each in content.tasks.values())
     provisional = sum(bool(each.expert and each.expert.provisional) for each in content.tasks.values())
-    counts = f"{len(content.tasks)} tasks, {open_tasks} of them open, {provisional} provisional"
+    unscored = f"{open_tasks} open (no expert clearly above the floor, so no score)"
+    counts = f"{len(content.tasks)} tasks, {provisional} provisional, {unscored}"
     print(f"The references are in {out}: {counts}.")
 
 

@@ -45,9 +45,9 @@ Tables = Mapping[str, Any]
 def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
     """Checks that ``out`` is, or can become, the folder of a submission of ``groups``. Changes nothing.
 
-    Raises ``BenchError`` if the name is not allowed, ``out`` is a file or not accessible, it contains folders
-    that are not groups, it contains runs without a manifest, the log of a run is damaged, or a document
-    states another order than its place.
+    Raises ``BenchError`` if the name is not allowed, ``out`` is a file, not accessible or inside another
+    submission, it contains folders that are not groups, it contains runs without a manifest, the log of a run
+    is damaged, or a document states another order than its place.
     """
     known = GROUPS | {group.name: group for group in groups}
     with _reports_access(out):
@@ -55,6 +55,8 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         if not layout.NAME.fullmatch(name):
             hint = "Use up to 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
             raise BenchError("bad-out", f"{name!r} is not a valid submission name.", str(out), hint)
+        if around := next((each for each in out.resolve().parents if (each / MANIFEST).exists()), None):
+            raise BenchError("bad-out", f"It is inside the submission {around}.", str(out), ANOTHER)
         if not out.exists():
             return
         if not out.is_dir():
@@ -64,7 +66,7 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
         unexpected = [folder for folder in folders if folder not in allowed]
         if unexpected:
             message = f"Unexpected folder {unexpected[0]!r}: no published group, and none of those named."
-            hint = f"Name the file of a custom group, too, or use another folder, such as {out / 'mine'}."
+            hint = "Name the file of a custom group, too; else move the folder, or choose another --out."
             raise BenchError("bad-out", message, str(out), hint)
         runs = [path for folder in folders if folder in known for path in (out / folder).glob(f"*/run*{LOG}")]
         if runs and not (out / MANIFEST).exists():

@@ -31,6 +31,7 @@ from gym_extensions.baselines.training.progress import (
     TrainingStarted,
 )
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.variations import KINDS
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout
@@ -197,6 +198,9 @@ def command_of(pending: runner.PendingJob) -> str:
     """The command line that trains a job's run alone; empty for a factory that has no name in a module."""
     job, settings, agent = pending.job, pending.settings, pending.settings.agent.factory
     options = ["--isolated"] if isinstance(agent, IsolatedAgent) else []
+    variations = (each for task in job.group.tasks for each in task.variations)
+    if any(type(each) not in KINDS.values() for each in variations):
+        return ""  # no file of a group can name the user's own classes
     if isinstance(agent, IsolatedAgent):
         agent = agent.written
     elif isinstance(agent, str):

@@ -245,13 +245,17 @@ def groups_named(name: str | Path | TaskGroup) -> tuple[TaskGroup, ...]:
     return (resolve_group(name),)
 
 
-def with_custom(groups: Iterable[str | Path | TaskGroup]) -> dict[str, TaskGroup]:
-    """The published groups and these custom groups, by name.
+CustomGroups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
+"""Groups of the user: TOML files or TaskGroup objects, or one."""
+
+
+def with_custom(groups: CustomGroups) -> dict[str, TaskGroup]:
+    """The published groups and these custom groups, or this one, by name.
 
     Raises ``BenchError`` if a group is invalid (see :func:`resolve_group`), or two have the same name.
     """
     known = dict(GROUPS)
-    for each in map(resolve_group, groups):
+    for each in map(resolve_group, [groups] if isinstance(groups, str | Path | TaskGroup) else groups):
         if known.setdefault(each.name, each) != each:
             message = f"Two groups have the name {each.name!r}."
             raise BenchError("name-taken", message, "--groups", "Rename one of them.")

@@ -78,14 +78,14 @@ def make_vec(
 
     Args:
         tasks: as in :func:`make`, a list of them, or a group; environment i has ``tasks[i % len(tasks)]``.
-        num_envs: number of environments, at least 1.
+        num_envs: number of environments, at least that of the tasks.
         num_threads: threads that step physics. Results do not depend on it. The default is 1, because
             training processes usually run in parallel, one per core.
         autoreset_mode: when an environment whose episode ended is reset, as in ``SyncVectorEnv``.
 
     Raises:
-        BenchError: a task is unknown, no task is given, a count is not a positive integer, the mode is
-            unknown, or the tasks have different observation or action spaces.
+        BenchError: a task is unknown, no task is given, a count is not a positive integer or too small, the
+            mode is unknown, or the tasks have different observation or action spaces.
     """
     several = tasks.tasks if isinstance(tasks, groups.TaskGroup) else tasks
     requested = [several] if isinstance(several, str | Task) else list(several)
@@ -99,7 +99,10 @@ def make_vec(
         hint = f"Choose one of {', '.join(each.value for each in AutoresetMode)}."
         message = f"autoreset_mode is {autoreset_mode!r}."
         raise BenchError("bad-autoreset-mode", message, vector_env.WHERE, hint) from None
-    distinct = [resolve(task) for task in requested][:count]
+    if count < len(requested):
+        message = f"There are {len(requested)} tasks for {count} environments."
+        raise BenchError("bad-count", message, vector_env.WHERE, "Give at least one environment per task.")
+    distinct = [resolve(task) for task in requested]
     copies = [distinct[index % len(distinct)] for index in range(count)]
     families = {task.body.family for task in distinct}
     if families == {"navigation"}:

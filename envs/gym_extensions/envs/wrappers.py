@@ -9,11 +9,11 @@ from gymnasium.spaces import Box
 from gymnasium.vector import VectorEnv, VectorObservationWrapper
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.groups import TaskGroup, resolve_group
 from gym_extensions.catalog.tasks import Task, customize
 from gym_extensions.errors import BenchError
 
-Tasks = TaskGroup | Sequence[str | Task]
+Tasks = str | TaskGroup | Sequence[str | Task]
 
 
 def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
@@ -21,7 +21,8 @@ def one_hot(task: Task, tasks: Tasks) -> NDArray[np.float64]:
 
     Raises ``BenchError`` if the task is not in the list.
     """
-    members = [customize(each) for each in (tasks.tasks if isinstance(tasks, TaskGroup) else tasks)]
+    named = resolve_group(tasks).tasks if isinstance(tasks, str | TaskGroup) else tasks
+    members = [customize(each) for each in named]
     if task not in members:
         names = ", ".join(member.name for member in members)
         raise BenchError("foreign-task", f"{task.id} is not one of {names}.", "TaskId", "Pass its group.")
@@ -42,7 +43,7 @@ class TaskId(gym.ObservationWrapper[Any, Any, Any], gym.utils.RecordConstructorA
 
     Args:
         env: an environment of one of the tasks.
-        tasks: a group, or the tasks in the order of the vector's elements.
+        tasks: a group or its name, or the tasks in the order of the vector's elements.
     """
 
     def __init__(self, env: gym.Env[Any, Any], tasks: Tasks) -> None:
@@ -61,7 +62,7 @@ class VectorTaskId(VectorObservationWrapper):
 
     Args:
         env: a vector environment of the tasks.
-        tasks: a group, or the tasks in the order of the vector's elements.
+        tasks: a group or its name, or the tasks in the order of the vector's elements.
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], tasks: Tasks) -> None:

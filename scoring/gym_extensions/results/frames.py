@@ -2,22 +2,18 @@
 
 import inspect
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 
-from gym_extensions.catalog.groups import TaskGroup, with_custom
+from gym_extensions.catalog.groups import CustomGroups, with_custom
 from gym_extensions.catalog.protocol import PROTOCOLS, Budget, budget as budget_named
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions, refuse_problems
 from gym_extensions.submissions.log import stage_steps
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_group
-
-CustomGroups = Iterable[str | Path | TaskGroup]
-"""Groups of the user: TOML files or TaskGroup objects."""
 
 
 def read_groups(submissions: Paths, groups: CustomGroups) -> Iterator[tuple[Submission, str, SubmittedGroup]]:

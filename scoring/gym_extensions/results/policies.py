@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.groups import CustomGroups, TaskGroup
 from gym_extensions.catalog.protocol import IN_ORDER, task_order
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval
 from gym_extensions.references import load_references
-from gym_extensions.results.frames import KEY_DTYPES, CustomGroups, read_groups
+from gym_extensions.results.frames import KEY_DTYPES, read_groups
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths
 from gym_extensions.submissions import diagnostics, layout

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, TaskGroup
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, CustomGroups, TaskGroup, with_custom
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean, require_known
-from gym_extensions.results.frames import KEY_DTYPES, CustomGroups
+from gym_extensions.results.frames import KEY_DTYPES
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.output import board_frames
 from gym_extensions.scoring.pipeline import Paths, make_scorer, valid_scorecards
@@ -129,7 +129,7 @@ def _scorer_of(
 ) -> tuple[pipeline.Scorer, str]:
     """The scorer, and the name of a suite or the id of a group, which may be a custom one."""
     if isinstance(group, TaskGroup):
-        groups, group = (*groups, group), group.name
+        groups, group = (*with_custom(groups).values(), group), group.name
     scorer = make_scorer(groups, references)
     ids = {name: known.id for name, known in scorer.groups.items()}
     if group not in SUITES and group not in {*ids, *ids.values()}:

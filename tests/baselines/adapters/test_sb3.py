@@ -73,6 +73,12 @@ def test_ppo_trains_through_a_protocol_and_writes_a_submission(tmp_path: Path) -
     assert 1900 < document.curves[0].steps[-1] <= 2000
 
 
+def test_rollouts_that_no_budget_fits_are_refused_before_training(tmp_path: Path) -> None:
+    agent = sb3(PPO, n_steps=600, policy_kwargs=NETWORK)
+    with pytest.raises(BenchError, match=r"whole rollouts of n_steps = 600 × \d+ environments.*n_steps=250"):
+        train(agent, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "ppo")
+
+
 class FailsInTheSecondStage(BaseCallback):
     """Raises at step 500 of the second stage."""
 
@@ -236,6 +242,11 @@ def test_rewards_are_scaled_for_the_model_and_not_in_the_training_curve(env: Any
         agent = create(env, sb3(PPO, normalize_rewards=normalize, **SMALL | {"learning_rate": 0.0}))
         curves.append([(batch.step, batch.returns) for batch in learn(agent, env, 1, steps=120)])
     assert curves[0] == curves[1] != []
+
+
+def test_environments_without_a_last_observation_are_refused() -> None:
+    with pytest.raises(BenchError, match="The mode is SAME_STEP"):
+        BatchVecEnv(make_vec("Hopper", 2, autoreset_mode="SameStep"))
 
 
 def test_an_environment_whose_episode_ended_is_reset_and_its_info_has_the_last_observation() -> None:

@@ -1,6 +1,7 @@
 """Policies of Stable-Baselines3 models as plain arrays or as ONNX networks, and layers of PyTorch."""
 
 import sys
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -13,12 +14,15 @@ import torch
 from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from stable_baselines3.sac.policies import Actor, SACPolicy
 from torch import nn
 
 from gym_extensions.baselines import sb3
 from gym_extensions.baselines.adapters.sb3_policy import ACTIVATIONS, exported, policy_layers
 from gym_extensions.baselines.adapters.sb3_vec_env import SpacesEnv
+from gym_extensions.baselines.agent import Card, Context
+from gym_extensions.baselines.record_policies import PolicyAgent
 from gym_extensions.baselines.training.runner import Evaluator
 from gym_extensions.catalog.groups import group
 from gym_extensions.errors import BenchError
@@ -172,6 +176,24 @@ def test_the_statistics_of_the_observations_belong_to_the_policy() -> None:
     observations = np.random.default_rng(0).normal(scale=30, size=(20, 5))
     actions = np.clip(agent.policy().act(observations), ACTIONS.low, ACTIONS.high)
     np.testing.assert_allclose(actions, agent.act(observations), rtol=1e-5, atol=1e-5)
+
+
+def test_a_model_that_was_loaded_with_normalized_observations_acts_on_them() -> None:
+    trained = model("PPO")
+    normalizer = VecNormalize(DummyVecEnv([partial(SpacesEnv, OBSERVATIONS, ACTIONS)]))
+    moments: Any = normalizer.obs_rms
+    moments.mean, moments.var = np.arange(5.0), np.arange(1.0, 6.0)
+    trained.set_env(normalizer)
+    observations = np.random.default_rng(0).normal(scale=30, size=(20, 5))
+    expected, _ = trained.predict(normalizer.normalize_obs(observations), deterministic=True)
+    for policy in (exported(trained), exported(model("PPO"), normalizer=normalizer)):
+        actions = np.clip(policy.act(observations), ACTIONS.low, ACTIONS.high)
+        np.testing.assert_allclose(actions, expected, rtol=1e-5, atol=1e-5)
+    card = Card("ppo", "PPO", "A checkpoint.", "deterministic")
+    recorded = PolicyAgent(trained, card)
+    recorded.begin(0)
+    context = Context(np.ones(20, bool))
+    np.testing.assert_allclose(recorded.act(observations, context), expected, rtol=1e-5, atol=1e-5)
 
 
 def test_a_policy_that_cannot_be_expressed_trains_without_one_and_is_named_on_export() -> None:

@@ -286,14 +286,9 @@ class Sb3Agent:
 
     def policy(self) -> AnyPolicy | None:
         """The policy as plain arrays or as a network; None, with a warning, if it is neither."""
-        statistics = None
-        if self._normalizer is not None and self._options.normalize_observations:
-            moments: Any = self._normalizer.obs_rms
-            deviation = np.sqrt(moments.var + self._normalizer.epsilon)
-            statistics = moments.mean, deviation, float(self._normalizer.clip_obs)
         shape, is_deterministic = self._spaces[0].shape, self._options.deterministic
         try:
-            return sb3_policy.exported(self._model, is_deterministic, statistics, shape)
+            return sb3_policy.exported(self._model, is_deterministic, self._normalizer, shape)
         except BenchError as error:
             message = f"The policy is not stored, so the submission stays claimed. {error}"
             warnings.warn(message, stacklevel=2)
@@ -304,6 +299,12 @@ class Sb3Agent:
         size = (env.num_envs, int(getattr(env, "batch_steps", PLACEHOLDER[1])))
         if self._size != size and not self._trained:
             self._create_model(*size)
+        length = getattr(self._model, "n_steps", 0) if hasattr(self._model, "rollout_buffer") else 0
+        if (rollout := length * env.num_envs) and -(-steps // rollout) * rollout > (1 + agent.EXCESS) * steps:
+            message = f"The model trains whole rollouts of n_steps = {length} × {env.num_envs} environments, "
+            message += f"of which none ends within {agent.EXCESS:.0%} of {steps:,} steps."
+            hint = "Set n_steps=250, which divides the steps of every budget."
+            raise BenchError("budget-exceeded", message, "learn()", hint)
         if self._options.fresh_buffer:
             buffer: Any = self._model.replay_buffer  # type: ignore[attr-defined]
             buffer.reset()

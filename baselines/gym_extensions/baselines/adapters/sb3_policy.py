@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.torch_layers import FlattenExtractor
+from stable_baselines3.common.vec_env import VecNormalize
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.errors import BenchError
@@ -101,7 +102,7 @@ NOT_PLAIN = (BenchError, AttributeError, IndexError, KeyError, TypeError, ValueE
 def exported(
     model: BaseAlgorithm,
     deterministic: bool = True,
-    statistics: Statistics | None = None,
+    normalizer: VecNormalize | None = None,
     observation_shape: tuple[int, ...] | None = None,
 ) -> files.AnyPolicy:
     """The policy of a model, trained by this package or loaded with ``PPO.load``.
@@ -109,7 +110,7 @@ def exported(
     Args:
         model: of Stable-Baselines3, SB3-Contrib or SBX.
         deterministic: whether the policy takes the mean action or samples.
-        statistics: of the observations, if the model was trained with normalized ones.
+        normalizer: what normalized the observations in training; that of the model's environment if None.
         observation_shape: of the environment, if the model has images with the channels first and the
             environment has them last; that of the model if None.
 
@@ -118,6 +119,7 @@ def exported(
             ``onnx`` is not installed.
     """
     policy: Any = model.policy
+    statistics = statistics_of(normalizer or model.get_vec_normalize_env())
     name = f"The policy of {type(model).__name__}, {type(policy).__name__},"
     reason = ""
     if getattr(model, "use_sde", False):
@@ -144,6 +146,14 @@ def exported(
         names = ("observation_mean", "observation_scale", "observation_clip")
         parts |= dict(zip(names, statistics, strict=True))
     return mlp.Policy(**parts)
+
+
+def statistics_of(normalizer: VecNormalize | None) -> Statistics | None:
+    """The statistics of the observations; None if they are not normalized."""
+    if normalizer is None or not normalizer.norm_obs:
+        return None
+    moments: Any = normalizer.obs_rms
+    return moments.mean, np.sqrt(moments.var + normalizer.epsilon), float(normalizer.clip_obs)
 
 
 def plain_parts(model: BaseAlgorithm) -> Parts:

@@ -5,9 +5,11 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env import VecEnv
 
 from gym_extensions.baselines.agent import Array, VectorEnv
+from gym_extensions.errors import BenchError
 
 Indices = int | Iterable[int] | None
 Infos = list[dict[str, Any]]
@@ -26,9 +28,14 @@ class BatchVecEnv(VecEnv):
     SB3 expects the first observation of the next episode together with the last reward of the old one.
     Environments whose episode ended are therefore reset at once, by ``reset_mask``. Floating-point
     observations are float32. ``seed(seed)`` seeds the next reset, as in SB3's own environments.
+
+    Raises ``BenchError`` for the mode SAME_STEP, which gives no last observation of an episode.
     """
 
     def __init__(self, env: VectorEnv) -> None:
+        if getattr(env, "metadata", {}).get("autoreset_mode") is AutoresetMode.SAME_STEP:
+            hint = "Make the environments with autoreset_mode=AutoresetMode.NEXT_STEP, the default."
+            raise BenchError("bad-autoreset-mode", "The mode is SAME_STEP.", "BatchVecEnv", hint)
         self.env = env
         self._actions: Array = np.zeros(0)
         self._returns, self._lengths = np.zeros(env.num_envs), np.zeros(env.num_envs, int)

@@ -10,15 +10,13 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from gym_extensions.baselines.agent import Array, VectorEnv, not_requested
+from gym_extensions.baselines.agent import EXCESS, Array, VectorEnv, not_requested
 from gym_extensions.baselines.generators import seeded_copy, spawn_seeds
 from gym_extensions.envs import rollout, vector_env
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.manifest import Observes
 
 SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
-EXCESS = 0.02
-"""Fraction of the budget by which an agent's last batch may exceed it."""
 SILENCE = 10.0
 """Seconds without a report after which a slow agent shows how far it is."""
 NOTHING = Observes()

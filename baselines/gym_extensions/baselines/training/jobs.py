@@ -9,8 +9,8 @@ from numbers import Integral
 from pathlib import Path
 from typing import Any
 
+from gym_extensions.baselines.agent import EXCESS
 from gym_extensions.baselines.agent_spec import AgentSpec
-from gym_extensions.baselines.training.environment import EXCESS
 from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
 from gym_extensions.catalog.protocol import (
     CURVE_POINTS,
