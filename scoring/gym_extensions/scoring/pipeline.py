@@ -99,7 +99,8 @@ def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
     """Raises BenchError if a submission has problems."""
     if problems:
         size = count(len(problems), "problem")
-        message = f"The submission has {size}. First: {problems[0].where}: {problems[0].message}"
+        first = f"{problems[0].where}: {problems[0].message} {problems[0].hint}"
+        message = f"The submission has {size}. First: {first}"
         raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")
 
 

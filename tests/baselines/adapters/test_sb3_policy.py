@@ -202,7 +202,7 @@ def test_a_policy_that_cannot_be_expressed_trains_without_one_and_is_named_on_ex
         assert agent.policy() is None
     with pytest.raises(BenchError, match="use_sde"):
         exported(agent._model)
-    own: Any = sb3(PPO, policy=Bounded, deterministic=False)(OBSERVATIONS, ACTIONS, 0)
+    own: Any = sb3(PPO, Bounded, deterministic=False)(OBSERVATIONS, ACTIONS, 0)
     with pytest.warns(UserWarning, match="Bounded, overrides _predict, which a network cannot follow"):
         assert own.policy() is None
 

@@ -17,6 +17,7 @@ import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, ConvertCallback
+from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
 from gym_extensions.baselines import agent, generators
@@ -49,6 +50,7 @@ ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 
 def sb3(
     algorithm: type[BaseAlgorithm],
+    policy: str | type[BasePolicy] = "",
     *,
     deterministic: bool = True,
     normalize_observations: bool = False,
@@ -65,6 +67,8 @@ def sb3(
 
     Args:
         algorithm: ``PPO``, ``SAC``, or any other class built on SB3's ``BaseAlgorithm``.
+        policy: as SB3 takes it; by default ``"MlpPolicy"``, and ``"MlpLstmPolicy"`` for algorithms with
+            recurrent policies.
         deterministic: whether evaluation uses the policy's best action instead of a sample.
         normalize_observations: whether observations are standardized by their running mean and standard
             deviation (SB3's ``VecNormalize``). The statistics persist across stages and do not change in
@@ -73,8 +77,7 @@ def sb3(
             discounted return. The log has the rewards of the task.
         callback: SB3 callbacks, as in ``learn(callback=…)``: one, a list, or a function. They are shared by
             all runs in this process and must pickle for worker processes.
-        settings: keyword arguments of ``algorithm``; ``policy`` defaults to ``"MlpPolicy"``, and to
-            ``"MlpLstmPolicy"`` for algorithms with recurrent policies.
+        settings: keyword arguments of ``algorithm``.
 
     Returns:
         A factory for :func:`gym_extensions.baselines.train`.
@@ -87,6 +90,8 @@ def sb3(
         >>> from stable_baselines3 import PPO
         >>> make = sb3(PPO, n_steps=250, normalize_observations=True)
     """
+    if policy:
+        settings["policy"] = policy
     for name in SET_BY_THE_RUN:
         if name in settings:
             message = f"{name!r} cannot be set, because every run sets its own."

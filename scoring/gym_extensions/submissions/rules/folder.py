@@ -80,7 +80,7 @@ def unknown_group(folder: Folder) -> Iterator[Finding]:
         is_top = item.kind == "folder" and "/" not in item.path
         if is_top and item.path not in (*folder.groups, *OTHER_FOLDERS):
             closest = did_you_mean(item.path, folder.groups)
-            custom = "For a custom group, pass its TOML file with --groups, where the command has it."
+            custom = "For a custom group, pass its TOML file: --groups FILE, in Python groups=[FILE]."
             hint = f"{closest} {custom}".lstrip()
             yield Finding(item.path, f"Unknown group '{item.path}'.", hint)
 
