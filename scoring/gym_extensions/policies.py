@@ -108,7 +108,7 @@ def diagnose(
 
 
 def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> mlp_arrays.Arrays:
-    runs = layout.runs_folder(folder, group.name)
+    runs = layout.runs_folder(folder, group.name, protocol)
     path = runs / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
     if not path.is_file():
         found = f"{folder} has no run {run} of {group.name}, {protocol}."

@@ -10,10 +10,13 @@ from gym_extensions import policies, results
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.cli import maintain
 from gym_extensions.export import cli as export
+from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.submissions import diagnostics, landscapes, layout, poses
+from gym_extensions.submissions.policies.files import policy_keys
 
 from ..conftest import trained_here
-from .made_submissions import GROUP, copy, honest, verify
+from . import made_submissions as submissions
+from .made_submissions import GROUP, copy, honest, network, verify
 
 RUNS = 2
 HERE = GROUPS[GROUP]
@@ -65,9 +68,17 @@ def test_they_are_exported(code: Path, tmp_path: Path) -> None:
     model = tmp_path / "hf/models/mine"
     found, known = (policies.load(folder, GROUP) for folder in (model, code))
     assert np.array_equal(found.flat_weights(), known.flat_weights())
-    assert layout.runs_folder(code, GROUP) == code / "trained/1"
 
 
 def test_the_runs_of_an_author_come_first(code: Path) -> None:
-    shutil.copytree(code / "trained/1" / GROUP, code / GROUP)
-    assert layout.runs_folder(code, GROUP) == code
+    submissions.write_run_files(code, "single", 0, {key: network(1) for key in policy_keys("single", HERE)})
+    assert layout.runs_folder(code, GROUP, "sequential") == code / "trained/1"
+    assert layout.runs_folder(code, GROUP, "single") == code
+    logs = score_folder(code).groups[HERE.id]
+    assert {protocol: log.level for protocol, log in logs.items()} == {
+        "sequential": "trained here",
+        "single": "claimed",
+    }
+    assert set(results.episodes(code)["protocol"]) == {"sequential", "single"}
+    shutil.copytree(code / "trained/1" / GROUP / "sequential", code / GROUP / "sequential")
+    assert layout.runs_folder(code, GROUP, "sequential") == code

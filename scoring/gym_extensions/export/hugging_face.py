@@ -73,7 +73,7 @@ def write_submission(target: Path, source: Path, card: scorecard.Scorecard) -> b
     written, kinds = [], set[str]()
     for id_, protocol in _protocols(card):
         name = group(id_).name
-        folder = runs_folder(source, name)
+        folder = runs_folder(source, name, protocol)
         for run, suffixes in scan(folder).runs[name, protocol].items():
             if suffixes <= {DOCUMENT, LOG} or run not in card.groups[id_][protocol].runs:
                 continue

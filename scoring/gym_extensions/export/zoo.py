@@ -99,7 +99,7 @@ def write_parquet(path: Path, frame: pd.DataFrame, columns: Sequence[datasets.Co
 def networks(submission: Path, members: TaskGroup, protocol: str, run: int) -> list[Network]:
     """The networks of the policies of a run; none if they lie elsewhere."""
     try:
-        folder = layout.runs_folder(submission, members.name)
+        folder = layout.runs_folder(submission, members.name, protocol)
         stored = files.read_policies(folder, members, protocol, run).values()
     except BenchError:
         return []

@@ -99,7 +99,7 @@ def _diagnosed(
     folder: Path, group: TaskGroup, documents: Sequence[RunDocument]
 ) -> Iterator[tuple[Sequence[Diagnosis], str]]:
     """For every run the diagnoses of its policies, or empty ones and why."""
-    known, runs = diagnostics.load(folder, group), layout.runs_folder(folder, group.name)
+    known = diagnostics.load(folder, group)
     observations = states(group.task_ids)
     for document in documents:
         diagnoses: Sequence[Diagnosis] = ()
@@ -111,6 +111,7 @@ def _diagnosed(
         elif observations:
             place = document.protocol, document.run
             try:
+                runs = layout.runs_folder(folder, group.name, document.protocol)
                 diagnoses = diagnose_run(files.read_policies(runs, group, *place), observations, *place)
             except BenchError as error:
                 why = error.message

@@ -63,8 +63,8 @@ def load(submission: Path, group: TaskGroup) -> dict[str, DiagnosedRun]:
     found = Diagnostics.load(path_of(submission, group), "bad-diagnostics", COMMAND)
     if found is None or found.states != states.VERSION:
         return {}
-    runs = runs_folder(submission, group.name)
-    paths = {name: runs / f"{name}{DOCUMENT}" for name in found.runs}
+    folders = {name: runs_folder(submission, *name.split("/")[:2]) for name in found.runs}
+    paths = {name: folder / f"{name}{DOCUMENT}" for name, folder in folders.items()}
     stated = {name: read_run(path).policies for name, path in paths.items() if path.is_file()}
     return {
         name: run

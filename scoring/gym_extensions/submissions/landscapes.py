@@ -89,7 +89,7 @@ def write(submission: Path, landscape: Landscape) -> Path:
 
 def measured_runs(submission: Path, group: TaskGroup) -> dict[int, RunDocument]:
     """The documents of the runs that are measured, as far as the submission has them."""
-    runs = runs_folder(submission, group.name)
+    runs = runs_folder(submission, group.name, PROTOCOL)
     paths = {run: runs / run_file(group.name, PROTOCOL, run, DOCUMENT) for run in range(RUNS)}
     return {run: read_run(path) for run, path in paths.items() if path.is_file()}
 

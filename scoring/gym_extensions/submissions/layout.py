@@ -217,15 +217,13 @@ def _is_left_over(folder: Path) -> bool:
         return False
 
 
-def runs_folder(submission: Path, group_name: str) -> Path:
-    """The folder that has the runs of a group: the submission, or ``trained/N`` where the author has none."""
-    if not (submission / group_name).is_dir():
-        records = (
-            TRAINED_VERSION.fullmatch(f"{TRAINED}/{path.stem}")
-            for path in submission.glob(f"{TRAINED}/*.toml")
-        )
-        trained = submission / TRAINED / str(max((int(match[1]) for match in records if match), default=0))
-        if (trained / group_name).is_dir():
+def runs_folder(submission: Path, group_name: str, protocol: str) -> Path:
+    """The folder with the runs of a group and protocol: the submission, or ``trained/N`` if it has none."""
+    if not (submission / group_name / protocol).is_dir():
+        records = (path.stem for path in submission.glob(f"{TRAINED}/*.toml"))
+        numbers = [int(name) for name in records if TRAINED_VERSION.fullmatch(f"{TRAINED}/{name}")]
+        trained = submission / TRAINED / str(max(numbers, default=0))
+        if (trained / group_name / protocol).is_dir():
             return trained
     return submission
 

@@ -68,9 +68,12 @@ class Submission:
 
     @property
     def shown_groups(self) -> dict[str, SubmittedGroup]:
-        """The groups by id, and where the author has none, those of the runs that the base trained."""
-        trained = self.trained.runs.groups if self.trained else {}
-        return trained | self.groups
+        """The groups by id. Where the author has no runs of a protocol, they are those trained on the base."""
+        groups = dict(self.groups)
+        for id_, made in (self.trained.runs.groups if self.trained else {}).items():
+            own = groups.get(id_, made)
+            groups[id_] = replace(own, logs=made.logs | own.logs, runs=made.runs | own.runs)
+        return groups
 
     @property
     def documents(self) -> list[RunDocument]:

@@ -45,23 +45,29 @@ def _rounded(value: Any, digits: str) -> Any:
     return float(format(value, digits)) if isinstance(value, float) else value
 
 
-def _published(submission: Path, group: TaskGroup) -> tuple[Submission, dict[str, verify.LoggedRun]]:
-    """A submission and its runs of a group that publish their policies; those trained here, if it has none.
+def _published(submission: Path, group: TaskGroup) -> dict[str, tuple[verify.LoggedRun, Submission]]:
+    """The runs of a group that publish their policies, by name, each with the submission that has its files.
 
-    Raises the first problem.
+    Where the author has none of a protocol, they are those that were trained here. Raises the first problem.
     """
     found = reader.read(submission, only=[group.name])
     found.require_no_problems()
-    if found.trained and group.id not in found.groups:
-        found = replace(found.trained.runs, name=found.name)
-    return found, {name: run for name, run in verify.logged_runs(found).items() if run.document.policies}
+    runs = {name: (run, found) for name, run in verify.logged_runs(found).items()}
+    if found.trained:
+        protocols = {run.log.protocol for run, _ in runs.values()}
+        made = replace(found.trained.runs, name=found.name)
+        trained = verify.logged_runs(made).items()
+        runs |= {name: (run, made) for name, run in trained if run.log.protocol not in protocols}
+    return {name: (run, source) for name, (run, source) in runs.items() if run.document.policies}
 
 
 def _with_runs(submissions: Sequence[Path], groups: Sequence[TaskGroup]) -> list[tuple[Path, TaskGroup]]:
     """The submissions with each of the groups of which they have runs."""
     pairs = ((submission, group) for submission in submissions for group in groups)
     return [
-        (each, group) for each, group in pairs if (layout.runs_folder(each, group.name) / group.name).is_dir()
+        (submission, group)
+        for submission, group in pairs
+        if (submission / group.name).is_dir() or any(submission.glob(f"{layout.TRAINED}/*/{group.name}"))
     ]
 
 
@@ -77,10 +83,11 @@ def write_poses(
     wanted = [group_named(name) for name in names] or list(GROUPS.values())
 
     def written(submission: Path, group: TaskGroup) -> str:
-        found, published = _published(submission, group)
-        run = next((each for each in published.values() if each.log.protocol == "sequential"), None)
-        if run is None:
+        published = _published(submission, group).values()
+        first = next((pair for pair in published if pair[0].log.protocol == "sequential"), None)
+        if first is None:
             return f"{submission.name}, {group.name}: no sequential run publishes its policies."
+        run, found = first
         known, tasks = poses.load_submission(submission).get(group.id), range(len(group.tasks))
         means = {key: fmean(each.return_ for each in cell) for key, cell in run.logged.items()}
         stages_ = tuple(tuple(means[stage, task] for task in tasks) for stage in range(len(group.tasks) + 1))
@@ -126,8 +133,8 @@ def landscape_of(
     reached.
     """
     names = [layout.run_key(group.name, landscapes.PROTOCOL, run) for run in documents]
-    found, published = _published(submission, group)
-    requests = [published[name].request(found, fetcher=fetcher) for name in names]
+    published = _published(submission, group)
+    requests = [run.request(found, fetcher=fetcher) for run, found in map(published.__getitem__, names)]
     with ThreadPoolExecutor(jobs) as pool:
         calls = ({"run": msgspec.to_builtins(request)} for request in requests)
         answers = pool.map(lambda call: list(limits.answers(LANDSCAPE_JOB, call, LIMITS)), calls)
@@ -220,12 +227,12 @@ def write_diagnostics(
 
     def written(submission: Path, group: TaskGroup) -> list[str]:
         """Writes the diagnostics of one group and returns the lines about it."""
-        found, published = _published(submission, group)
+        published = _published(submission, group)
         if not published:
             return [f"{submission.name}, {group.name}: no run publishes its policies."]
         if not again and len(diagnostics.load(submission, group)) == len(published):
             return [f"{submission.name}, {group.name}: up to date."]
-        requests = [run.request(found, fetcher=fetcher) for run in published.values()]
+        requests = [run.request(found, fetcher=fetcher) for run, found in published.values()]
         answers = limits.answers(DIAGNOSTICS_JOB, {"runs": msgspec.to_builtins(requests)}, limits.Limits())
         runs, lines = dict[str, diagnostics.DiagnosedRun](), list[str]()
         for request, answer in zip(requests, answers, strict=True):

@@ -70,8 +70,8 @@ def score(
         if of_code:
             trained = trained_logs(of_code, references)
             for name, log in trained.items():  # where the author has no runs that count
-                if name not in groups or not BUDGETS[budget].on_boards:
-                    groups[name] = {"sequential": log}
+                own = groups.get(name, {}) if BUDGETS[budget].on_boards else {}
+                groups[name] = {"sequential": log} | own
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=None if only else level)
     is_repeated = level in (VERIFIED, TRAINED_HERE) and manifest and manifest.protocol.evaluation != "sampled"

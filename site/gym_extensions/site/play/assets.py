@@ -241,7 +241,7 @@ def _run_file(row: Row, group_id: str, nth: int, folders: Mapping[str, Path]) ->
     group = next(group for group in GROUPS.values() if group.id == group_id)
     if folder is None or not row.result.runs:
         return b"", NO_POLICIES
-    folder, run = runs_folder(folder, group.name), row.result.runs[nth]
+    folder, run = runs_folder(folder, group.name, SEQUENTIAL), row.result.runs[nth]
     try:
         if not has_policies(folder, group, SEQUENTIAL, run):
             return b"", NO_POLICIES
