@@ -68,7 +68,7 @@ class Submission:
 
     @property
     def shown_groups(self) -> dict[str, SubmittedGroup]:
-        """The groups by id. Where the author has no runs of a protocol, they are those trained on the base."""
+        """The groups by id. Where the author has no runs of a protocol, those that were trained here."""
         groups = dict(self.groups)
         for id_, made in (self.trained.runs.groups if self.trained else {}).items():
             own = groups.get(id_, made)
