@@ -16,7 +16,7 @@ from gym_extensions.metrics.statistics import (
 )
 from tools.findings.claims import GroupRuns
 from tools.findings.orders import agreement
-from tools.findings.tables import Value
+from tools.findings.tables import Value, of_edition
 
 GROUPS = ("hopper-gravity-v0", "halfcheetah-gravity-v0", "walker2d-wall-v0")
 BASES = {"trpo": "TRPO", "ppo": "PPO", "sac64": "SAC 64-64"}
@@ -27,16 +27,11 @@ ADDITIONS = ("reset", "snapshots", "cloning", "online-ewc", "packnet")
 NONE = Value(math.nan, math.nan, math.nan)
 
 
-TUNED = ("cloning", "online-ewc", "packnet")
-"""The additions to TRPO whose settings tuning changed."""
-
-
 def submission(base: str, addition: str = "") -> str:
     """The submission of a base with an addition, if any; those to ``trpo`` have the name of the addition."""
     if not addition:
         return ALONE[base]
-    on_trpo = f"{addition}-tuned" if addition in TUNED else addition
-    return {"trpo": on_trpo, "ppo": f"ppo-{addition}-tuned"}.get(base, f"{base}-{addition}")
+    return {"trpo": of_edition(addition, 2), "ppo": f"ppo-{addition}-tuned"}.get(base, f"{base}-{addition}")
 
 
 @dataclass(frozen=True)

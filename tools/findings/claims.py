@@ -18,10 +18,10 @@ from gym_extensions.metrics.statistics import mean_of_groups, subtract, summary,
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import core_logs, last_look, verified_runs
-from tools.findings.tables import FINAL, FINE_TUNING, LEARNED, LOST, Value
+from tools.findings.tables import FINAL, FINE_TUNING, LEARNED, LOST, Value, of_edition
 
 ALONE = METRICS["single"][0].name
-CLONING, PACKNET, SNAPSHOTS = "cloning", "packnet", "snapshots"
+SNAPSHOTS = "snapshots"
 VARIANTS = (10, 100)
 """Equal variants that are tried on the public seeds."""
 GroupRuns = Mapping[str, Sequence[float]]
@@ -59,13 +59,13 @@ class Gain:
     lost: float
 
 
-def gains(cards: Mapping[str, Scorecard]) -> tuple[list[Gain], Value]:
-    """The gains by group, and their correlation with what fine-tuning forgets, over groups.
+def gains(cards: Mapping[str, Scorecard], cloning: str) -> tuple[list[Gain], Value]:
+    """The gains of cloning by group, and their correlation with what fine-tuning forgets, over groups.
 
     In the correlation the gains are over the first half of fine-tuning's runs, and what is forgotten is of
     the second half: errors of the same runs would be in both.
     """
-    cloned, tuned = (runs_of(cards[name], FINAL) for name in (CLONING, FINE_TUNING))
+    cloned, tuned = (runs_of(cards[name], FINAL) for name in (cloning, FINE_TUNING))
     lost = runs_of(cards[FINE_TUNING], LOST)
     rows, pairs = [], []
     for name in CORES[CORE]:
@@ -111,16 +111,16 @@ def selections(board: CoreBoard, cards: Mapping[str, Scorecard]) -> list[Selecti
     return [Selection(number, *(best_of(number) * error for error in ends)) for number in VARIANTS]
 
 
-def differences(cards: Mapping[str, Scorecard]) -> dict[str, Value]:
+def differences(cards: Mapping[str, Scorecard], cloning: str, packnet: str) -> dict[str, Value]:
     """The differences that the page states in sentences, by name."""
     alone = runs_of(cards[FINE_TUNING], ALONE, "single")
-    final = {name: runs_of(cards[name], FINAL) for name in (CLONING, PACKNET, SNAPSHOTS, FINE_TUNING)}
+    final = {name: runs_of(cards[name], FINAL) for name in (cloning, packnet, SNAPSHOTS, FINE_TUNING)}
     without_walls = [name for name in CORES[CORE] if name not in SUITES["wall"]]
     return {
-        "snapshots": minus(final[SNAPSHOTS], final[CLONING]),
-        "alone": minus(alone, final[PACKNET]),
-        "packnet": minus(final[PACKNET], final[FINE_TUNING]),
-        "packnet_without_walls": minus(final[PACKNET], final[FINE_TUNING], without_walls),
+        "snapshots": minus(final[SNAPSHOTS], final[cloning]),
+        "alone": minus(alone, final[packnet]),
+        "packnet": minus(final[packnet], final[FINE_TUNING]),
+        "packnet_without_walls": minus(final[packnet], final[FINE_TUNING], without_walls),
     }
 
 
@@ -138,12 +138,15 @@ def is_learned_score(cards: Mapping[str, Scorecard]) -> bool:
 
 def facts(board: CoreBoard, cards: Mapping[str, Scorecard]) -> dict[str, object]:
     """What the page says of these cards, by the names that its template uses."""
-    rows, correlated = gains(cards)
+    cloning, packnet = (of_edition(name, board.edition) for name in ("cloning", "packnet"))
+    rows, correlated = gains(cards, cloning)
     second, fourth = (board.lists[0].rows[place].metrics[FINAL].mean or 0.0 for place in (1, 3))
     return {
+        "cloning": cloning,
+        "packnet": packnet,
         "gains": rows,
         "correlated": correlated,
-        "differences": differences(cards),
+        "differences": differences(cards, cloning, packnet),
         "less_than_alone": less_than_alone(board, cards),
         "is_learned_score": is_learned_score(cards),
         "selections": selections(board, cards),

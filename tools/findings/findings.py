@@ -24,7 +24,7 @@ from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank
 from gym_extensions.submissions.landscapes import best, landscapes_of
-from tools.findings import bases, claims, tables
+from tools.findings import bases, claims, hypotheses, tables
 from tools.findings.figures import draw_groups, draw_retention, write_picture
 from tools.findings.orders import orders, turned
 from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
@@ -42,7 +42,7 @@ def of_runs(folder: Path, metric: str = LOST) -> dict[str, Sequence[float]]:
     return {group: log.metrics[metric].runs for group, log in logs.items() if log and metric in log.metrics}
 
 
-def landscape(submissions: Path, submission: str = "cloning", group: str = "hopper-gravity") -> View:
+def landscape(submissions: Path, submission: str, group: str = "hopper-gravity") -> View:
     """The landscape of a submission on a group."""
     found = {folder.name: landscapes_of(folder) for folder in submissions.iterdir() if folder.is_dir()}
     return View(GROUPS[group], found[submission][GROUPS[group].id], best(found))
@@ -67,7 +67,7 @@ def main() -> None:
     evaluations = results.evaluations(submissions / FINE_TUNING)
     scores = tables.as_scores(evaluations)
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
-    (axis,) = landscape(submissions).axes
+    (axis,) = landscape(submissions, "cloning").axes
     write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
     policies = results.policies([submissions / name for name in names])
     policies = policies[policies["group"].isin([group.id for group in CORE])]
@@ -118,6 +118,8 @@ def main() -> None:
             for group, logs in score_folder(submissions / FINE_TUNING).groups.items()
             if (log := logs.get("sequential")) and log.metrics[LOST].runs
         },
+        edition=board.edition,
+        hypotheses=hypotheses.verdicts(board, {card.name: claims.runs_of(card, LOST) for card in cards}),
         **claims.facts(board, {card.name: card for card in cards}),
         positions={
             group.name: claims.positions(results.scores(submissions / FINE_TUNING, group, stage=-1))

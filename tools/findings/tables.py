@@ -36,6 +36,8 @@ TRANSFERS = (
     "practice",
     "transfer_at_equal_practice",
 )
+TUNED = ("cloning", "l2", "l2-init", "online-ewc", "packnet", "ppo")
+"""Methods that have other settings in the second edition of the core, as submissions of their own."""
 CORE = [GROUPS[name.removesuffix("-v0")] for name in CORES["core-v1"]]
 
 
@@ -62,6 +64,11 @@ class Value(NamedTuple):
     def interval(self) -> str:
         """The interval alone."""
         return interval(self.low, self.high, 2)
+
+
+def of_edition(name: str, edition: int) -> str:
+    """The submission of a method in an edition of the core."""
+    return f"{name}-tuned" if edition > 1 and name in TUNED else name
 
 
 def percent(share: Value) -> str:
