@@ -1,0 +1,94 @@
+"""The hypotheses of the second edition: one direction each, and open unless the test of the core decides."""
+
+from pathlib import Path
+
+import pytest
+
+from gym_extensions.catalog.groups import CORES
+from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair
+from tools.findings import hypotheses
+from tools.findings.tables import FINAL, LOST
+
+PLAN = Path(hypotheses.__file__).parents[2] / "docs/findings/plan.md"
+GROUPS = CORES["core-v1"]
+
+
+def pair(first: str, second: str, mean: float, half: float, verdict: str) -> CorePair:
+    ends = {"mean": mean, "low": mean - half, "high": mean + half}
+    facts = {"look": 10, "paired": False, "p_value": 0.01, "exploratory": False, "next_look": None}
+    return CorePair(first=first, second=second, verdict=verdict, **ends, **facts)  # type: ignore[arg-type]
+
+
+def board(*pairs: CorePair, edition: int = 2) -> CoreBoard:
+    """A board with these pairs on both metrics; the difference of forgetting has the other sign."""
+    lost = [pair(each.second, each.first, each.mean, 0.01, each.verdict) for each in pairs]
+    nothing = {
+        "suite": "",
+        "groups": (),
+        "budget": "",
+        "looks": (),
+        "levels": (),
+        "margin": 0.05,
+        "lists": (),
+    }
+    made = {FINAL: tuple(pairs), LOST: tuple(lost)}
+    return CoreBoard(edition=edition, pairs=made, references=(), variants=(), **nothing)  # type: ignore[arg-type]
+
+
+def verdict(made: CoreBoard, name: str) -> str:
+    (found,) = (each for each in hypotheses.verdicts(made, {}) if each.name == name)
+    return found.verdict
+
+
+@pytest.mark.parametrize(
+    ("mean", "kind", "expected"),
+    [(0.2, "separated", "confirmed"), (-0.2, "separated", "contradicted"), (0.2, "open", "open")],
+)
+def test_a_pair_is_confirmed_in_the_stated_direction_alone(mean: float, kind: str, expected: str) -> None:
+    made = board(pair("cloning-tuned", "trpo", mean, 0.1, kind))
+    assert (verdict(made, "H1"), verdict(made, "H2")) == (expected, expected)
+    turned = board(pair("trpo", "cloning-tuned", -mean, 0.1, kind))
+    assert verdict(turned, "H1") == expected
+    assert verdict(made, "H5") == "open", "these two are not compared"
+
+
+def test_the_methods_are_those_of_the_second_edition() -> None:
+    assert verdict(board(pair("cloning", "trpo", 0.2, 0.1, "separated")), "H1") == "open"
+    assert verdict(board(pair("snapshots", "packnet-tuned", 0.2, 0.1, "separated")), "H5") == "confirmed"
+    assert hypotheses.verdicts(board(edition=1), {}) == []
+
+
+def penalties(**highest: float) -> CoreBoard:
+    """The penalties minus fine-tuning, with these upper limits."""
+    names = {"l2": "l2-tuned", "l2_init": "l2-init-tuned", "online_ewc": "online-ewc-tuned"}
+    return board(*(pair(names[key], "trpo", high - 0.04, 0.04, "open") for key, high in highest.items()))
+
+
+def test_no_penalty_is_better_if_all_upper_limits_are_low() -> None:
+    assert verdict(penalties(l2=0.05, l2_init=0.09, online_ewc=0.0), "H8") == "confirmed"
+    assert verdict(penalties(l2=0.05, l2_init=0.11, online_ewc=0.0), "H8") == "open"
+    assert verdict(penalties(l2=0.05, l2_init=0.09), "H8") == "open", "one is not compared"
+    better = board(pair("l2-tuned", "trpo", 0.2, 0.1, "separated"))
+    assert verdict(better, "H8") == "contradicted"
+    worse = board(*(pair(name, "trpo", -0.2, 0.1, "separated") for name in ("l2-tuned", "l2-init-tuned")))
+    assert verdict(worse, "H8") == "open"
+
+
+def test_forgetting_is_tested_group_by_group_over_all_groups() -> None:
+    clear, none, gained = (0.5, 0.52, 0.48, 0.51), (0.1, -0.1, 0.12, -0.12), (-0.5, -0.52, -0.48, -0.51)
+    lost = dict.fromkeys(GROUPS, clear) | {GROUPS[0]: none, GROUPS[1]: gained}
+    found = {each.found.partition(":")[0]: each.verdict for each in hypotheses.forgetting(lost)}
+    names = [group.rpartition("-v")[0] for group in GROUPS]
+    assert len(found) == 6
+    assert "hopper-body" not in found
+    assert (found[names[0]], found[names[1]]) == ("open", "contradicted")
+    assert {found[name] for name in names[2:] if name in found} == {"confirmed"}
+    (lacking,) = hypotheses.forgetting({GROUPS[0]: clear})
+    assert lacking.verdict == "open"
+
+
+def test_every_hypothesis_of_the_plan_has_a_verdict() -> None:
+    stated = {
+        line.split("|")[1].strip() for line in PLAN.read_text("utf-8").splitlines() if "| H" in line[:4]
+    }
+    assert stated == {*hypotheses.PAIRS, "H7", "H8"}
