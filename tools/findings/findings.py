@@ -42,10 +42,11 @@ def of_runs(folder: Path, metric: str = LOST) -> dict[str, Sequence[float]]:
     return {group: log.metrics[metric].runs for group, log in logs.items() if log and metric in log.metrics}
 
 
-def landscape(submissions: Path, submission: str, group: str = "hopper-gravity") -> View:
-    """The landscape of a submission on a group."""
+def landscape(submissions: Path, *names: str, group: str = "hopper-gravity") -> View:
+    """The landscape on a group of the first of these submissions that has one."""
     found = {folder.name: landscapes_of(folder) for folder in submissions.iterdir() if folder.is_dir()}
-    return View(GROUPS[group], found[submission][GROUPS[group].id], best(found))
+    shown = next(each for name in names if (each := found[name].get(GROUPS[group].id)))
+    return View(GROUPS[group], shown, best(found))
 
 
 def main() -> None:
@@ -67,7 +68,7 @@ def main() -> None:
     evaluations = results.evaluations(submissions / FINE_TUNING)
     scores = tables.as_scores(evaluations)
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
-    (axis,) = landscape(submissions, "cloning").axes
+    (axis,) = landscape(submissions, tables.of_edition("cloning", board.edition), "cloning").axes
     write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
     policies = results.policies([submissions / name for name in names])
     policies = policies[policies["group"].isin([group.id for group in CORE])]
