@@ -235,7 +235,6 @@ def test_without_its_budget_or_beside_a_submission_of_that_name_there_is_no_row_
     card = enter("a", 300)
     assert board([card], KEY, references).computed == ()
     assert board([at_300k(card), at_300k(replace(card, name="alone"))], KEY_300K, references).computed == ()
-    assert board([at_300k(card)], KEY_300K, replace(references, version="1")).computed == ()
 
 
 def test_every_pair_has_welchs_interval_and_p_value_of_every_metric_of_both(enter: Enter) -> None:
