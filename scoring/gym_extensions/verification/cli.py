@@ -103,7 +103,8 @@ def verified(
             store, files, options.jobs, options.hours, started, partial(progress.advance, task)
         )
         fetcher = Fetcher(options.cache / "policies", options.public_only)
-        return verify(submission, value, player, fetcher, runs)
+        is_trial = not (options.write or options.record)
+        return verify(submission, value, player, fetcher, runs, is_trial=is_trial)
 
 
 def reports_on(

@@ -227,10 +227,10 @@ def verify(
     player: episodess.Player,
     fetcher: fetch.Fetcher,
     only: Collection[str] | None = None,
+    *,
+    is_trial: bool = False,
 ) -> Report:
     """Verifies the runs of a submission that have policies.
-
-    Runs of the first arithmetic are tried on new seeds, if all runs are verified, and not repeated.
 
     Args:
         submission: the submission.
@@ -238,6 +238,8 @@ def verify(
         player: runs the policies. Those that need more than its hours are *undecided: too slow*.
         fetcher: gets policies that lie elsewhere.
         only: the names of the runs to verify; all if None.
+        is_trial: whether nothing is stored. Then runs of the first arithmetic are tried on new seeds, too;
+            they are not repeated.
 
     Raises:
         BenchError: policies that lie elsewhere cannot be fetched, a limit was reached, or another version of
@@ -250,7 +252,7 @@ def verify(
     chosen = (set(runs) if only is None else set(only)).difference(without)
     old = tuple(name for name in runs if name in chosen and is_first_arithmetic(submission, runs[name]))
     report, every = Report(submission.name, without_policies=without, first_arithmetic=old), runs
-    chosen = chosen.difference(() if only is None else old)
+    chosen = chosen.difference(() if is_trial else old)
     runs = {name: run for name, run in runs.items() if name in chosen}
     if not runs:
         return report
