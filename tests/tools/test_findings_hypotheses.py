@@ -87,6 +87,26 @@ def test_forgetting_is_tested_group_by_group_over_all_groups() -> None:
     assert lacking.verdict == "open"
 
 
+def test_a_difference_with_another_verdict_is_withdrawn() -> None:
+    first = board(
+        pair("cloning", "trpo", 0.2, 0.1, "separated"),
+        pair("reset", "trpo", -0.2, 0.1, "separated"),
+        pair("l2", "trpo", 0.0, 0.1, "open"),
+        pair("ppo", "trpo", 0.2, 0.1, "separated"),
+        edition=1,
+    )
+    second = board(
+        pair("cloning-tuned", "trpo", 0.02, 0.1, "open"),
+        pair("trpo", "reset", 0.2, 0.1, "separated"),
+        pair("l2-tuned", "trpo", 0.0, 0.01, "equivalent"),
+        pair("ppo-tuned", "trpo", -0.2, 0.1, "separated"),
+    )
+    found = [each for each in hypotheses.withdrawn(first, second) if each.metric == "at the end"]
+    assert [each.first for each in found] == ["cloning", "ppo"]
+    assert found[0].before == "0.20 (0.10 to 0.30), separated"
+    assert found[0].after == "0.02 (−0.08 to 0.12), open"
+
+
 def test_every_hypothesis_of_the_plan_has_a_verdict() -> None:
     stated = {
         line.split("|")[1].strip() for line in PLAN.read_text("utf-8").splitlines() if "| H" in line[:4]

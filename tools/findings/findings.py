@@ -5,6 +5,7 @@ Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -19,11 +20,12 @@ from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board
-from gym_extensions.scoring.submission.suites import core_logs, retention
+from gym_extensions.scoring.submission.suites import core_logs, core_score, retention
 from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank
 from gym_extensions.submissions.landscapes import best, landscapes_of
+from gym_extensions.submissions.review import TRAINED_HERE
 from tools.findings import bases, claims, hypotheses, tables
 from tools.findings.figures import draw_groups, draw_retention, write_picture
 from tools.findings.orders import orders, turned
@@ -54,6 +56,9 @@ def main() -> None:
     submissions = ROOT / "submissions"
     cards = list(valid_scorecards(submissions, make_scorer(only=("core",))).values())
     board = core_board(cards)
+    own = [replace(card, trained={}) for card in cards]  # the runs of the first edition
+    own = [card for card in own if all(log.level != TRAINED_HERE for log in core_logs(card).values())]
+    before = core_board([replace(card, core=core_score(card)) for card in own])
     core, metrics = core_frame(board), results.metrics(submissions)
     pairs = core_pairs_frame(board)
     methods = tables.methods(core, pairs)
@@ -120,6 +125,7 @@ def main() -> None:
             if (log := logs.get("sequential")) and log.metrics[LOST].runs
         },
         edition=board.edition,
+        withdrawn=hypotheses.withdrawn(before, board) if before and board.edition > 1 else [],
         hypotheses=hypotheses.verdicts(board, {card.name: claims.runs_of(card, LOST) for card in cards}),
         **claims.facts(board, {card.name: card for card in cards}),
         positions={

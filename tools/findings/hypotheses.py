@@ -6,6 +6,7 @@ The plan and this module were written before any run of the second edition exist
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -97,3 +98,29 @@ def verdicts(board: CoreBoard, lost: Mapping[str, GroupRuns]) -> list[Verdict]:
         return []
     pairs = [directed(board, name) for name in PAIRS]
     return [*pairs, *forgetting(lost.get(FINE_TUNING, {})), penalties(board)]
+
+
+class Withdrawn(NamedTuple):
+    """A pair whose verdict is another one in the second edition; names are those of the first."""
+
+    first: str
+    second: str
+    metric: str
+    before: str
+    after: str
+
+
+def withdrawn(first: CoreBoard, second: CoreBoard) -> list[Withdrawn]:
+    """The pairs of the first edition with another verdict, or direction, in the second."""
+    found = []
+    for metric, pairs in first.pairs.items():
+        for pair in pairs:
+            names = [of_edition(name, second.edition) for name in (pair.first, pair.second)]
+            if (again := pair_of(second, metric, *names)) is None:
+                continue
+            before, after = Value(pair.mean, pair.low, pair.high), again[0]
+            kinds = [(pair.verdict, before.mean > 0), (again[1].verdict, after.mean > 0)]
+            if kinds[0] != kinds[1] and "separated" in (pair.verdict, again[1].verdict):
+                stated = (f"{value}, {kind}" for value, (kind, _) in zip((before, after), kinds, strict=True))
+                found.append(Withdrawn(pair.first, pair.second, WORDS[metric], *stated))
+    return found
