@@ -15,7 +15,6 @@ from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.baselines.training import runner
 from gym_extensions.baselines.training.checkpoints import CONTINUES, FinishedStage
 from gym_extensions.baselines.training.jobs import (
-    Groups,
     Origin,
     Parallel,
     Settings,
@@ -30,7 +29,7 @@ from gym_extensions.baselines.training.progress import (
     Monitor,
     TrainingStarted,
 )
-from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.groups import Groups, TaskGroup
 from gym_extensions.catalog.variations import KINDS
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError

@@ -245,11 +245,11 @@ def groups_named(name: str | Path | TaskGroup) -> tuple[TaskGroup, ...]:
     return (resolve_group(name),)
 
 
-CustomGroups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
-"""Groups of the user: TOML files or TaskGroup objects, or one."""
+Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
+"""Groups by name, by TOML file or as TaskGroup objects, or one of these."""
 
 
-def with_custom(groups: CustomGroups) -> dict[str, TaskGroup]:
+def with_custom(groups: Groups) -> dict[str, TaskGroup]:
     """The published groups and these custom groups, or this one, by name.
 
     Raises ``BenchError`` if a group is invalid (see :func:`resolve_group`), or two have the same name.

@@ -16,13 +16,7 @@ from gym_extensions.scoring.cli import print_text
 from gym_extensions.submissions import fetch, manifest, reader, review
 from gym_extensions.submissions.layout import MANIFEST, submission_folders
 from gym_extensions.submissions.problem import count
-from gym_extensions.verification import (
-    cli as verification,
-    git,
-    new_seeds,
-    recorders,
-    train_here,
-)
+from gym_extensions.verification import cli as verification, git, new_seeds, recorders, train_here
 
 
 def gate_parser() -> argparse.ArgumentParser:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from gym_extensions.catalog.groups import CustomGroups, with_custom
+from gym_extensions.catalog.groups import Groups, with_custom
 from gym_extensions.catalog.protocol import PROTOCOLS, Budget, budget as budget_named
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions, refuse_problems
@@ -16,7 +16,7 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_group
 
 
-def read_groups(submissions: Paths, groups: CustomGroups) -> Iterator[tuple[Submission, str, SubmittedGroup]]:
+def read_groups(submissions: Paths, groups: Groups) -> Iterator[tuple[Submission, str, SubmittedGroup]]:
     """The submissions in order of their names, with each of their groups, its scored runs, and its id.
 
     Where the author of code has no runs, they are those that the base trained. Raises ``BenchError`` if a
@@ -53,7 +53,7 @@ EPISODE_DTYPES |= {"length": "int64", "return": "float64", "terminated": "bool",
 EPISODE_DTYPES |= {"fingerprint": "str"}
 
 
-def episodes(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
+def episodes(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     """Every evaluation episode, one per row, in the order of the logs.
 
     ===========  =======  ==========================================================================
@@ -101,7 +101,7 @@ def episodes(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
     return concat(frames, EPISODE_DTYPES)
 
 
-def curves(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
+def curves(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     """Every point of the training curves, one per row, by protocol, run and task.
 
     ===========  =======  ==========================================================================
@@ -133,7 +133,7 @@ EVALUATION_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "step": "int6
 EVALUATION_DTYPES |= {"episodes": "int64", "return": "float64"}
 
 
-def evaluations(submissions: Paths, *, groups: CustomGroups = ()) -> pd.DataFrame:
+def evaluations(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     """Every evaluation of a task, during training and after each stage, in the order of training.
 
     ===========  =======  ==========================================================================

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gym_extensions.catalog.groups import CustomGroups, TaskGroup
+from gym_extensions.catalog.groups import Groups, TaskGroup
 from gym_extensions.catalog.protocol import IN_ORDER, task_order
 from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError
@@ -28,7 +28,7 @@ POLICY_DTYPES |= {"ranks": "object", "inactive": "object", "distances": "object"
 POLICY_DTYPES |= {"drift": "object", "why": "str"}
 
 
-def policies(submissions: Paths = "submissions", *, groups: CustomGroups = ()) -> pd.DataFrame:
+def policies(submissions: Paths = "submissions", *, groups: Groups = ()) -> pd.DataFrame:
     """Every stored policy, one per row: its returns on every task, and what training did to its network.
 
     ==========  =======  ==========================================================================

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, CustomGroups, TaskGroup, with_custom
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, Groups, TaskGroup, with_custom
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean, require_known
 from gym_extensions.results.frames import KEY_DTYPES
@@ -21,9 +21,7 @@ from gym_extensions.submissions.landscapes import best, landscapes_of, summary
 from gym_extensions.submissions.review import is_withdrawn, read_review
 
 
-def metrics(
-    submissions: Paths, *, groups: CustomGroups = (), references: str | Path | None = None
-) -> pd.DataFrame:
+def metrics(submissions: Paths, *, groups: Groups = (), references: str | Path | None = None) -> pd.DataFrame:
     """Every metric of the submissions, one row per submission, group or suite, protocol and metric.
 
     ========  =======  =============================================================================
@@ -61,7 +59,7 @@ def board(
     budget: str = STANDARD_BUDGET,
     *,
     task_conditioned: bool = False,
-    groups: CustomGroups = (),
+    groups: Groups = (),
     references: str | Path | None = None,
 ) -> pd.DataFrame:
     """A board: the submissions with results on it, one per row.
@@ -125,7 +123,7 @@ def board(
 
 
 def _scorer_of(
-    group: str | TaskGroup, groups: CustomGroups, references: str | Path | None
+    group: str | TaskGroup, groups: Groups, references: str | Path | None
 ) -> tuple[pipeline.Scorer, str]:
     """The scorer, and the name of a suite or the id of a group, which may be a custom one."""
     if isinstance(group, TaskGroup):
@@ -201,7 +199,7 @@ EFFECT_DTYPES |= {"kind": "str", "level": "str"} | dict.fromkeys(("mean", "low",
 
 
 def order_effects(
-    submissions: Paths = "submissions", *, groups: CustomGroups = (), references: str | Path | None = None
+    submissions: Paths = "submissions", *, groups: Groups = (), references: str | Path | None = None
 ) -> pd.DataFrame:
     """What of a score is due to the task, and what to its position in training (docs/metrics.md, "Order").
 
@@ -292,7 +290,7 @@ def scores(
     protocol: str = "sequential",
     *,
     stage: int | None = None,
-    groups: CustomGroups = (),
+    groups: Groups = (),
     references: str | Path | None = None,
 ) -> pd.DataFrame:
     """The mean return of every run, stage and task, raw and normalized: what the metrics are made of.
@@ -347,7 +345,7 @@ def score_matrix(
     values: str = "normalized",
     *,
     stage: int = -1,
-    groups: CustomGroups = (),
+    groups: Groups = (),
     references: str | Path | None = None,
 ) -> pd.DataFrame:
     """The mean return of every run on every task after one stage, (runs, tasks), which rliable expects.

@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gym_extensions.catalog.groups import CORE, CORES, GROUPS, CustomGroups, TaskGroup, with_custom
+from gym_extensions.catalog.groups import CORE, CORES, GROUPS, Groups, TaskGroup, with_custom
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.files import write_text
 from gym_extensions.references import References, add_references, load_references, read_references
@@ -56,7 +56,7 @@ class Scorer:
 
 
 def make_scorer(
-    groups: CustomGroups = (),
+    groups: Groups = (),
     references: str | Path | None = None,
     only: Sequence[str] = (),
 ) -> Scorer:

@@ -15,16 +15,9 @@ from rich.progress import Progress
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_text
-from gym_extensions.submissions import layout, reader
+from gym_extensions.submissions import layout, reader, review
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.problem import count
-from gym_extensions.submissions.review import (
-    NEW_SEEDS_ALPHA,
-    Review,
-    Verification,
-    add_to_review,
-    review_text,
-)
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, episodes, git
 from gym_extensions.verification.new_seeds import require_value
@@ -175,7 +168,7 @@ def lines_of(report: Report) -> Iterator[str]:
         yield f"  the policies cannot be run: {found.difference}"
 
 
-def results_of(report: Report, found: Verification) -> Iterator[str]:
+def results_of(report: Report, found: review.Verification) -> Iterator[str]:
     """What the policies did, in words, a line each."""
     if report.runs:
         how = f"by {found.runtime}, returns within .1 %" if found.runtime else "bit for bit"
@@ -191,7 +184,7 @@ def results_of(report: Report, found: Verification) -> Iterator[str]:
         yield f"  {machine} A difference neither raises nor lowers the level."
     yield from (f"  {log}: {returns}" for log, returns in report.means.items())
     second = "" if found.second_p_value is None else f"; second draw: p = {found.second_p_value:.2g}"
-    refused = f"refused up to {NEW_SEEDS_ALPHA}"
+    refused = f"refused up to {review.NEW_SEEDS_ALPHA}"
     yield f"  new seeds: p = {found.p_value:.2g}{second} ({refused}), from {found.value}"
 
 
@@ -240,9 +233,12 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
             continue
         found.append(report.verification)
         if options.record:
-            write_text(options.record / f"{submission.name}.toml", review_text(Review(verifications=found)))
+            write_text(
+                options.record / f"{submission.name}.toml",
+                review.review_text(review.Review(verifications=found)),
+            )
         elif options.write:
-            add_to_review(path, [report.verification])
+            review.add_to_review(path, [report.verification])
     return status
 
 

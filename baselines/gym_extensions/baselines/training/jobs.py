@@ -11,7 +11,7 @@ from typing import Any
 
 from gym_extensions.baselines.agent import EXCESS
 from gym_extensions.baselines.agent_spec import AgentSpec
-from gym_extensions.catalog.groups import TaskGroup, groups_named, with_custom
+from gym_extensions.catalog.groups import Groups, TaskGroup, groups_named, with_custom
 from gym_extensions.catalog.protocol import (
     CURVE_POINTS,
     IN_ORDER,
@@ -25,8 +25,6 @@ from gym_extensions.envs import foreign, make_vec
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.submissions.layout import MAX_RUNS
 from gym_extensions.submissions.run import LONGEST
-
-Groups = str | Path | TaskGroup | Iterable[str | Path | TaskGroup]
 
 
 @dataclass(frozen=True)
