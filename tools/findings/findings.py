@@ -92,7 +92,7 @@ def main() -> None:
         core=[group.name for group in CORE],
         methods=methods,
         descriptions={card.name: card.manifest.description for card in cards if card.manifest},
-        improvements=tables.improvements(methods, submissions),
+        improvements=tables.improvements(methods, {card.name: card for card in cards}),
         other_ways=other_ways,
         incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
         VERDICTS={"separated": "**significant**", "equivalent": "equivalent", "open": "not significant"},

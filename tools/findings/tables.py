@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from gym_extensions import results
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
@@ -18,7 +18,8 @@ from gym_extensions.metrics import probability_of_improvement
 from gym_extensions.metrics.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.metrics.values import Estimate
 from gym_extensions.references import load_references, trained_alone
-from gym_extensions.scoring.submission.suites import last_look
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.suites import core_logs, last_look
 from gym_extensions.site.text import fixed, interval
 from gym_extensions.submissions.landscapes import SHARES
 
@@ -134,15 +135,22 @@ def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
     ]
 
 
-def improvements(methods: Sequence[Method], submissions: Path) -> list[tuple[str, float]]:
+def final_scores(card: Scorecard) -> NDArray[np.float64]:
+    """The scores at the end of the runs that the core compares, (runs, tasks with an expert)."""
+    logs = core_logs(card).values()
+    scores = (found for log in logs for at in range(len(log.tasks)) if (found := log.scores(at)))
+    ends = [[run[-1] for run in task] for task in scores]
+    return np.transpose([task[: min(map(len, ends))] for task in ends])
+
+
+def improvements(methods: Sequence[Method], cards: Mapping[str, Scorecard]) -> list[tuple[str, float]]:
     """The probability of improvement over fine-tuning, by name, over the runs of the last look of both."""
     looks = {method.row["name"]: int(method.row["look"]) for method in methods}
-    scores = {name: results.score_matrix(submissions / name, "core") for name in looks}
+    scores = {name: final_scores(cards[name]) for name in looks}
     found = []
     for name, look in looks.items():
         if name != FINE_TUNING:
-            runs = min(look, looks[FINE_TUNING])
-            both = (scores[each].loc[: runs - 1] for each in (name, FINE_TUNING))
+            both = (scores[each][: min(look, looks[FINE_TUNING])] for each in (name, FINE_TUNING))
             found.append((name, probability_of_improvement(*both)))
     return found
 
