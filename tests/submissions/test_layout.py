@@ -68,6 +68,12 @@ def test_a_missing_folder_is_refused_with_the_command_that_fetches_committed_one
     assert error.value.hint.partition("git sparse-checkout ")[2] == command
 
 
+def test_a_part_of_a_submission_is_none(good: CopySubmission, tmp_path: Path) -> None:
+    submission = good(GROUP, tmp_path)
+    with pytest.raises(BenchError, match=rf"It is a part of the submission {submission.name}\."):
+        layout.submission_folders([submission / GROUP])
+
+
 def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:
     paths = [tmp_path / "a" / "mine", tmp_path / "b" / "mine"]
     for path in paths:

@@ -232,7 +232,7 @@ def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions at the given paths, sorted by name. A folder of submissions means all of them, without
     folders that contain only ``.progress``: git leaves such a folder when it switches to another branch.
 
-    Raises ``BenchError`` if a path does not exist, or if two submissions have the same name.
+    Raises ``BenchError`` if a path does not exist or is inside a submission, or two have the same name.
     """
     folders: list[Path] = []
     for path in paths:
@@ -244,6 +244,9 @@ def submission_folders(paths: list[Path]) -> list[Path]:
             raise BenchError("no-such-folder", "There is no such folder.", escape(str(path)), hint)
         is_alias = exists_readable(path, Path.is_symlink) or path.name in ("", ".", "..")
         target = path.resolve() if is_alias else path
+        if exists_readable(target.parent / MANIFEST) and not exists_readable(target / MANIFEST):
+            message = f"It is a part of the submission {escape(target.parent.name)}."
+            raise BenchError("no-such-folder", message, escape(str(path)), "Name the submission.")
         children: list[Path] = []
         if exists_readable(target, Path.is_dir) and not exists_readable(target / MANIFEST):
             with contextlib.suppress(OSError):
