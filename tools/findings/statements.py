@@ -136,7 +136,8 @@ def spread(printed: Scorecard, episodes: pd.DataFrame) -> Statement:
 def navigation(tuned: Scorecard) -> Statement:
     """That TRPO does not learn to navigate: it does if its score right after training is above the floor.
 
-    An untrained policy is far below the floor, because it collides; that it stops is no progress to the goal.
+    An untrained policy collides, so its score is far below the floor. Training ends the collisions, which
+    does not lead to the goal.
     """
     parts, scores = [], []
     for name in NAVIGATION:

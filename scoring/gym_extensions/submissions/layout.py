@@ -7,7 +7,7 @@ import os
 import re
 import stat
 import unicodedata
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -217,12 +217,19 @@ def _is_left_over(folder: Path) -> bool:
         return False
 
 
+def latest_version(paths: Iterable[str]) -> int:
+    """The latest version of the code with a record of training, from paths in the submission; 0 without any."""
+    records = (
+        TRAINED_VERSION.fullmatch(path.removesuffix(".toml")) for path in paths if path.endswith(".toml")
+    )
+    return max((int(match[1]) for match in records if match), default=0)
+
+
 def runs_folder(submission: Path, group_name: str, protocol: str) -> Path:
     """The folder with the runs of a group and protocol: the submission, or ``trained/N`` if it has none."""
     if not (submission / group_name / protocol).is_dir():
-        records = (path.stem for path in submission.glob(f"{TRAINED}/*.toml"))
-        numbers = [int(name) for name in records if TRAINED_VERSION.fullmatch(f"{TRAINED}/{name}")]
-        trained = submission / TRAINED / str(max(numbers, default=0))
+        records = (f"{TRAINED}/{path.name}" for path in submission.glob(f"{TRAINED}/*.toml"))
+        trained = submission / TRAINED / str(latest_version(records))
         if (trained / group_name / protocol).is_dir():
             return trained
     return submission

@@ -93,8 +93,7 @@ class _Reader:
 
     def _trained(self, wanted: Mapping[str, TaskGroup], policies: bool) -> Trained | None:
         """What the base trained of the last version of the code; None without anything."""
-        records = (layout.TRAINED_VERSION.fullmatch(path.removesuffix(".toml")) for path in self.folder.files)
-        version = max((int(match[1]) for match in records if match), default=0)
+        version = layout.latest_version(self.folder.files)
         path = f"{layout.TRAINED}/{version}"
         training = self._parsed("training", f"{path}.toml", self._bytes(f"{path}.toml"), training_of)
         if training is None:

@@ -265,7 +265,7 @@ def verify(
     digests = {name: run.document.digest for name, run in runs.items()}
     contents = {name: run.document.files for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(contents), value)
-    repeatable = () if is_sampled(submission) else runs.keys() - set(old)
+    repeatable = [] if is_sampled(submission) else [name for name in runs if name not in old]
     prescribed = {name: run.prescribed if name in repeatable else () for name, run in runs.items()}
     facts: dict[str, Any] = {
         "date": datetime.now(UTC).date().isoformat(),
@@ -293,9 +293,9 @@ def verify(
         found = review.Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
         return replace(report, verification=found)
     repetitions = {}
-    for name, cells in ((name, cells) for name, cells in prescribed.items() if name in repeatable):
-        result = replace(first[name], outcomes=first[name].outcomes[: len(cells)])
-        repetitions[name] = repetition(runs[name], cells, result)
+    for name in repeatable:
+        result = replace(first[name], outcomes=first[name].outcomes[: len(prescribed[name])])
+        repetitions[name] = repetition(runs[name], prescribed[name], result)
     machines = {name: each.machine for name, each in repetitions.items()}
     sketches = {name: each.sketches for name, each in first.items()}
     sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
