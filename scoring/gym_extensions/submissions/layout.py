@@ -218,7 +218,7 @@ def _is_left_over(folder: Path) -> bool:
 
 
 def latest_version(paths: Iterable[str]) -> int:
-    """The latest version of the code with a record of training, from paths in the submission; 0 without any."""
+    """The latest version of the code that has a record of training, by paths in the submission; else 0."""
     records = (
         TRAINED_VERSION.fullmatch(path.removesuffix(".toml")) for path in paths if path.endswith(".toml")
     )
