@@ -1,6 +1,7 @@
 """The policies of a run: their file, their digest, and what can be wrong with them."""
 
 import io
+import os
 import struct
 import warnings
 import zipfile
@@ -16,6 +17,7 @@ from gym_extensions.submissions.layout import MAX_POLICY_BYTES, POLICIES, run_fi
 from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.mlp import Policy
 
+from ...conftest import refused
 from ..examples import arrays
 from .test_mlp import SEEN, SMALL, TASKED
 
@@ -95,6 +97,16 @@ def with_header(header: str) -> bytes:
     return content.getvalue()
 
 
+NUMBERS = "{{'descr': {}, 'fortran_order': False, 'shape': ({},), }}"
+
+
+class Trap:
+    """A pickle that makes a folder if it is read."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return os.mkdir, ("trap",)
+
+
 def test_missing_policies_are_named(tmp_path: Path) -> None:
     content = files.run_arrays(write_run(tmp_path, "sequential"))
     less = {name: values for name, values in content.items() if not name.startswith("stage2/")}
@@ -107,22 +119,31 @@ def test_missing_policies_are_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "fact"),
     [
+        (b"", "cannot be read"),
         (b"not a zip", "cannot be read"),
-        (arrays(a=[{}]), "is a pickle"),
+        (arrays(a=[Trap()]), "is a pickle"),
         (files.npz_bytes({"a": np.zeros(MAX_POLICY_BYTES // 8 + 1)}), "unpacks to"),
         (files.npz_bytes(SMALL.arrays())[:-40], "cannot be read"),
         (with_header("{'descr': ("), "cannot be read"),
         (with_header("{1: 2, 'a': 3}"), "cannot be read"),
+        (with_header(NUMBERS.format("'<f8'", 10**12)), "cannot be read"),
+        (with_header(NUMBERS.format("'<f8'", -1)), "cannot be read"),
+        (with_header(NUMBERS.format("os.mkdir('trap')", 1)), "cannot be read"),
         (archive(("bias_0.npy", b""), ("bias_0.npy", b"")), "a member twice"),
         (archive(("bias_0", b"")), "'bias_0' is no array"),
         (archive(("bias_0.npy", b"a")), "a comment"),
         (archive(("bias_0.npy", b""), comment=b"b"), "a comment"),
     ],
     ids=[
-        *("no archive", "a pickle", "a bomb", "cut", "half a header", "another header", "twice"),
-        *("another member", "commented", "a comment"),
+        *("nothing", "no archive", "a pickle", "a bomb", "cut", "half a header", "another header"),
+        *("less data than stated", "a negative shape", "a program", "twice", "another member", "commented"),
+        "a comment",
     ],
 )
-def test_a_file_that_is_no_archive_of_numbers_is_refused(data: bytes, fact: str) -> None:
-    with pytest.raises(BenchError, match=fact):
+def test_a_file_that_is_no_archive_of_numbers_is_refused_and_not_executed(
+    data: bytes, fact: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with refused("bad-policy", fact):
         files.npz_arrays(data)
+    assert not any(tmp_path.iterdir())
