@@ -1,21 +1,22 @@
-"""A scorecard document without the scorer: every number follows from small matrices."""
+"""A scorecard document of small matrices of returns."""
 
 import copy
-import statistics
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.metrics.formulas import METRICS
+from gym_extensions.metrics.statistics import interval
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.references import Expert, Floor, Reference, References
+from gym_extensions.scoring.submission.normalization import GroupReturns
+from gym_extensions.scoring.submission.scorer import score_group
 from gym_extensions.site.build import build_site
 
 from .browser import typed
-
-QUANTILES = {2: 12.706, 3: 4.303, 4: 3.182, 5: 2.776, 6: 2.571}
-"""t(.975, N − 1), three digits, from a printed table."""
 
 Document = dict[str, Any]
 Make = Callable[..., Document]
@@ -32,11 +33,8 @@ def around(mean: float, runs: int = 5, wide: float = 1.0) -> list[float]:
 
 def estimate(runs: list[float]) -> Document:
     """A metric with its interval."""
-    mean = statistics.fmean(runs)
-    if len(runs) < 2:
-        return {"mean": mean, "low": None, "high": None, "runs": runs}
-    half = QUANTILES[len(runs)] * statistics.stdev(runs) / len(runs) ** 0.5
-    return {"mean": mean, "low": mean - half, "high": mean + half, "runs": runs}
+    found: Document = msgspec.to_builtins(MetricValue.of(interval(runs), runs))
+    return found
 
 
 def missing(why: str) -> Document:
@@ -44,50 +42,17 @@ def missing(why: str) -> Document:
     return {"mean": None, "low": None, "high": None, "runs": [], "why": why}
 
 
-def sequential(group_name: str, matrices: list[list[list[float]]], budget: str = "100k") -> Document:
-    """Scores of a sequential log whose floor is 0 and whose expert is 1000 on every task."""
-    tasks = list(group(group_name).task_ids)
-    count = len(tasks)
-    share = [[[cell / 1000 for cell in stage] for stage in run] for run in matrices]
-    final = [statistics.fmean(run[count]) for run in share]
-    learning = [statistics.fmean(run[j + 1][j] for j in range(count)) for run in share]
-    forgetting = [statistics.fmean(run[j + 1][j] - run[count][j] for j in range(count - 1)) for run in share]
-    zero_shot = [statistics.fmean(run[j][j] - run[0][j] for j in range(1, count)) for run in share]
-
-    def spread(stage: Callable[[int], int], j: int) -> Document:
-        return {"mean": statistics.fmean(run[stage(j)][j] for run in matrices), "std": 120.5}
-
-    columns: dict[str, Callable[[int], int]] = {
-        "fully_trained": lambda j: count,
-        "after_env_training": lambda j: j + 1,
-        "first_step": lambda j: j,
-    }
-    table: list[Document] = [
-        {"task": task, **{name: spread(stage, j) for name, stage in columns.items()}, "single_env": None}
-        for j, task in enumerate(tasks)
-    ]
-    means = {name: statistics.fmean(row[name]["mean"] for row in table) for name in columns}
-    total = {name: {"mean": mean, "std": 150.25} for name, mean in means.items()}
-    return {
-        "level": "verified",
-        "budget": budget,
-        "runs": list(range(len(matrices))),
-        "tasks": tasks,
-        "metrics": complete(
-            "sequential",
-            {
-                "final_performance": estimate(final),
-                "learning_performance": estimate(learning),
-                "forgetting": estimate(forgetting),
-                "asymptotic_transfer": missing("there is no single.csv to pair with"),
-                "zero_shot_transfer": estimate(zero_shot),
-            },
-        ),
-        "paper_table": table,
-        "paper_total": {**total, "single_env": None},
-        "reference": {task: {"floor": 0.0, "expert": 1000.0, "open": False} for task in tasks},
-        "return_matrix": matrices,
-    }
+def scored(
+    group_name: str, returns: list[list[list[float]]], budget: str = "100k", protocol: str = "sequential"
+) -> Document:
+    """Scores of ``returns[run][stage][task]``, where the floor of every task is 0 and its expert 1000."""
+    members, runs = group(group_name), tuple(range(len(returns)))
+    ends = References("made up", dict.fromkeys(members.task_ids, Reference(Floor(0.0), Expert(1000.0))))
+    cells = [[[[cell] for cell in stage] for stage in run] for run in returns]
+    found = GroupReturns(members, 1, {protocol: runs}, {protocol: cells})
+    card = score_group(found, ends, protocol, budget, level="verified")
+    document: Document = msgspec.json.decode(msgspec.json.encode(card))
+    return document
 
 
 def learner(strength: float, keeps: float, runs: int) -> list[list[list[float]]]:
@@ -106,26 +71,6 @@ def learner(strength: float, keeps: float, runs: int) -> list[list[list[float]]]
 def blind(runs: int) -> list[list[list[float]]]:
     """Matrices of an agent that stays near the floor, above it in one run and below it in the next."""
     return [[[(10.0 + task) * (-1) ** run for task in range(5)] for _ in range(6)] for run in range(runs)]
-
-
-def single(group_name: str, returns: list[list[float]], budget: str = "100k") -> Document:
-    """Scores of a single log: ``returns[run][task]``."""
-    tasks = list(group(group_name).task_ids)
-    return {
-        "level": "verified",
-        "budget": budget,
-        "runs": list(range(len(returns))),
-        "tasks": tasks,
-        "metrics": {"single_task_performance": estimate([statistics.fmean(run) / 1000 for run in returns])},
-        "reference": {task: {"floor": 0.0, "expert": 1000.0, "open": False} for task in tasks},
-        "return_matrix": [[run] for run in returns],
-    }
-
-
-def complete(protocol: str, metrics: Document) -> Document:
-    """The metrics, and all others of the protocol as missing values."""
-    absent = missing("It is not part of the example.")
-    return {metric.name: metrics.get(metric.name, absent) for metric in METRICS[protocol]}
 
 
 MADE: Document = {
@@ -166,10 +111,10 @@ def everything() -> Document:
     conditioned = {"task_in_training": True, "task_in_evaluation": True, "boundaries": True}
 
     def on_hopper(matrices: list[list[list[float]]], budget: str = "100k") -> Document:
-        return {"hopper-gravity-v0": {"sequential": sequential("hopper-gravity", matrices, budget)}}
+        return {"hopper-gravity-v0": {"sequential": scored("hopper-gravity", matrices, budget)}}
 
-    hopper, walker = on_hopper(learner(0.9, 0.75, 5)), sequential("walker2d-gravity", learner(0.5, 0.9, 1))
-    alone = single("hopper-gravity", [[900.0, 850.0, 1010.0, 700.0, 640.0]] * 5)
+    hopper, walker = on_hopper(learner(0.9, 0.75, 5)), scored("walker2d-gravity", learner(0.5, 0.9, 1))
+    alone = scored("hopper-gravity", [[[900.0, 850.0, 1010.0, 700.0, 640.0]]] * 5, protocol="single")
     hopper["hopper-gravity-v0"]["single"] = alone
     keeper = on_hopper(learner(0.7, 0.97, 2)) | {"walker2d-gravity-v0": {"sequential": walker}}
     problem = {

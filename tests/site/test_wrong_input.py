@@ -7,7 +7,7 @@ import pytest
 from gym_extensions.catalog.groups import group
 
 from .browser import Pages, read
-from .conftest import everything, learner, make_submission, sequential
+from .conftest import everything, learner, make_submission, scored
 
 BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
 GROUP = "groups/hopper-gravity-v0.html"
@@ -25,7 +25,7 @@ def only(*submissions: dict[str, Any]) -> dict[str, Any]:
 
 def one_run() -> dict[str, Any]:
     """A submission with one run on one group."""
-    scores = sequential("hopper-gravity", learner(0.9, 0.75, 1))
+    scores = scored("hopper-gravity", learner(0.9, 0.75, 1))
     return make_submission("single", {"hopper-gravity-v0": {"sequential": scores}}, "Single")
 
 

@@ -15,7 +15,7 @@ from gym_extensions.site.play.assets import load
 from gym_extensions.submissions.poses import write
 
 from ..browser import typed
-from ..conftest import everything, learner, make_submission, sequential
+from ..conftest import everything, learner, make_submission, scored
 from ..pages.test_core import GROUPS, method
 from ..play.test_assets import write_runs
 from ..play.test_watch import poses_of
@@ -77,5 +77,5 @@ def write_site(folder: Path) -> Path:
 
 
 def _many(index: int) -> dict[str, Any]:
-    scores = sequential("walker2d-gravity", learner(0.3 + index / 100, 0.9, 2))
+    scores = scored("walker2d-gravity", learner(0.3 + index / 100, 0.9, 2))
     return make_submission(f"{MANY}{index:02d}", {"walker2d-gravity-v0": {"sequential": scores}})

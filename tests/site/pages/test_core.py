@@ -12,7 +12,7 @@ from gym_extensions.site.pages.overview import Overview
 from gym_extensions.site.text import split_version
 
 from ..browser import Pages, files, read, typed
-from ..conftest import MADE, everything, make_submission, sequential
+from ..conftest import MADE, everything, make_submission, scored
 
 GROUPS = [split_version(group_id)[0] for group_id in CORES[CORE]]
 
@@ -22,7 +22,7 @@ def method(
 ) -> dict[str, Any]:
     """A submission with five runs on groups of the core: what it learns, and which share of it is left."""
     made = {each: {**MADE, "cpu_seconds": 1260.0 if each in GROUPS[:timed] else None} for each in groups}
-    scores = {each: sequential(each, _runs(each, strength, keeps), "300k") for each in groups}
+    scores = {each: scored(each, _runs(each, strength, keeps), "300k") for each in groups}
     logs = {f"{each}-v0": {"sequential": scores[each] | {"provenance": [made[each]]}} for each in groups}
     return make_submission(name, logs, name.title())
 
@@ -42,9 +42,9 @@ def _runs(name: str, strength: float, keeps: float) -> list[list[list[float]]]:
 def overview_of(*cards: dict[str, Any]) -> Overview:
     """The overview of these submissions."""
     document = typed({**everything(), "submissions": list(cards)})
-    scored = boards(document.submissions)
-    assert scored.core is not None
-    return Overview(scored.core, {card.name: card for card in document.submissions}, scored.boards, {})
+    found = boards(document.submissions)
+    assert found.core is not None
+    return Overview(found.core, {card.name: card for card in document.submissions}, found.boards, {})
 
 
 def statement(*cards: dict[str, Any]) -> str:
@@ -151,7 +151,7 @@ def test_the_overview_has_every_method_of_both_lists_and_27_take_60_kilobytes() 
 
 def test_the_page_has_the_notes_and_the_parameters_of_every_method() -> None:
     more = method("more", 0.5, 0.5)
-    scores = sequential(GROUPS[0], [*_runs(GROUPS[0], 0.5, 0.5), *_runs(GROUPS[0], 0.4, 0.5)[:1]], "300k")
+    scores = scored(GROUPS[0], [*_runs(GROUPS[0], 0.5, 0.5), *_runs(GROUPS[0], 0.4, 0.5)[:1]], "300k")
     more["groups"][f"{GROUPS[0]}-v0"]["sequential"] |= scores | {"provenance": [MADE] * 6}
     pages = read({**everything(), "submissions": [more | {"name": "also"}, KEEPER, more]})
     page = pages["core.html"].text

@@ -17,10 +17,12 @@ def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any
     metrics = scores_of(document)["metrics"]
     metrics["zero_shot_transfer"] = metrics["asymptotic_transfer"]
     page = dict(files(document))[GROUP]
-    assert '<p class="small">No asymptotic transfer: there is no' in page, "a column without a value"
+    assert '<p class="small">No asymptotic transfer: It needs single-task runs' in page, (
+        "a column without a value"
+    )
     cell = page.split('data-label="Transfer"')[1].split("</td>")[0]
     (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+"><sup>1</sup></a>', cell)
-    assert f'<li id="{note}">there is no single.csv to pair with</li>' in page
+    assert f'<li id="{note}">It needs single-task runs, which' in page
 
 
 def test_the_readme_of_a_submission_has_its_paragraphs_and_line_breaks(document: dict[str, Any]) -> None:

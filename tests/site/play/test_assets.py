@@ -23,7 +23,7 @@ from gym_extensions.submissions.policies.files import npz_arrays, write_policies
 from gym_extensions.submissions.policies.mlp import Policy
 
 from ..browser import typed
-from ..conftest import everything, learner, make_submission, sequential
+from ..conftest import everything, learner, make_submission, scored
 
 Built = Callable[..., dict[str, bytes | str]]
 """Gives the files of Play for the folders of submissions."""
@@ -65,7 +65,7 @@ def built(monkeypatch: pytest.MonkeyPatch) -> Built:
     ) -> dict[str, bytes | str]:
         scores = {"better": learner(0.9, 0.9, 5), "worse": learner(0.3, 0.9, 5)}
         submissions = [
-            make_submission(name, {GROUP: {"sequential": sequential("hopper-gravity", matrices)}})
+            make_submission(name, {GROUP: {"sequential": scored("hopper-gravity", matrices)}})
             for name, matrices in scores.items()
         ]
         cards = typed({**everything(), "submissions": submissions})
