@@ -27,7 +27,7 @@ test: .venv/everything.installed  ## run the tests, except the slow ones and the
 	.venv/bin/pytest -n 2 --dist loadfile $(PYTEST)
 
 browser: .venv/everything.installed .venv/docs.installed site-assets  ## run the tests of the pages in Chromium; none may be skipped
-	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser tests/site/test_html5.py
+	.venv/bin/pytest --no-skips -m 'slow or not slow' tests/site/in_browser
 
 extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, examples and parquet, and of Minari (needs EGL and OSMesa); none may be skipped
 	$(PIP) -e '.[dev,onnx,sbx,examples,parquet]' mlcroissant 'minari[create,hdf5]>=0.5.3,<0.6'

@@ -1,4 +1,4 @@
-"""Reads the built pages as a browser does, and records errors in their markup."""
+"""Reads the built pages: their elements, their text, and the errors in their markup."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import html5lib
 import msgspec
 
 from gym_extensions.scoring.scorecard import ScorecardDocument
@@ -15,60 +16,36 @@ from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST, Page, Render
 
-VOID = {"meta", "link", "br", "col", "wbr", "img", "input", "hr"}
-SELF_CLOSING = {"line", "circle", "polygon", "polyline", "rect", "path"}
-CELLS = {"td", "th"}
-"""Their end tags, and those of rows, may be left out in HTML."""
-
 
 class Reader(HTMLParser):
-    """A strict parser: every element is closed, in order."""
+    """The elements and the text of a page or of a part of one."""
 
     def __init__(self, markup: str) -> None:
         super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.errors: list[str] = []
-        self.ids: list[str] = []
+        self.markup = markup
         self.elements: list[tuple[str, dict[str, str]]] = []
         self.words: list[str] = []
         self.feed(markup)
         self.close()
-        self.errors += [f"<{tag}> is never closed" for tag in self.open]
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        names = [name for name, _ in attrs]
-        self.errors += [f"{name} is repeated in <{tag}>" for name in set(names) if names.count(name) > 1]
         self.elements.append((tag, {name: value or "" for name, value in attrs}))
-        self.ids += [value or "" for name, value in attrs if name == "id"]
-        if tag in CELLS:
-            self._close(CELLS)
-        if tag == "tr":
-            self._close(CELLS)
-            self._close({"tr"})
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def _close(self, tags: set[str]) -> None:
-        if self.open and self.open[-1] in tags:
-            self.open.pop()
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in SELF_CLOSING:
-            self.errors.append(f"<{tag}/> closes itself")
-        self.elements.append((tag, {name: value or "" for name, value in attrs}))
-
-    def handle_endtag(self, tag: str) -> None:
-        if tag in {"tr", "tbody"} and tag in self.open:
-            self._close(CELLS)
-        if tag == "tbody":
-            self._close({"tr"})
-        if not self.open or self.open[-1] != tag:
-            self.errors.append(f"</{tag}> where {self.open[-1:]} is open")
-        else:
-            self.open.pop()
 
     def handle_data(self, data: str) -> None:
         self.words.append(data)
+
+    @property
+    def ids(self) -> list[str]:
+        """The ids of its elements."""
+        return [attributes["id"] for _, attributes in self.elements if "id" in attributes]
+
+    @property
+    def errors(self) -> list[str]:
+        """What the parser of the HTML standard reports, with the position."""
+        parser = html5lib.HTMLParser()
+        is_page = self.markup.startswith("<!doctype")
+        (parser.parse if is_page else parser.parseFragment)(self.markup)
+        return [f"{position}: {code} {data}" for position, code, data in parser.errors]
 
     @property
     def policy(self) -> str:
