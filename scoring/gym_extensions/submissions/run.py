@@ -111,8 +111,8 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         log: SHA-256 of the run's log.
         date: the day on which the training ended (ISO).
         packages: versions of the packages that the agent uses besides those of ``versions``.
-        cpu_seconds: processor time of the training and evaluation.
-        peak_memory_mb: largest memory of the process.
+        cpu_seconds: processor time of the training and evaluation, an agent's in a box included.
+        peak_memory_mb: largest memory of the process; that of an agent in a box is added.
         curves, evaluations: by stage and task in training order.
         policies: None if the run publishes none; then it cannot be verified.
     """

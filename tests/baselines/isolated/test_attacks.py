@@ -26,7 +26,7 @@ from gym_extensions.envs import make_vec
 ONE_BOX = f"""{HEAD}
 spaces = gym.spaces.Box(-1, 1, (11,)), gym.spaces.Box(-1, 1, (3,))
 agent = IsolatedAgent("inside.py:Agent", Limits(files=64 * MEBIBYTE, cpu_seconds=60))(*spaces, 0)
-outcomes, seconds, process = agent.card().hyperparameters, agent.box_seconds, agent.box._process
+outcomes, seconds, process = agent.card().hyperparameters, agent.box_used[0], agent.box._process
 del agent
 print(json.dumps([outcomes, seconds, process.returncode]))
 """

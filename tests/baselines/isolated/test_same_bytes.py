@@ -48,6 +48,15 @@ class Agent:
             if (ended := terminated | truncated).any():
                 env.reset(options={"reset_mask": ended})
 """
+MEMORY = """
+import json
+import gymnasium as gym
+from gym_extensions.baselines.isolated.proxy import IsolatedAgent
+from gym_extensions.baselines.training.checkpoints import peak_memory_mb, usage_since
+
+agent = IsolatedAgent("large.py:Agent")(gym.spaces.Box(-1, 1, (2,)), gym.spaces.Box(-1, 1, (2,)), 0)
+print(json.dumps([peak_memory_mb(), usage_since(0.0, 0, agent).peak_memory_mb]))
+"""
 
 
 ACTING = """
@@ -106,6 +115,13 @@ def test_the_same_files_in_and_out_of_the_box(home: Path, name: str) -> None:
 def test_the_document_names_the_command(home: Path) -> None:
     document = json.loads((home / "generators-in/pusher/sequential/run0.json").read_bytes())
     assert document["command"].startswith("gym-extensions train --isolated drawing.py:Agent --groups pusher")
+
+
+def test_the_memory_is_that_of_both_processes(ordinary: Ordinary) -> None:
+    """An agent of 400 MB in a box: they lie in the guest, and the world has its own."""
+    (ordinary.home / "large.py").write_text(f"{GLOBAL}\nHELD = np.ones(50_000_000)\n", encoding="utf-8")
+    world, both = ordinary.run(MEMORY)
+    assert world + 400 < both < world + 1000
 
 
 def test_a_machine_that_dies_repeats_no_finished_stage(ordinary: Ordinary) -> None:

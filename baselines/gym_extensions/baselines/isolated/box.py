@@ -176,16 +176,21 @@ class Box:
             raise self.error("agent-frames", message, hint) from None
         self._where = before
 
-    def cpu_seconds(self) -> float:
-        """The processor time of all processes of the box so far; 0 once it has ended."""
-        ticks, waiting = 0, [str(self._process.pid)]
+    def used(self) -> tuple[float, float]:
+        """Processor time in seconds and peak memory in MB, summed over the box's processes; 0 after its end.
+
+        The world's kernel counts both. Files in ``/tmp`` are no memory of a process.
+        """
+        ticks, kilobytes, waiting = 0, 0, [str(self._process.pid)]
         with suppress(OSError, ValueError):
             while waiting:
                 process = Path(f"/proc/{waiting.pop()}")
                 stat = (process / "stat").read_text().rpartition(")")[2].split()
                 ticks += sum(map(int, stat[11:15]))  # its own in user and system mode, and of ended children
+                peak = (process / "status").read_text().partition("VmHWM:")[2].split()
+                kilobytes += int(peak[0]) if peak else 0  # a process that has ended has none
                 waiting += (process / "task" / process.name / "children").read_text().split()
-        return ticks / os.sysconf("SC_CLK_TCK")
+        return ticks / os.sysconf("SC_CLK_TCK"), kilobytes / 1e3
 
     def _wait(self, writing: bool) -> None:
         """Waits until the guest has done something, and takes what it has printed."""

@@ -61,9 +61,9 @@ class Proxy:
         self.box, self.observes, self._action_shape = box, observes, action_shape
 
     @property
-    def box_seconds(self) -> float:
-        """The processor time of the guest so far, as the world's kernel counts it."""
-        return self.box.cpu_seconds()
+    def box_used(self) -> tuple[float, float]:
+        """The processor time in seconds and the peak memory in MB of the guest so far."""
+        return self.box.used()
 
     def card(self) -> Card:
         """The agent's card, as far as its values have the right types; the checks of cards come after."""

@@ -24,7 +24,7 @@ from gym_extensions.versions import blas_kernels, version
 
 SETTINGS = "settings.json"
 CONTINUES = "The same command continues: it trains only what is not finished."
-CPU_INFO = Path("/proc/cpuinfo")
+CPU_INFO, NO_BOX = Path("/proc/cpuinfo"), (0.0, 0.0)
 PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
 """The packages on which the results of every job depend."""
 
@@ -35,7 +35,7 @@ class Usage:
 
     steps: int  # environment steps in training
     cpu_seconds: float  # processor time of the process, all threads together
-    peak_memory_mb: float  # largest memory of the process since it started; 0 if unknown
+    peak_memory_mb: float  # largest memory since the start, of both processes added; 0 if unknown
     kernels: str  # the BLAS kernels
     processor: str  # its name
     cores: int  # logical processors of the machine
@@ -43,13 +43,14 @@ class Usage:
 
 def processor_time(agent: object) -> float:
     """The processor time of this process in seconds, and of the agent's, if that is another one (a box)."""
-    return time.process_time() + float(getattr(agent, "box_seconds", 0.0))
+    return time.process_time() + float(getattr(agent, "box_used", NO_BOX)[0])
 
 
 def usage_since(started: float, steps: int, agent: object = None) -> Usage:
     """What training steps used since a time of :func:`processor_time`."""
     seconds = round(processor_time(agent) - started, 3)
-    return Usage(steps, seconds, peak_memory_mb(), blas_kernels(), processor(), os.cpu_count() or 1)
+    memory = round(peak_memory_mb() + float(getattr(agent, "box_used", NO_BOX)[1]), 1)
+    return Usage(steps, seconds, memory, blas_kernels(), processor(), os.cpu_count() or 1)
 
 
 def peak_memory_mb() -> float:
