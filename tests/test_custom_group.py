@@ -97,6 +97,8 @@ def test_a_group_can_be_scored_by_its_name_or_its_id(tmp_path: Path) -> None:
 def test_pages_show_the_group(folder: Path, options: list[str], tmp_path: Path) -> None:
     assert main(["site", str(folder / "random"), *options, "--out", str(tmp_path / "pages")]) == 0
     assert "hopper-light" in (tmp_path / "pages/submissions/random.html").read_text("utf-8")
+    references = (tmp_path / "pages/references.html").read_text("utf-8")
+    assert 'href="tasks/hopper-v0.html"' in references, "the published ones stay"
 
 
 def test_the_policies_are_verified_in_the_tasks_of_the_file(folder: Path) -> None:

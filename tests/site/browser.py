@@ -10,6 +10,7 @@ from typing import Any
 import html5lib
 import msgspec
 
+from gym_extensions.references import References, load_references
 from gym_extensions.scoring.scorecard import ScorecardDocument
 from gym_extensions.scoring.submission.scorer import completed
 from gym_extensions.site.build import Site
@@ -65,6 +66,12 @@ def typed(document: dict[str, Any]) -> ScorecardDocument:
     return replace(made, submissions=tuple(map(completed, made.submissions)))
 
 
+def references_of(whole: ScorecardDocument) -> References:
+    """The references that a document names: the current ones, or others that are not known."""
+    current, named = load_references(), whole.references
+    return current if named.sha256 == current.digest else References(named.version, {}, named.sha256)
+
+
 def site_files(
     document: dict[str, Any],
     kinds: tuple[Page, ...] = PAGES,
@@ -73,7 +80,7 @@ def site_files(
 ) -> Iterator[tuple[str, str]]:
     """Every text file of the site that shows these JSON values; of all kinds of pages, or of some."""
     whole = typed(document)
-    site = Site(Render(whole.references, kinds, folders or {}, docs=docs))
+    site = Site(Render(references_of(whole), kinds, folders or {}, docs=docs))
     for path, content in site.files(whole.submissions):
         if isinstance(content, str):
             yield path, content

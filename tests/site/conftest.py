@@ -16,7 +16,7 @@ from gym_extensions.scoring.submission.normalization import GroupReturns
 from gym_extensions.scoring.submission.scorer import score_group
 from gym_extensions.site.build import build_site
 
-from .browser import typed
+from .browser import references_of, typed
 
 Document = dict[str, Any]
 Make = Callable[..., Document]
@@ -147,7 +147,7 @@ def scores_of(document: Document, submission: int = 0) -> Document:
 def build(document: Document, out: Path) -> None:
     """Builds the site that shows these JSON values."""
     whole = typed(document)
-    build_site(whole.submissions, whole.references, out)
+    build_site(whole.submissions, references_of(whole), out)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -7,7 +7,7 @@ from gym_extensions.site.board_views import BoardView, Leaderboard, shortened
 from gym_extensions.site.submission_results import nothing_to_forget
 from gym_extensions.site.text import rank
 
-from .browser import typed
+from .browser import references_of, typed
 from .conftest import Document, Make, around, estimate
 
 
@@ -15,7 +15,7 @@ def only(*cards: Document) -> BoardView:
     """The only board of these cards."""
     references = {"version": "made-up", "sha256": ""}
     whole = typed({"format": 1, "references": references, "submissions": list(cards)})
-    (board,) = Leaderboard(whole.references, tuple(map(shortened, whole.submissions))).boards
+    (board,) = Leaderboard(references_of(whole), tuple(map(shortened, whole.submissions))).boards
     return board
 
 

@@ -17,7 +17,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.build import Site, build_site
 
-from .browser import files, typed
+from .browser import files, references_of, typed
 from .conftest import build, contents, everything
 
 OTHER_TIME_ZONE = "Asia/Tokyo" if time.timezone != -9 * 3600 else "UTC"
@@ -43,10 +43,12 @@ def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(original: Pa
     source.write_text(json.dumps(everything()), encoding="utf-8")
     program = (
         "import sys; from pathlib import Path; from gym_extensions.site.build import build_site;"
+        "from gym_extensions.references import References;"
         "from gym_extensions.scoring.scorecard import ScorecardDocument;"
-        "whole = ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes());"
         "from gym_extensions.scoring.submission.scorer import completed;"
-        "build_site(map(completed, whole.submissions), whole.references, Path(sys.argv[2]))"
+        "whole = ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes()); named = whole.references;"
+        "cards, known = map(completed, whole.submissions), References(named.version, {}, named.sha256);"
+        "build_site(cards, known, Path(sys.argv[2]))"
     )
     command = [sys.executable, "-c", program, str(source), str(tmp_path / "site")]
     setting = {"PYTHONHASHSEED": "2", "TZ": OTHER_TIME_ZONE, "LC_ALL": "C"}
@@ -107,7 +109,7 @@ def test_a_folder_has_one_build_at_a_time(original: Path, tmp_path: Path) -> Non
             build(everything(), out)
         yield from whole.submissions[1:]
 
-    build_site(cards(), whole.references, out)
+    build_site(cards(), references_of(whole), out)
     assert contents(out) == contents(original)
 
 

@@ -2,7 +2,9 @@
 
 import os
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -14,6 +16,8 @@ from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import score_folders
+from gym_extensions.site import cli
+from gym_extensions.site.play import assets
 from gym_extensions.submissions.run import read_run, write_run
 
 from ..conftest import MANIFEST, loaded, write_submission
@@ -138,6 +142,25 @@ def test_the_command_needs_no_simulator(folder: Path) -> None:
     make_submission("submission")
     program = "from gym_extensions.__main__ import main; assert main(['site']) == 0"
     assert loaded(program, "mujoco gymnasium torch") == []
+
+
+def test_processes_start_after_mujoco_is_read_and_before_a_thread_draws(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    called = []
+
+    def recorded(function: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            called.append(function.__name__)
+            return function(*arguments)
+
+        return call
+
+    for module, name in ((assets, "load"), (cli, "working"), (pipeline, "scorecards")):
+        monkeypatch.setattr(module, name, recorded(getattr(module, name)))
+    (folder / "submissions").mkdir()
+    assert main(["site"]) == 0
+    assert called == ["load", "scorecards", "working"]
 
 
 def test_pages_name_the_commit_of_the_data_and_the_repository(

@@ -22,7 +22,7 @@ import numpy as np
 
 from gym_extensions.catalog.groups import SUITES, group
 from gym_extensions.references import Expert, Floor, Reference, References
-from gym_extensions.scoring.scorecard import ManifestSummary, ReferencesInfo, Scorecard
+from gym_extensions.scoring.scorecard import ManifestSummary, Scorecard
 from gym_extensions.scoring.submission.normalization import GroupReturns
 from gym_extensions.scoring.submission.scorer import completed, score_group
 from gym_extensions.scoring.submission.suites import suite_scores
@@ -120,7 +120,7 @@ def read(files: Sequence[Path]) -> Iterator[Scorecard]:
 def measured(files: Sequence[Path], out: Path) -> None:
     """Builds the site and prints what it took."""
     before = time.process_time()
-    build_site(read(files), ReferencesInfo(REFERENCES.version, REFERENCES.digest), out)
+    build_site(read(files), REFERENCES, out)
     seconds = time.process_time() - before
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     write(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB")

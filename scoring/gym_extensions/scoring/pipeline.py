@@ -139,8 +139,7 @@ def scorecards(
 
 def scorecard_document(cards: Sequence[Scorecard], references: References) -> ScorecardDocument:
     """The document of these scorecards."""
-    info = ReferencesInfo(references.version, references.digest)
-    return ScorecardDocument(references=info, submissions=tuple(cards))
+    return ScorecardDocument(references=ReferencesInfo.of(references), submissions=tuple(cards))
 
 
 def score_folders(

@@ -20,7 +20,7 @@ from gym_extensions.submissions.review import Decision, Level, is_withdrawn
 from gym_extensions.submissions.run import Memory, RunDocument
 
 if TYPE_CHECKING:
-    from gym_extensions.references import Reference
+    from gym_extensions.references import Reference, References
 
 NO_RUNS = "It has no runs: the project trains its code after the merge (docs/submit.md)."
 """Of a submission that is code alone."""
@@ -437,6 +437,11 @@ class ReferencesInfo:
 
     version: Annotated[str, about("benchmark version")]
     sha256: Annotated[str, about("SHA-256 of the references' file")]
+
+    @classmethod
+    def of(cls, known: References) -> ReferencesInfo:
+        """The name of these references."""
+        return cls(known.version, known.digest)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

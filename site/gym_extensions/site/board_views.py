@@ -9,9 +9,9 @@ from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics import formulas, values
-from gym_extensions.references import load_references
+from gym_extensions.references import References
 from gym_extensions.scoring.ranking import boards as model, group_board
-from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.submission_results import SEQUENTIAL, SubmissionResult, group_order
 from gym_extensions.submissions.review import REPORTED
 
@@ -165,7 +165,7 @@ class Group:
 class Leaderboard:
     """All submissions and their boards."""
 
-    references: ReferencesInfo  # that normalize all scores
+    references: References  # that normalize all scores
     submissions: tuple[Scorecard, ...]  # of every submission, shortened, sorted by name
 
     @cached_property
@@ -191,8 +191,6 @@ class Leaderboard:
 
     @cached_property
     def scored(self) -> model.BoardsDocument:
-        """The scorer's boards of all submissions without problems; computed rows only of known references."""
-        document = group_board.boards([card for card in self.submissions if not card.problems])
-        if load_references().digest == self.references.sha256:
-            return document
-        return replace(document, boards=tuple(replace(board, computed=()) for board in document.boards))
+        """The scorer's boards of all submissions without problems."""
+        cards = [card for card in self.submissions if not card.problems]
+        return group_board.boards(cards, self.references)

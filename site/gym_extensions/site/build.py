@@ -17,7 +17,8 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from gym_extensions.errors import BenchError
-from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard
+from gym_extensions.references import References
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import FOLDER, board_views, pages, paths
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.assets import Simulator
@@ -59,7 +60,7 @@ class Site:
 
 def build_site(
     cards: Iterable[Scorecard],
-    references: ReferencesInfo,
+    references: References,
     out: Path,
     *,
     folders: Mapping[str, Path] | None = None,

@@ -83,7 +83,6 @@ def main(argv: list[str] | None = None) -> int:
     # They load pandas and scipy, for which --help and mistakes do not wait.
     from gym_extensions.scoring.output.screen import console, show_line
     from gym_extensions.scoring.pipeline import find_submissions, make_scorer, scorecards
-    from gym_extensions.scoring.scorecard import ReferencesInfo
     from gym_extensions.site.build import build_site
     from gym_extensions.site.play.assets import load
     from gym_extensions.submissions import diagnostics, landscapes, poses
@@ -92,7 +91,6 @@ def main(argv: list[str] | None = None) -> int:
     empty = [folder for folder in options.submissions if is_empty(folder)]
     folders = find_submissions([folder for folder in options.submissions if folder not in empty])
     scorer = make_scorer(options.groups, options.references)
-    info = ReferencesInfo(scorer.references.version, scorer.references.digest)
     whole, broken = dict[str, Path](), list[str]()  # folders whose further files can be drawn
     for folder in folders:
         try:
@@ -101,14 +99,17 @@ def main(argv: list[str] | None = None) -> int:
             whole[folder.name] = folder
         except BenchError as error:
             broken.append(str(error))
+    simulator = load(options.mujoco)
+    source = source_of(options.submissions[0], options.repository or "", options.url or "")
+    cards = scorecards(folders, scorer)  # starts processes: after what may fail, before a thread draws
     with working(f"building the pages of {count(len(folders), 'submission')}"):
         leaderboard = build_site(
-            scorecards(folders, scorer),
-            info,
+            cards,
+            scorer.references,
             options.out,
             folders=whole,
-            simulator=load(options.mujoco),
-            source=source_of(options.submissions[0], options.repository or "", options.url or ""),
+            simulator=simulator,
+            source=source,
             docs=options.docs,
         )
     if isinstance(sys.stdout, TextIOWrapper):  # a narrow encoding never stops the output

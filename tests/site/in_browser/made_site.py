@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 
 from gym_extensions.references import load_references
-from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.site import SITE_ASSETS
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES as PAGES_OF_SITE
@@ -66,9 +65,8 @@ def write_site(folder: Path) -> Path:
     methods[1]["title"] = "W" * 200
     document["submissions"] = sorted(document["submissions"] + many + methods, key=lambda each: each["name"])
     write(write_runs(folder.parent / "agile"), "hopper-gravity", poses_of(document))
-    references = load_references()
-    info = ReferencesInfo(references.version, references.digest)
-    site = Site(Render(info, PAGES_OF_SITE, {"agile": folder.parent / "agile"}, load(ASSETS), docs=True))
+    folders = {"agile": folder.parent / "agile"}
+    site = Site(Render(load_references(), PAGES_OF_SITE, folders, load(ASSETS), docs=True))
     for path, content in site.files(typed(document).submissions):
         target = folder / path
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages.changes import changes, records
 
-from ..browser import files, typed
+from ..browser import files, references_of, typed
 from .test_core import GROUPS, LABELLED, method
 
 ATOM = "{http://www.w3.org/2005/Atom}"
@@ -25,7 +25,7 @@ def test_a_day_has_one_row_per_submission_and_kind_and_the_newest_comes_first(
     document["submissions"][0] |= {"decisions": [ACCEPTED], "verifications": [PART, {**PART, "runs": 2}]}
     document["submissions"][1] |= {"verifications": [{**PART, "passed": False}]}
     whole = typed(document)
-    found = changes(Leaderboard(whole.references, whole.submissions))
+    found = changes(Leaderboard(references_of(whole), whole.submissions))
     assert [(row.date, row.name, row.kind) for row in found] == [
         ("2026-11-25", "agile", "accepted"),
         ("2026-11-24", "keeper", "not verified"),
@@ -65,7 +65,7 @@ def test_the_best_core_score_has_a_step_where_a_method_is_above_all_that_came_be
     assert "So far all came on one day." in dict(files(document))["changes.html"], "one group is not verified"
     document["submissions"][2] = whole
     cards = typed(document)
-    found = records(Leaderboard(cards.references, cards.submissions))
+    found = records(Leaderboard(references_of(cards), cards.submissions))
     steps = {key: [(day, row.name) for day, row in each] for key, each in found.items()}
     assert steps == {
         "Without task label": [("2026-11-20", "first"), ("2026-11-22", "higher")],

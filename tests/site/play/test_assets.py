@@ -22,7 +22,7 @@ from gym_extensions.submissions.layout import run_file
 from gym_extensions.submissions.policies.files import npz_arrays, write_policies
 from gym_extensions.submissions.policies.mlp import Policy
 
-from ..browser import typed
+from ..browser import references_of, typed
 from ..conftest import everything, learner, make_submission, scored
 
 Built = Callable[..., dict[str, bytes | str]]
@@ -69,7 +69,7 @@ def built(monkeypatch: pytest.MonkeyPatch) -> Built:
             for name, matrices in scores.items()
         ]
         cards = typed({**everything(), "submissions": submissions})
-        site = Site(Render(cards.references, PLAY, folders, simulator))
+        site = Site(Render(references_of(cards), PLAY, folders, simulator))
         return {
             path: content
             for path, content in site.files(cards.submissions)

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.metrics import compute
-from gym_extensions.scoring.scorecard import ReferencesInfo
+from gym_extensions.references import References
 from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages import changes, compare, data, numbers, overview, submissions, tasks
 from gym_extensions.site.pages.page import DOCS, TASK_LIST, File, Page, Render
@@ -24,7 +24,7 @@ SHOWN_ROWS = 20
 
 def _groups(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """A page for each group and suite with its boards, and the table of all rows of every board."""
-    known = tasks.measured(site.references)
+    known = site.references.tasks
     for group in site.groups:
         path = paths.group_path(group.id)
         landscapes = {board.id: render.landscapes.rows(board) for board in group.boards}
@@ -119,5 +119,5 @@ PAGES = (
 
 def docs_masthead(url: str, repository: str = "") -> str:
     """The masthead of a page of the documentation, ``docs/url``, with the menu of all other pages."""
-    render = Render(ReferencesInfo("", ""), PAGES, source=paths.Source(repository), docs=True)
+    render = Render(References("", {}), PAGES, source=paths.Source(repository), docs=True)
     return render("masthead.html", f"{DOCS}{url}")

@@ -15,7 +15,6 @@ from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.pages.tasks import measured
 from gym_extensions.submissions import layout, poses, review
 from gym_extensions.submissions.manifest import Manifest
 
@@ -98,7 +97,8 @@ class GroupDocument(JsonDocument):
 
 def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     """The scorecard of a submission, as ``score --json`` prints it, and its scores alone."""
-    document = ScorecardDocument(references=render.references, submissions=(submission,))
+    info = ReferencesInfo.of(render.references)
+    document = ScorecardDocument(references=info, submissions=(submission,))
     path = paths.submission_data(submission.name)
     yield path, document.to_json()
 
@@ -112,12 +112,13 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
         runs = len(getattr(score, "runs", ()))
         on_groups.setdefault(name, {})[protocol] = SmallScore(score.budget, runs, known(score.metrics))
     core = known(submission.core.metrics) if submission.core else {}
-    own = {"format": 1, "references": render.references, "core": core, "groups": on_groups, "path": path}
+    own = {"format": 1, "references": info, "core": core, "groups": on_groups, "path": path}
     yield paths.summary_data(submission.name), filled(Summary, submission, **own).to_json()
 
 
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The page that lists the data, the index, boards, groups and schemas."""
+    info, known = ReferencesInfo.of(site.references), site.references.tasks
     submissions, boards = list[IndexRow](), dict[str, IndexBoard]()
     for card in site.submissions:
         path, page = paths.submission_data(card.name), paths.submission_path(card.name)
@@ -129,7 +130,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
         boards[board.id] = IndexBoard(board.id, *facts, path, page)
     yield "data.html", render("data.html", "data.html")
     index = Index(
-        references=site.references,
+        references=info,
         submissions=tuple(submissions),
         boards=tuple(boards.values()),
         core=paths.CORE_DATA,
@@ -143,18 +144,12 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
         yield paths.board_data(board.id), BoardsDocument(boards=(board.scored,)).to_json()
         yield paths.board_data(board.id, "csv"), to_csv(board_frame(board.scored))
     for group in site.groups:
-        known = {
-            task: ReferenceValue(each.floor.mean, each.expert.mean if each.expert else None, not each.expert)
-            for task in group.tasks
-            if (each := measured(site.references).get(task))
-        }
-        used = next((result.detail.reference for board in group.boards for result in board.results), {})
         document = GroupDocument(
             id=group.id,
-            references=site.references,
+            references=info,
             tasks=group.tasks,
             groups=group.members,
-            reference=used or known,
+            reference={task: ReferenceValue.of(known.get(task)) for task in group.tasks},
             boards=tuple(boards[board.id] for board in group.boards),
         )
         yield paths.group_data(group.id), document.to_json()

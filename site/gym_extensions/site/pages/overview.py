@@ -19,7 +19,7 @@ from gym_extensions.site import text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
 from gym_extensions.site.charts.svg import Scale, scale_around
-from gym_extensions.site.pages import core, tasks
+from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.forgetting import forgetting
 from gym_extensions.site.submission_results import SEQUENTIAL
@@ -232,7 +232,7 @@ LEADS = "{}, {}: significantly more than {}, alone first in {} of {}. {} runs{}"
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The first page, the page of the core, and the list of groups."""
-    board, listed, known = site.scored.core, site.groups, tasks.measured(site.references)
+    board, listed, known = site.scored.core, site.groups, site.references.tasks
     view = None
     if board:
         of_core = [task for each in listed if each.id in board.groups for task in each.tasks if task in known]

@@ -11,7 +11,8 @@ from markupsafe import Markup
 
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
-from gym_extensions.scoring.scorecard import PAPER_COLUMNS, ReferencesInfo, Scorecard
+from gym_extensions.references import References
+from gym_extensions.scoring.scorecard import PAPER_COLUMNS, Scorecard
 from gym_extensions.site import FOLDER, paths, submission_results, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import line_charts, strips, task_pictures
@@ -83,7 +84,7 @@ def environment() -> Environment:
 class Render:
     """Fills the templates with the menu and what every page shows."""
 
-    references: ReferencesInfo  # that normalize all scores
+    references: References  # that normalize all scores
     pages: "tuple[Page, ...]"  # all kinds
     folders: Mapping[str, Path] = field(default_factory=dict)  # of submissions by name, where they are known
     simulator: assets.Simulator | None = None  # MuJoCo for the browser, if the site has it

@@ -1,11 +1,9 @@
 """The pages of tasks, with what 1 is, the best results and the expert; the page References."""
 
-from collections.abc import Iterator, Mapping
-from functools import cache
+from collections.abc import Iterator
 
 from gym_extensions.catalog import descriptions, fingerprints, groups, tasks, variations
-from gym_extensions.references import Reference, experts, load_references, trained_alone
-from gym_extensions.scoring.scorecard import ReferencesInfo
+from gym_extensions.references import experts, trained_alone
 from gym_extensions.site import board_views, paths, text
 from gym_extensions.site.charts.task_pictures import map_file, map_picture, pictures
 from gym_extensions.site.pages.page import TASK_LIST, File, Render
@@ -17,7 +15,7 @@ from gym_extensions.submissions.poses import PolicyPoses
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The list of tasks, then a page per published task."""
     yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks.tasks_by_base())
-    references, best = measured(site.references), site.scored.best
+    references, best = site.references.tasks, site.scored.best
     for task in tasks.TASKS.values():
         path, panel, success = paths.task_path(task.id), expert_panel(task), task.body.success
         is_varied = task.variations and task.body.family != "navigation"
@@ -50,7 +48,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
 
 def publish_references(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """What 0 and 1 mean: a table per base body; bodies without a reference are in one sentence."""
-    known = measured(site.references)
+    known = site.references.tasks
     tables = {
         base: [(task.id, known[task.id], alone(task.id)) for task in members if task.id in known]
         for base, members in tasks.tasks_by_base().items()
@@ -69,13 +67,6 @@ def publish_pictures(_site: board_views.Leaderboard, _render: Render) -> Iterato
         facts = descriptions.descriptions().get(task_id)
         if name and facts is not None:
             yield f"pictures/{name}", map_file(facts)
-
-
-@cache
-def measured(info: ReferencesInfo) -> Mapping[str, Reference]:
-    """Floor and expert by task id, of this benchmark version; empty if the digest of its file is another."""
-    found = load_references(info.version)
-    return found.tasks if info.sha256 and found.digest == info.sha256 else {}
 
 
 def alone(task_id: str) -> tuple[float, ...]:
