@@ -8,6 +8,7 @@ from typing import Any, Self, TypeVar
 import msgspec
 
 from gym_extensions.errors import BenchError
+from gym_extensions.files import write_text
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Document = TypeVar("Document")
@@ -41,6 +42,11 @@ class JsonDocument:
         values = msgspec.to_builtins(self)
         text = json.dumps(values, sort_keys=True, ensure_ascii=False, allow_nan=False)
         return msgspec.json.format(text, indent=1) + "\n"
+
+    def write(self, path: Path) -> Path:
+        """Writes the document, whole or not at all, and returns the path."""
+        write_text(path, self.to_json())
+        return path
 
     @classmethod
     def from_json(cls, text: str | bytes) -> Self:

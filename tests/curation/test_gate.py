@@ -85,6 +85,7 @@ def test_titles_of_symbols_are_compared_as_they_are(project: Path, title: str, e
 def test_the_keys_that_an_edit_changes_are_named(project: Path) -> None:
     manifest = (project / "submissions/old/submission.toml").read_text()
     edited = manifest.replace("steps = 0\n", "steps = 9\n").replace('"formula"', '"ppo"')
+    edited = edited.replace("Submission old", "Another title")
     files: dict[str, str | bytes | None] = {"submissions/old/submission.toml": edited}
     for path in sorted(project.glob("submissions/old/*/sequential/run*.json")):
         document = read_run(path)
@@ -92,11 +93,12 @@ def test_the_keys_that_an_edit_changes_are_named(project: Path) -> None:
     commit(project, files)
     report = checked(project)
     assert report.verdict == "review"
-    assert [note.partition(". ")[0] for note in report.notes[:2]] == [
-        "Changed in hopper-gravity/sequential/run0.json and 1 other document: command, steps",
-        "Changed in submission.toml: protocol.algorithm, tuning.steps",
-    ]
-    assert "claimed again" in comment(report)
+    again = "What was verified of it is claimed again."
+    assert report.notes[:2] == (
+        f"Changed in hopper-gravity/sequential/run0.json and 1 other document: command, steps. {again}",
+        f"Changed in submission.toml: protocol.algorithm, title, tuning.steps. {again}",
+    )
+    assert again in comment(report)
     commit(project, {"submissions/old/hopper-gravity/sequential/run0.json": "[]"})
     assert ": arithmetic, " in checked(project).notes[0], "a broken document has no values"
 
@@ -141,6 +143,12 @@ def test_the_code_of_a_submission_is_read_and_not_run(request_with_submission: P
     report = checked(request_with_submission)
     assert (report.verdict, report.trains, report.problems) == ("passed", True, ())
     assert "the code is trained on the core in a box" in comment(report)
+    git(request_with_submission, "switch", "--quiet", "main")
+    git(request_with_submission, "merge", "--quiet", "submission")
+    git(request_with_submission, "switch", "--quiet", "-c", "edit")
+    commit(request_with_submission, {f"{NEW}/README.md": "A text.\n"})
+    report = checked(request_with_submission)
+    assert (report.kind, report.trains, report.problems) == ("edit", False, ()), "the code is as it was"
 
 
 def test_a_change_of_code_alone_is_not_judged(project: Path) -> None:

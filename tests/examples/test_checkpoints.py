@@ -30,4 +30,4 @@ def test_the_submission_has_no_problems_and_all_policies(
     example.record_checkpoints(tmp_path / "checkpoints", tmp_path / "mine")
     submission = read(tmp_path / "mine", policies=True)
     assert submission.problems == ()
-    assert all(document.policies for document in submission.documents)
+    assert all(document.policies for document in submission.documents.values())

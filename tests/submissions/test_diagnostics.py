@@ -28,7 +28,8 @@ def diagnosed(submission: Path, run: int) -> diagnostics.DiagnosedRun:
 
 def write(submission: Path) -> Path:
     runs = {f"{HERE.name}/sequential/run{run}": diagnosed(submission, run) for run in (0, 1)}
-    return diagnostics.write(submission, HERE, runs)
+    document = diagnostics.Diagnostics(group=HERE.id, states=states.VERSION, runs=runs)
+    return document.write(diagnostics.path_of(submission, HERE))
 
 
 def test_a_change_is_that_of_the_last_hidden_layer_with_an_interval_over_runs(

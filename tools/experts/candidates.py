@@ -383,8 +383,7 @@ def write_poses(names: Sequence[str], folder: Path = experts.DATA) -> Iterator[s
             **pose_recorder.motion(tracks[episode], outcomes[episode], timing),
         )
         shown = filled(poses.TaskPoses, timing, task=row.id, after=clip, end=None)
-        write_text(path, poses.PolicyPoses(policy=digest, poses=shown).to_json())
-        yield str(path)
+        yield str(poses.PolicyPoses(policy=digest, poses=shown).write(path))
 
 
 def challenge(

@@ -114,10 +114,11 @@ def _judged(
         folder = Path(scratch, report.submission)
         runs = {"donated": pull_request.donated_runs, "changed": pull_request.changed_runs}
         (answer,) = answers(JOB, {"folder": str(folder), **runs}, limits)
-        if try_code and answer.get("entry") and not answer.get("problems"):
+        trains = bool(answer.get("entry")) and pull_request.changes_code(report.submission)
+        if try_code and trains and not answer.get("problems"):
             answer["notes"] = [train_here.repeats(folder, answer["entry"]), *answer.get("notes", ())]
     judged = {name: answer[name] for name in JUDGED if name in answer}
-    judged["trains"] = bool(answer.get("entry"))
+    judged["trains"] = trains
     notes = [*changed_values(pull_request), *judged.get("notes", ())]
     if missing := sum(title is None for title in pull_request.base_titles.values()):
         notes.append(f"Not compared: the titles of {count(missing, 'submission')}, which this clone lacks.")
@@ -136,16 +137,16 @@ def changed_values(pull_request: pull_request_rules.PullRequest) -> Iterator[str
         path for path in sides[0] if path in sides[1] and path.endswith((layout.MANIFEST, layout.DOCUMENT))
     ]
     contents = (pull_request.repository.blobs([side[path] for path in edited]) for side in sides)
-    places = dict[str, list[str]]()
+    places = dict[tuple[str, ...], list[str]]()
     for path, *both in zip(edited, *contents, strict=True):
         old, new = (_flat_values(path, data) for data in both)
         changed = sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
-        places.setdefault(", ".join(changed), []).append(path.split("/", 2)[2])
+        places.setdefault(tuple(changed), []).append(path.split("/", 2)[2])
     for names, paths in places.items():
         others = f" and {count(len(paths) - 1, 'other document')}" if len(paths) > 1 else ""
-        is_prose = paths == [layout.MANIFEST] and not names.startswith(manifest.SETTINGS)
-        again = "" if is_prose else " What was verified of it is claimed again."
-        yield f"Changed in {paths[0]}{others}: {names or 'the spelling'}.{again}"
+        lapses = paths != [layout.MANIFEST] or any(name.startswith(manifest.SETTINGS) for name in names)
+        again = " What was verified of it is claimed again." if lapses else ""
+        yield f"Changed in {paths[0]}{others}: {', '.join(names) or 'the spelling'}.{again}"
 
 
 def _flat_values(path: str, data: bytes) -> dict[str, Any]:

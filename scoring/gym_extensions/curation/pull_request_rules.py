@@ -22,7 +22,6 @@ from gym_extensions.submissions.rules.manifest import skeleton
 from gym_extensions.verification import git
 
 SUBMISSIONS = "submissions"
-RENAMES = ("R", "C")
 REGULAR = "100644"
 LINK = "120000"
 RUN_FILE = re.compile(
@@ -69,7 +68,7 @@ class PullRequest:
         changes = []
         for meta in filter(None, fields):
             _, mode, _, _, status = meta.decode().split()
-            paths = [os.fsdecode(next(fields)) for _ in range(2 if status[0] in RENAMES else 1)]
+            paths = [os.fsdecode(next(fields)) for _ in range(2 if status[0] == "R" else 1)]
             changes.append(ChangedFile(status[0], mode, paths[-1], source=paths[0] if len(paths) > 1 else ""))
         return tuple(sorted(changes, key=lambda change: change.path))
 
@@ -128,7 +127,7 @@ class PullRequest:
             return ()
         if protocol.algorithm not in algorithms.names():
             return ()
-        return tuple(sorted({match[1] for match in matches if match}))
+        return self.changed_runs
 
     @property
     def changed_runs(self) -> tuple[str, ...]:
@@ -150,6 +149,11 @@ class PullRequest:
     def paths(self) -> tuple[str, ...]:
         """Every path that it changes, old paths of renamed files included, sorted."""
         return tuple(sorted({path for item in self.changes for path in (item.path, item.source) if path}))
+
+    def changes_code(self, submission: str) -> bool:
+        """Whether it brings or changes the code of a submission: agent/, or the entry in the manifest."""
+        folder, code = f"{SUBMISSIONS}/{submission}", self.repository.code
+        return code(self.start, folder) != code(self.head, folder)
 
     def files_of(self, submission: str) -> tuple[git.TreeEntry, ...]:
         """The files of a submission with their sizes: in its last commit; of a donation, after its merge."""
@@ -324,8 +328,8 @@ def next_version(pull_request: PullRequest) -> Iterator[Finding]:
     repository = pull_request.repository
     for name in pull_request.submissions:
         folder = f"{SUBMISSIONS}/{name}"
-        codes = (repository.code(commit, folder) for commit in (pull_request.start, pull_request.head))
-        if len({*codes}) > 1 and (before := repository.code_commit(pull_request.base, folder)):
+        is_new = pull_request.changes_code(name)
+        if is_new and (before := repository.code_commit(pull_request.base, folder)):
             seconds = time.time() - float(repository.run("show", "-s", "--format=%ct", before))
             if seconds < DAYS_BETWEEN * 86400:
                 message = f"The version before was merged {int(seconds // 86400)} days ago."
@@ -352,18 +356,14 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
 def same_title(pull_request: PullRequest) -> Iterator[Finding]:
     """The title looks like that of no other submission: Unicode's skeletons of both differ."""
     others = {
-        _skeleton(title): path
+        skeleton(title): path
         for path, title in pull_request.base_titles.items()
         if title and path.split("/")[1] not in pull_request.submissions
     }
     own = (file for file in pull_request.head_files if file.path in pull_request.paths)
     for path, title in pull_request.titles_of(own).items():
-        if title and (other := others.get(_skeleton(title))):
+        if title and (other := others.get(skeleton(title))):
             yield Finding(path, f"The title looks like that of {other}.", "Choose another one.")
-
-
-def _skeleton(title: str) -> str:
-    return skeleton(title) or unicodedata.normalize("NFKC", title)  # a title of symbols has none
 
 
 @rule

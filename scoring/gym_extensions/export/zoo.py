@@ -109,8 +109,7 @@ def networks(submission: Path, members: TaskGroup, protocol: str, run: int) -> l
             found.append(("", "", None))
             continue
         arrays = {name: values for name, values in policy.arrays().items() if values.dtype.kind == "f"}
-        masks = {f"weight_{layer}": mask for layer, mask in enumerate(policy.masks) if mask is not None}
-        arrays |= {name: arrays[name] * mask for name, mask in masks.items()}
+        arrays |= {f"weight_{layer}": each for layer, each in enumerate(policy.masked_weights)}
         vector = np.concatenate([values.ravel() for values in arrays.values()]).astype("<f4")
         names = {name: getattr(policy, name) for name in NAMES}
         network = json.dumps(names | {"shapes": {name: values.shape for name, values in arrays.items()}})

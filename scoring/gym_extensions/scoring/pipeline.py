@@ -9,13 +9,12 @@ from pathlib import Path
 
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, Groups, TaskGroup, with_custom
 from gym_extensions.errors import BenchError, require_known
-from gym_extensions.files import write_text
 from gym_extensions.references import References, add_references, load_references, read_references
 from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions import reader, submission
 from gym_extensions.submissions.layout import MANIFEST, NAME, submission_folders
-from gym_extensions.submissions.problem import Problem, count, escape
+from gym_extensions.submissions.problem import Problem, escape, refuse_problems
 
 Paths = str | Path | Iterable[str | Path]
 """A submission, a folder of submissions, or several of these."""
@@ -93,15 +92,6 @@ def find_submissions(paths: Paths) -> list[Path]:
         BenchError: a path does not exist, or two submissions have the same name.
     """
     return submission_folders([Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)])
-
-
-def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
-    """Raises BenchError if a submission has problems."""
-    if problems:
-        size = count(len(problems), "problem")
-        first = f"{problems[0].where}: {problems[0].message} {problems[0].hint}"
-        message = f"The submission has {size}. First: {first}"
-        raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")
 
 
 def valid_scorecards(paths: Paths, scorer: Callable[[Path], Scorecard]) -> dict[Path, Scorecard]:
@@ -184,11 +174,10 @@ def publish(folder: Path, cards: Iterable[Scorecard], references: References) ->
     for card in cards:
         written.append(card)
         if NAME.fullmatch(card.name):
-            text = scorecard_document([card], references).to_json()
-            write_text(folder / "scorecards" / f"{card.name}.json", text)
+            scorecard_document([card], references).write(folder / "scorecards" / f"{card.name}.json")
     names = {card.name for card in written}
     for path in (folder / "scorecards").glob("*.json"):
         if path.stem not in names and b'"submissions"' in path.read_bytes():
             path.unlink()
-    write_text(folder / "boards.json", boards(written, references).to_json())
+    boards(written, references).write(folder / "boards.json")
     return written

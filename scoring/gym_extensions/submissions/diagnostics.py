@@ -4,7 +4,6 @@
 submission's folder. Loads no simulator.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
@@ -13,7 +12,6 @@ from typing import Annotated, Literal, NamedTuple
 from gym_extensions.catalog import states
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.documents import JsonDocument, about
-from gym_extensions.files import write_text
 from gym_extensions.metrics.statistics import interval
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.submissions.layout import DIAGNOSTICS, DOCUMENT, runs_folder
@@ -47,14 +45,6 @@ def path_of(submission: Path, group: TaskGroup) -> Path:
     return submission / DIAGNOSTICS / f"{group.name}.json"
 
 
-def write(submission: Path, group: TaskGroup, runs: Mapping[str, DiagnosedRun]) -> Path:
-    """Writes the diagnostics of a group, whole or not at all, and returns their path."""
-    path = path_of(submission, group)
-    document = Diagnostics(group=group.id, states=states.VERSION, runs=dict(runs))
-    write_text(path, document.to_json())
-    return path
-
-
 def load(submission: Path, group: TaskGroup) -> dict[str, DiagnosedRun]:
     """The diagnosed runs by name whose policies and observations are the present ones.
 
@@ -63,14 +53,13 @@ def load(submission: Path, group: TaskGroup) -> dict[str, DiagnosedRun]:
     found = Diagnostics.load(path_of(submission, group), "bad-diagnostics", COMMAND)
     if found is None or found.states != states.VERSION:
         return {}
-    folders = {name: runs_folder(submission, *name.split("/")[:2]) for name in found.runs}
-    paths = {name: folder / f"{name}{DOCUMENT}" for name, folder in folders.items()}
-    stated = {name: read_run(path).policies for name, path in paths.items() if path.is_file()}
-    return {
-        name: run
-        for name, run in found.runs.items()
-        if (at := stated.get(name)) and at.sha256 == run.policies
-    }
+    current = {}
+    for name, run in found.runs.items():
+        path = runs_folder(submission, *name.split("/")[:2]) / f"{name}{DOCUMENT}"
+        stated = read_run(path).policies if path.is_file() else None
+        if stated and stated.sha256 == run.policies:
+            current[name] = run
+    return current
 
 
 class Change(NamedTuple):

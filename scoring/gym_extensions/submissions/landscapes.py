@@ -13,7 +13,6 @@ from typing import Annotated, Literal
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.worlds import Axis, Place, axes
 from gym_extensions.documents import JsonDocument, about
-from gym_extensions.files import write_text
 from gym_extensions.metrics.statistics import interval, mean
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file, runs_folder
@@ -78,13 +77,6 @@ class Landscape(JsonDocument):
 def path_of(submission: Path, group: TaskGroup) -> Path:
     """The file of a group's landscape in a submission's folder."""
     return submission / LANDSCAPES / f"{group.name}.json"
-
-
-def write(submission: Path, landscape: Landscape) -> Path:
-    """Writes a landscape into a submission's folder, whole or not at all, and returns its path."""
-    path = path_of(submission, next(each for each in GROUPS.values() if each.id == landscape.group))
-    write_text(path, landscape.to_json())
-    return path
 
 
 def measured_runs(submission: Path, group: TaskGroup) -> dict[int, RunDocument]:

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from gym_extensions.documents import JsonDocument, about
 from gym_extensions.errors import BenchError
-from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import POSES
 
 RATE = 15.0
@@ -98,13 +97,6 @@ def motion_of(coordinates: NDArray[np.float64], unit: float) -> str:
     """The text of coordinates (frames, n): each coordinate's first value, then its differences."""
     whole = np.rint(coordinates.T / unit).astype(np.int64)
     return encode(np.diff(whole, axis=1, prepend=0).ravel().tolist())
-
-
-def write(submission: Path, group_name: str, poses: Poses) -> Path:
-    """Writes the document of a group into a submission's folder and returns its path."""
-    path = submission / POSES / f"{group_name}.json"
-    write_text(path, poses.to_json())
-    return path
 
 
 def load_submission(submission: Path) -> dict[str, Poses]:

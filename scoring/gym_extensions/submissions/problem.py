@@ -2,7 +2,10 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal, NamedTuple
+
+from gym_extensions.errors import BenchError
 
 PROBLEMS_LISTED = 20
 """Problems listed per rule and submission; the rest are counted."""
@@ -100,6 +103,14 @@ def problems(scope: Scope, *subject: object, rules: Mapping[str, Rule] = RULES) 
     chosen = (rule for rule in rules.values() if rule.scope == scope)
     checks = [(rule.name, rule.check) for rule in chosen if rule.check]
     return [Problem(name, *found) for name, check in checks for found in check(*subject)]
+
+
+def refuse_problems(folder: Path, problems: Sequence[Problem]) -> None:
+    """Raises ``BenchError`` if a submission has problems."""
+    if problems:
+        first = f"{problems[0].where}: {problems[0].message} {problems[0].hint}"
+        message = f"The submission has {count(len(problems), 'problem')}. First: {first}"
+        raise BenchError("not-valid", message, str(folder), f"Run: score {folder}")
 
 
 def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:

@@ -78,18 +78,12 @@ class _Reader:
         paths = {item.path for item in self.folder.items}
         present = [group for folder, group in wanted.items() if folder in paths]
         groups = {group.id: self._group(group, policies) for group in present}
-        documents = {
-            layout.run_key(group.group.name, protocol, run): document
-            for group in groups.values()
-            for protocol, runs in group.runs.items()
-            for run, document in runs.items()
-        }
-        review = about(review, manifest.digest, documents) if manifest else review
         trained = self._trained(wanted, policies)
         problems = problem.summarize(self.problems, name)
         entry = str((self._section("agent") or {}).get("entry", ""))
         digest, root = code_digest(sources, entry), self.folder.root
-        return Submission(name, manifest, groups, problems, readme, review, root, digest, trained)
+        found = Submission(name, manifest, groups, problems, readme, review, root, digest, trained)
+        return replace(found, review=about(review, manifest.digest, found.documents)) if manifest else found
 
     def _trained(self, wanted: Mapping[str, TaskGroup], policies: bool) -> Trained | None:
         """What the base trained of the last version of the code; None without anything."""

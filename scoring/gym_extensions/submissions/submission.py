@@ -6,7 +6,6 @@ from pathlib import Path
 import msgspec
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, problem
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import Manifest
@@ -61,11 +60,6 @@ class Submission:
     def __repr__(self) -> str:
         return f"Submission({self.name!r}, groups={list(self.groups)}, {len(self.problems)} problems)"
 
-    def require_no_problems(self) -> None:
-        """Raises the first problem as a ``BenchError``."""
-        for each in self.problems:
-            raise BenchError(each.rule, each.message, f"{self.name}: {each.where}", each.hint)
-
     @property
     def shown_groups(self) -> dict[str, SubmittedGroup]:
         """The groups by id. Where the author has no runs of a protocol, those that were trained here."""
@@ -76,15 +70,19 @@ class Submission:
         return groups
 
     @property
-    def documents(self) -> list[RunDocument]:
-        """The documents of all runs, by group, protocol and run."""
-        runs = (documents for group in self.groups.values() for documents in group.runs.values())
-        return [document for documents in runs for document in documents.values()]
+    def documents(self) -> dict[str, RunDocument]:
+        """The documents of all runs by the run's name, ``group/protocol/runN``."""
+        return {
+            layout.run_key(group.group.name, protocol, run): document
+            for group in self.groups.values()
+            for protocol, documents in group.runs.items()
+            for run, document in documents.items()
+        }
 
     @property
     def memory(self) -> Memory | None:
         """The largest memory of all runs; None without runs."""
-        parts = [msgspec.structs.astuple(document.memory) for document in self.documents]
+        parts = [msgspec.structs.astuple(document.memory) for document in self.documents.values()]
         largest = map(max, zip(*parts, strict=True))
         return Memory(**dict(zip(Memory.__struct_fields__, largest, strict=True))) if parts else None
 
@@ -96,14 +94,6 @@ class Trained:
     version: int
     training: Training
     runs: Submission
-
-
-def scored_runs(submission: Submission) -> Submission:
-    """The submission with the runs that are scored; unchanged if it has problems."""
-    if submission.problems:
-        return submission
-    groups = {name: scored_group(group) for name, group in submission.groups.items()}
-    return replace(submission, groups=groups)
 
 
 def scored_group(submitted: SubmittedGroup) -> SubmittedGroup:

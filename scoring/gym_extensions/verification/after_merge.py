@@ -6,7 +6,7 @@ from pathlib import Path
 from gym_extensions.baselines import algorithms
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import review
-from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, NETWORK, POLICIES
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, NETWORK, POLICIES, read_regular
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.git import Repository
 from gym_extensions.verification.verify import logged_runs, settings_of
@@ -19,7 +19,7 @@ AGAIN = "Write it again with: gym-extensions verify SUBMISSION --record DIR"
 
 def is_trained_again(submission: Submission) -> bool:
     """Whether a job trains a run of a submission again: this project's agent, budget up to 300k."""
-    if submission.manifest is None or not all(document.steps_counted for document in submission.documents):
+    if submission.manifest is None or not all(each.steps_counted for each in submission.documents.values()):
         return False
     protocol = submission.manifest.protocol
     return protocol.algorithm in algorithms.names() and protocol.budget in TRAINED_AGAIN
@@ -72,11 +72,10 @@ def take(submission: Submission, file: Path) -> None:
             each with seeds from the commit that fixed its runs.
     """
     try:
-        data = file.read_bytes()
-        found = review.review_of(data) if len(data) <= MAX_RECORD_BYTES else None
+        found = review.review_of(read_regular(file, MAX_RECORD_BYTES))
     except (OSError, ValueError, RecursionError) as error:
         raise BenchError("bad-record", f"It is not a verification: {error}.", str(file), AGAIN) from error
-    if found is None or not found.verifications or found.decisions:
+    if not found.verifications or found.decisions:
         raise BenchError("bad-record", "It has no verification, or decisions besides.", str(file), AGAIN)
     runs, every = undecided_runs(submission), logged_runs(submission)
     for each in found.verifications:

@@ -17,7 +17,7 @@ from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_text
 from gym_extensions.submissions import layout, reader, review
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
-from gym_extensions.submissions.problem import count
+from gym_extensions.submissions.problem import count, refuse_problems
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, episodes, git
 from gym_extensions.verification.new_seeds import require_value
@@ -180,7 +180,7 @@ def results_of(report: Report, found: review.Verification) -> Iterator[str]:
         yield f"  one run twice: {report.twins}"
     elif found.difference:
         yield f"  first difference: {found.difference}"
-    for machine in dict.fromkeys(report.machines.values()):
+    for machine in dict.fromkeys(each.machine for each in report.runs.values() if each.machine):
         yield f"  {machine} A difference neither raises nor lowers the level."
     yield from (f"  {log}: {returns}" for log, returns in report.means.items())
     second = "" if found.second_p_value is None else f"; second draw: p = {found.second_p_value:.2g}"
@@ -208,16 +208,14 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
     files = [str(Path(file).resolve()) for file in options.groups]
     submission = reader.read(path, with_custom(files))
     if options.take or options.fetch:
-        submission.require_no_problems()
+        refuse_problems(submission.path, submission.problems)
     if options.take:
         after_merge.take(submission, options.take)
         return 0
     if options.fetch:
         fetcher, runs = Fetcher(options.cache / "policies", options.public_only), logged_runs(submission)
         for name in after_merge.undecided_runs(submission):
-            policies = runs[name].document.policies
-            if policies is not None and policies.url:
-                fetcher.fetch(policies, name)
+            runs[name].request(submission, fetcher=fetcher)
         return 0
     if submission.code and not (submission.groups or submission.problems):
         trained = submission.trained

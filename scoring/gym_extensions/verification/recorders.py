@@ -16,7 +16,7 @@ import numpy as np
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_named
 from gym_extensions.catalog.protocol import evaluation_seed, stages
-from gym_extensions.catalog.states import states
+from gym_extensions.catalog.states import VERSION, states
 from gym_extensions.catalog.worlds import Axis, axes
 from gym_extensions.envs.fingerprinting import engine, require_published_engine
 from gym_extensions.errors import BenchError
@@ -24,6 +24,7 @@ from gym_extensions.submissions import diagnostics, landscapes, layout, poses, r
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.policies.files import AnyPolicy
+from gym_extensions.submissions.problem import refuse_problems
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import episodes, limits, pose_recorder, verify
@@ -51,7 +52,7 @@ def _published(submission: Path, group: TaskGroup) -> dict[str, tuple[verify.Log
     Where the author has none of a protocol, they are those that were trained here. Raises the first problem.
     """
     found = reader.read(submission, only=[group.name])
-    found.require_no_problems()
+    refuse_problems(submission, found.problems)
     runs = {name: (run, found) for name, run in verify.logged_runs(found).items()}
     if found.trained:
         protocols = {run.log.protocol for run, _ in runs.values()}
@@ -93,7 +94,8 @@ def write_poses(
         stages_ = tuple(tuple(means[stage, task] for task in tasks) for stage in range(len(group.tasks) + 1))
         if not again and known is not None and known.shows((run.document.run,), (stages_,)):
             return f"{submission.name}, {group.name}: up to date."
-        path = poses.write(submission, group.name, pose_recorder.poses_of(run, found, fetcher))
+        recorded = pose_recorder.poses_of(run, found, fetcher)
+        path = recorded.write(submission / layout.POSES / f"{group.name}.json")
         return f"{path}: run {run.document.run}."
 
     there = _with_runs(submissions, wanted)
@@ -189,7 +191,8 @@ def write_landscapes(
                 yield f"{where}: {landscapes.NO_POLICIES}"
             else:
                 found = landscape_of(submission, group, documents, fetcher, jobs)
-                yield f"{landscapes.write(submission, found)}: {len(found.runs)} runs."
+                path = found.write(landscapes.path_of(submission, group))
+                yield f"{path}: {len(found.runs)} runs."
 
 
 def diagnose(call: Mapping[str, Any]) -> Iterator[Any]:
@@ -241,7 +244,10 @@ def write_diagnostics(
             else:
                 diagnoses = msgspec.convert(answer, tuple[Diagnosis, ...])
                 runs[request.name] = diagnostics.DiagnosedRun(request.policies, diagnoses)
-        return [*lines, f"{diagnostics.write(submission, group, runs)}: {len(runs)} runs."] if runs else lines
+        if runs:
+            found = diagnostics.Diagnostics(group=group.id, states=VERSION, runs=runs)
+            lines.append(f"{found.write(diagnostics.path_of(submission, group))}: {len(runs)} runs.")
+        return lines
 
     there = _with_runs(submissions, wanted)
     with ThreadPoolExecutor(jobs) as pool:

@@ -78,7 +78,7 @@ def require_reference_agent(submission: Submission) -> None:
     """
     if not submission.problems:
         agent = reference_agent(submission.path)
-        if not all(document.steps_counted for document in submission.documents):
+        if not all(each.steps_counted for each in submission.documents.values()):
             message = "It has policies that were trained elsewhere, so its training cannot be repeated."
             hint = "Verify without --retrain."
             raise BenchError("not-reproducible", message, str(submission.path), hint)

@@ -4,7 +4,6 @@
 gate calls :func:`repeats` before the merge.
 """
 
-import dataclasses
 import tempfile
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
@@ -26,6 +25,7 @@ from gym_extensions.submissions import layout, problem, reader
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
+from gym_extensions.submissions.problem import refuse_problems
 from gym_extensions.submissions.review import Training, training_of, training_text
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import Submission
@@ -71,7 +71,7 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
 
     Raises ``BenchError`` if the submission has problems or no code, or was trained with another value.
     """
-    dataclasses.replace(submission, problems=problems_of(submission)).require_no_problems()
+    refuse_problems(submission.path, problems_of(submission))
     trained, where = submission.trained, submission.name
     if not submission.code:
         hint = "Add its code as agent/, with [agent] in submission.toml."
@@ -190,11 +190,8 @@ LIMITS = limits.Limits(cpu_seconds=600, wall_seconds=600)
 
 def judge(request: dict[str, Any]) -> Iterator[Any]:
     """The job of that process: the problems of a folder of runs, and the digest and command of each run."""
-    runs, found = reader.read(Path(request["folder"]), policies=True), {}
-    for group in runs.groups.values():
-        for protocol, documents in group.runs.items():
-            for run, document in documents.items():
-                found[run_key(group.group.name, protocol, run)] = document.digest, document.command
+    runs = reader.read(Path(request["folder"]), policies=True)
+    found = {name: (document.digest, document.command) for name, document in runs.documents.items()}
     broken = (each for each in runs.problems if each.rule not in reader.NOT_OF_TRAINED)
     problems = [f"{each.where}: {each.message}" for each in broken]
     yield {"problems": problems, "runs": found}

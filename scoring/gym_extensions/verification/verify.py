@@ -24,7 +24,6 @@ from gym_extensions.verification import episodes as episodess, limits, new_seeds
 from gym_extensions.versions import blas_kernels, version
 
 SAMPLED = "sampled"
-SUCCESSES = {1: True, 0: False, -1: None}
 UNDECIDED = "undecided: too slow, with {:g} hours of processor time in all and {} s a cell; publish smaller "
 UNDECIDED += "policies or fewer runs at once, or ask a maintainer for more time (verify --hours N --write)"
 TOLERANCE = 1e-3
@@ -38,7 +37,8 @@ def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[rollout.Outco
     names = ("stage", "position", "length", "return", "terminated", "success")
     columns = (rows[name].tolist() for name in names)
     for stage, position, length, return_, terminated, success in zip(*columns, strict=True):
-        cells[stage, position].append(rollout.Outcome(length, return_, terminated, SUCCESSES[success]))
+        outcome = rollout.Outcome(length, return_, terminated, None if success < 0 else bool(success))
+        cells[stage, position].append(outcome)
     return dict(cells)
 
 
@@ -173,7 +173,6 @@ class Report:
     Args:
         verification: the record; None with problems, or without a run that can be verified.
         runs: how each run was repeated, by name; none of policies that sample, or of the first arithmetic.
-        machines: why episodes may differ on this machine without refuting the run, by its name.
         means: the mean returns in each log and on new seeds, in words, by ``group/protocol``.
         without_policies: names of the runs that publish none.
         twins: which run has nearly the policies of another one, in words; empty if none has.
@@ -185,7 +184,6 @@ class Report:
     problems: tuple[problem.Problem, ...] = ()
     verification: review.Verification | None = None
     runs: Mapping[str, Repetition] = field(default_factory=dict)
-    machines: Mapping[str, str] = field(default_factory=dict)
     means: Mapping[str, str] = field(default_factory=dict)
     without_policies: tuple[str, ...] = ()
     twins: str = ""
@@ -296,33 +294,27 @@ def verify(
     for name in repeatable:
         result = replace(first[name], outcomes=first[name].outcomes[: len(prescribed[name])])
         repetitions[name] = repetition(runs[name], prescribed[name], result)
-    machines = {name: each.machine for name, each in repetitions.items()}
     sketches = {name: each.sketches for name, each in first.items()}
     sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
     twins = _twins(runs, sketches)
-    is_other = any(each.difference and not machines[name] for name, each in repetitions.items())
-    # A difference that decides comes first.
-    ordered = sorted(repetitions, key=lambda name: bool(machines[name]))
-    first_other = next((name for name in ordered if repetitions[name].difference), "")
-    difference = f"{first_other}: {repetitions[first_other].difference}" if first_other else ""
-    if first_other and machines[first_other]:
-        difference += f" [{machines[first_other]}]"
+    differences = [(name, each) for name, each in repetitions.items() if each.difference]
+    here = [f"{name}: {each.difference}" for name, each in differences if not each.machine]
+    elsewhere = [f"{name}: {each.difference} [{each.machine}]" for name, each in differences if each.machine]
     return replace(
         report,
         verification=review.Verification(
             **facts,
             episodes=sum(sum(map(len, run.logged.values())) for name, run in runs.items() if name not in old),
             repeated=sum(each.repeated for each in repetitions.values()),
-            difference=failed or twins or difference,
+            difference=next(filter(None, (failed, twins, *here, *elsewhere)), ""),  # what decides is first
             runtime=next((each.runtime for each in first.values() if each.runtime), ""),
             cells=sum(map(len, fresh.values())),
             p_value=p_values[0],
             second_p_value=p_values[1] if len(p_values) > 1 else None,
-            passed=new_seeds.agrees(p_values[-1]) and not is_other and not twins,
+            passed=new_seeds.agrees(p_values[-1]) and not here and not twins,
         ),
         runs=repetitions,
         twins=twins,
-        machines={name: text for name, text in machines.items() if text},
         means={} if failed else _means(runs, fresh),
     )
 

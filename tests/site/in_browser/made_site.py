@@ -11,7 +11,6 @@ from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES as PAGES_OF_SITE
 from gym_extensions.site.pages.page import Render
 from gym_extensions.site.play.assets import load
-from gym_extensions.submissions.poses import write
 
 from ..browser import typed
 from ..conftest import everything, learner, make_submission, scored
@@ -64,7 +63,7 @@ def write_site(folder: Path) -> Path:
     methods = [method("keeps", 0.8, 0.98), method("loses", 0.8, 0.5), method("lacks", 0.9, 0.9, GROUPS[:3])]
     methods[1]["title"] = "W" * 200
     document["submissions"] = sorted(document["submissions"] + many + methods, key=lambda each: each["name"])
-    write(write_runs(folder.parent / "agile"), "hopper-gravity", poses_of(document))
+    poses_of(document).write(write_runs(folder.parent / "agile") / "poses" / "hopper-gravity.json")
     folders = {"agile": folder.parent / "agile"}
     site = Site(Render(load_references(), PAGES_OF_SITE, folders, load(ASSETS), docs=True))
     for path, content in site.files(typed(document).submissions):

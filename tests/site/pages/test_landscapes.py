@@ -37,7 +37,7 @@ def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
     found = {name: tmp_path / name for name in ("agile", "keeper")}
     for last, folder in zip((900.0, 1900.0), found.values(), strict=True):
         folder.mkdir()
-        scored.write(folder, landscape(last))
+        landscape(last).write(scored.path_of(folder, GROUP))
     return found
 
 
@@ -80,7 +80,7 @@ def test_a_withdrawn_submission_is_compared_on_its_own_page_alone(
 
 
 def test_a_landscape_of_other_policies_is_not_drawn(document: dict[str, Any], tmp_path: Path) -> None:
-    scored.write(tmp_path, landscape(900.0))
+    landscape(900.0).write(scored.path_of(tmp_path, GROUP))
     texts = dict(files(document, agile=tmp_path))
     assert "The policies of its runs have changed" in Reader(texts[PAGE]).text
     assert f"submissions/agile/landscape-{GROUP.id}.json" not in texts

@@ -7,7 +7,6 @@ import pytest
 
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.play.forgetting import BEGINNING, forgetting
-from gym_extensions.submissions.poses import write
 
 from ..browser import typed
 from ..conftest import everything
@@ -21,7 +20,8 @@ def cards(tmp_path: Path) -> list[Scorecard]:
     made = [method("trpo", 0.8, 0.5), method("keeper", 0.8, 1.0)]
     for card in made:
         poses = poses_of({"submissions": [card]})
-        write(tmp_path / card["name"], "hopper-gravity", replace(poses, submission=card["name"]))
+        shown = replace(poses, submission=card["name"])
+        shown.write(tmp_path / card["name"] / "poses" / "hopper-gravity.json")
     return list(typed({**everything(), "submissions": made}).submissions)
 
 

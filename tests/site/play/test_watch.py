@@ -10,7 +10,7 @@ import numpy as np
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.site.play.watch import Watch, watches
 from gym_extensions.site.text import fixed
-from gym_extensions.submissions.poses import Clip, Poses, TaskPoses, motion_of, write
+from gym_extensions.submissions.poses import Clip, Poses, TaskPoses, motion_of
 
 from ..browser import Reader, files, typed
 from ..conftest import scores_of
@@ -60,7 +60,7 @@ def test_poses_of_an_earlier_log_are_not_shown(document: dict[str, Any]) -> None
 def test_the_panel_and_its_script_are_on_the_page_of_the_submission(
     document: dict[str, Any], tmp_path: Path
 ) -> None:
-    write(tmp_path, "hopper-gravity", poses_of(document))
+    poses_of(document).write(tmp_path / "poses" / "hopper-gravity.json")
     texts = dict(files(document, agile=tmp_path))
     page = Reader(texts["submissions/agile.html"])
     assert page.errors == []

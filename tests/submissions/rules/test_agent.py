@@ -40,6 +40,8 @@ LINE_1, LINE_3, LINE_4 = (f"{CODE}, line {number}" for number in (1, 3, 4))
 LONG = "# 12345\n" * 6_300
 TWO = f"\n'{'x' * 101}'\n'{'y' * 101}'"
 """Two strings that are one."""
+UTF_7 = f"# coding: utf-7\n{MAKE}# +AAo-WEIGHTS = [1.5, 2.5]\n"
+"""Python reads a line feed in the comment, so that it runs what follows."""
 MINE, TXT = all_of(stating(entry="mine.py:make"), put(CODE, MAKE.encode())), code("1", path="agent/a.txt")
 EXAMPLES: Table = {
     "code-without-entry": [
@@ -58,6 +60,10 @@ EXAMPLES: Table = {
         ("not UTF-8", code(MAKE.encode() + b"# \xff"), CODE, "UTF-8"),
         ("a long line", after_make(f"# {'x' * 149}"), LINE_3, "151 characters"),
         ("hidden text", after_make("# \u202e"), LINE_3, "U+202E"),
+        ("a control character", after_make("# \x0c" + "x" * 99), LINE_3, "U+000C"),
+        ("a line in many", after_make(f"# {'x' * 99}\x0b{'x' * 99}"), LINE_3, "201 characters", (), 2),
+        ("other text than a reader sees", code(UTF_7), CODE, "declares the encoding utf-7"),
+        ("what does not compile", after_make("return 1"), LINE_3, "outside function"),
         ("much", all_of(after_make(LONG), put("agent/b.py", LONG.encode())), "agent", "100 kB"),
     ],
     "many-numbers": [
@@ -89,6 +95,8 @@ EXAMPLES: Table = {
         (f"import torch\nfrom stable_baselines3 import PPO\n{MAKE}", '["torch", "stable-baselines3"]'),
         ("from gym_extensions.baselines.algorithms.trpo import make\n", "[]"),
         ("class Agent: ...\nmake = Agent\n", "[]"),
+        ("class Agent: ...\nmake: type = Agent\n", "[]"),
+        ("if True:\n    other, make = 1, len\n", "[]"),
     ],
 )
 def test_these_agents_break_no_rule(text: str, packages: str, good: CopySubmission, tmp_path: Path) -> None:

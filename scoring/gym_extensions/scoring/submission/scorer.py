@@ -32,19 +32,20 @@ def score(
     It depends on the submission and the references alone. ``only`` names the groups of a reported submission
     that are scored; all if empty.
     """
-    submission = submissions.scored_runs(submission)
     manifest, review, of_code = submission.manifest, submission.review, submission.trained
     groups: dict[str, dict[str, scorecard.GroupScore]] = {}
     trained: dict[str, scorecard.GroupScore] = {}
     digests, settings = dict[str, str](), manifest.digest if manifest else ""
     level: Level | None = None
-    if manifest and not submission.problems:
+    is_valid = not submission.problems
+    scored = {id_: submissions.scored_group(each) for id_, each in submission.groups.items() if is_valid}
+    if manifest and is_valid:
         budget = manifest.protocol.budget
         level = REPORTED if manifest.reported else CLAIMED
         if manifest.reported:
             reported = reported_tables.reported_groups(manifest.reported, budget)
             groups = {id_: each for id_, each in reported.items() if not only or group(id_).name in only}
-        for name, submitted in submission.groups.items():
+        for name, submitted in scored.items():
             returns = normalization.group_returns(submitted, budget)
             groups[name] = {}
             for protocol, runs in returns.runs.items():
@@ -74,13 +75,14 @@ def score(
                 groups[name] = {"sequential": log} | own
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=None if only else level)
+    documents_ = submission.documents.values()
     is_repeated = level in (VERIFIED, TRAINED_HERE) and manifest and manifest.protocol.evaluation != "sampled"
     card = scorecard.Scorecard(
         name=submission.name,
         title=manifest.title if manifest else submission.name,
         level=level,
-        arithmetic=min((run.arithmetic for run in submission.documents if is_repeated), default=ARITHMETIC),
-        steps_counted=level != REPORTED and all(run.steps_counted for run in submission.documents),
+        arithmetic=min((run.arithmetic for run in documents_ if is_repeated), default=ARITHMETIC),
+        steps_counted=level != REPORTED and all(run.steps_counted for run in documents_),
         problems=submission.problems,
         manifest=manifest_summary(submission),
         training=filled(
@@ -93,9 +95,7 @@ def score(
         else None,
         trained=trained,
         readme=submission.readme,
-        notes=tuple(
-            f"{name}: {note}" for name, submitted in submission.groups.items() for note in submitted.notes
-        ),
+        notes=tuple(f"{name}: {note}" for name, submitted in scored.items() for note in submitted.notes),
         verifications=tuple(
             filled(
                 scorecard.VerificationSummary,

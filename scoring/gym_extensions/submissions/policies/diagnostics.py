@@ -72,10 +72,6 @@ def diagnose(
                 require_size(part, policy.num_inputs)
             found.append(Diagnosis(parameters=weights[stage].size, distances=distances))
             continue
-        masks = policy.masks or (None,) * len(policy.weights)
-        layers = (
-            each if mask is None else each * mask for each, mask in zip(policy.weights, masks, strict=True)
-        )
         sigmas = (each for each in (policy.log_sigma, policy.log_sigma_weight) if each is not None)
         seen = [mlp.hidden_outputs(policy, part, task) for task, part in enumerate(observations)]
         hidden = list(zip(*seen, strict=True))  # by layer and task
@@ -83,7 +79,7 @@ def diagnose(
         learned = list(order or range(len(observations)))[: max(stage - 1, 0)]
         diagnosis = Diagnosis(
             parameters=sum(each.size for each in (*policy.weights, *policy.biases, *sigmas)),
-            norms=tuple(float(np.linalg.norm(layer)) for layer in layers),
+            norms=tuple(float(np.linalg.norm(layer)) for layer in policy.masked_weights),
             ranks=tuple(fmean(map(stable_rank, layer)) for layer in hidden),
             inactive=tuple(
                 fmean(inactive_share(outputs, policy.activation) for outputs in layer) for layer in hidden

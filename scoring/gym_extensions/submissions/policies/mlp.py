@@ -152,7 +152,11 @@ class Policy:
     @property
     def num_tasks(self) -> int:
         """Rows of the arrays that have an axis of tasks; 0 if none has."""
-        return mlp_arrays.task_rows(self.arrays())
+        for name, values in self.arrays().items():
+            key = mlp_arrays.key_of(name)
+            if key is not None and key.has_tasks and values.ndim > len(key.shape):
+                return len(values)
+        return 0
 
     def act(self, observations: Array, rng: np.random.Generator | None = None, task: int = 0) -> Array:
         """Actions, not clipped to the action space: (a,) for one observation (o,), (n, a) for many (n, …).
@@ -182,14 +186,16 @@ class Policy:
     def reset(self) -> None:
         """Starts new episodes, as for networks with a state; plain arrays have none."""
 
-    def flat_weights(self) -> Array:
-        """The weights of all layers in one row, masked ones as 0."""
+    @property
+    def masked_weights(self) -> tuple[Array, ...]:
+        """The weights of all layers, masked ones as 0."""
         masks = self.masks or (None,) * len(self.weights)
-        layers = (
-            weight if mask is None else weight * mask
-            for weight, mask in zip(self.weights, masks, strict=True)
-        )
-        return np.concatenate([np.zeros(0), *(layer.ravel() for layer in layers)])
+        pairs = zip(self.weights, masks, strict=True)
+        return tuple(weight if mask is None else weight * mask for weight, mask in pairs)
+
+    def flat_weights(self) -> Array:
+        """The :attr:`masked_weights` in one row."""
+        return np.concatenate([np.zeros(0), *(layer.ravel() for layer in self.masked_weights)])
 
     def to_torch(self, task: int = 0) -> torch.nn.Module:
         """A PyTorch module of the arrays of a task, with parameters that can be trained further.
@@ -339,10 +345,8 @@ def _torch_module(policy: Policy, task: int) -> torch.nn.Module:
         def __init__(self) -> None:
             super().__init__()
             self.layers = torch.nn.ModuleList()
-            masks = policy.masks or (None,) * len(policy.weights)
-            for weights, mask, biases in zip(policy.weights, masks, policy.biases, strict=True):
+            for weights, biases in zip(policy.masked_weights, policy.biases, strict=True):
                 weight, bias = _row(weights, 2, task), torch.tensor(_row(biases, 1, task))
-                weight = weight if mask is None else weight * _row(mask, 2, task)
                 layer = torch.nn.Linear(*weight.shape).to(torch.from_numpy(weight).dtype)
                 layer.load_state_dict({"weight": torch.tensor(weight.T), "bias": bias})
                 self.layers.append(layer)

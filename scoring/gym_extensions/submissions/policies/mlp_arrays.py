@@ -91,15 +91,6 @@ def text_of(values: Array) -> str:
     return values.tobytes().decode("ascii", "replace")
 
 
-def task_rows(arrays: Arrays) -> int:
-    """Rows of the first array with an axis of tasks; 0 if none has one."""
-    for name, values in arrays.items():
-        key = key_of(name)
-        if key is not None and key.has_tasks and values.ndim > len(key.shape):
-            return len(values)
-    return 0
-
-
 def array_errors(arrays: Arrays) -> Iterator[str]:
     """The errors of the first kind of check that reports any: names, types, shapes, values."""
     for check in (_name_errors, _type_errors, _shape_errors, _value_errors):

@@ -5,7 +5,11 @@ agent is one short text that a reader can judge (docs/security.md).
 """
 
 import ast
+import contextlib
+import io
+import symtable
 import sys
+import tokenize
 from collections.abc import Iterator, Mapping
 from pathlib import PurePosixPath
 from typing import Any
@@ -27,14 +31,30 @@ MAX_STRING, MAX_STRINGS = 200, 10_000
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 
 
+REFUSED = (SyntaxError, ValueError, RecursionError, MemoryError)
+"""What Python raises for a text that it does not compile."""
+
+
+def decoded(data: bytes) -> str:
+    """The text of a file that Python compiles from UTF-8. Raises one of ``REFUSED`` for any other file.
+
+    Python obeys a first line such as ``# coding: utf-7``. The text that it runs would not be the one that
+    the rules judge and a person reads.
+    """
+    encoding, _ = tokenize.detect_encoding(io.BytesIO(data).readline)
+    if encoding != "utf-8":
+        raise SyntaxError(f"It declares the encoding {encoding}, and must be UTF-8")
+    text = data.decode("utf-8")
+    compile(text, "agent", "exec", dont_inherit=True)
+    return text
+
+
 def parsed(sources: Sources) -> dict[str, ast.Module]:
     """The files that are Python; ``not_python`` reports the others."""
     trees = {}
     for path, data in sources.items():
-        try:
-            trees[path] = ast.parse(data.decode("utf-8"))
-        except (SyntaxError, ValueError, RecursionError, MemoryError):
-            continue
+        with contextlib.suppress(*REFUSED):
+            trees[path] = ast.parse(decoded(data))
     return trees
 
 
@@ -52,15 +72,9 @@ def code_without_entry(sources: Sources, stated: Stated) -> Iterator[Finding]:
     if path not in sources:
         message = f"The entry is {quote(stated.get('entry'))}, and there is no {path[:80]}."
         yield Finding(f"{MANIFEST}, [agent] entry", message, did_you_mean(path[:80], sources))
-    elif path in (trees := parsed(sources)):
-        defined = set[str]()
-        for node in trees[path].body:
-            if isinstance(node, DEFINITIONS):
-                defined.add(node.name)
-            elif isinstance(node, ast.Import | ast.ImportFrom):
-                defined |= {each.asname or each.name for each in node.names}
-            elif isinstance(node, ast.Assign):
-                defined |= {each.id for each in node.targets if isinstance(each, ast.Name)}
+    elif path in parsed(sources):
+        symbols = symtable.symtable(decoded(sources[path]), path, "exec").get_symbols()
+        defined = [each.get_name() for each in symbols if each.is_assigned() or each.is_imported()]
         if name not in defined:
             message = f"It defines no {quote(name)}, the factory that submission.toml names."
             yield Finding(path, message, did_you_mean(name, defined))
@@ -76,14 +90,13 @@ def not_python(sources: Sources, stated: Stated) -> Iterator[Finding]:
         )
     for path, data in sources.items():
         try:
-            text = data.decode("utf-8")
-            ast.parse(text)
-        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            text = decoded(data)
+        except REFUSED as error:
             line = getattr(error, "lineno", None)
             message = getattr(error, "msg", None) or "It is not UTF-8, or nested too deeply"
             yield Finding(f"{path}, line {line}" if line else path, f"{message}.", "Correct it.")
             continue
-        for number, line in enumerate(text.splitlines(), 1):
+        for number, line in enumerate(text.replace("\r\n", "\n").split("\n"), 1):
             if len(line) > MAX_LINE:
                 message = f"The line has {len(line)} characters; the limit is {MAX_LINE}."
                 yield Finding(f"{path}, line {number}", message, "Break it.")

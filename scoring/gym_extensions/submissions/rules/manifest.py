@@ -237,7 +237,8 @@ def skeleton(text: str) -> str:
     """
     letters = unicodedata.normalize("NFKD", text).translate(LOOKALIKES).casefold()
     letters = letters.translate(str.maketrans("i1|0", "lllo")).replace("rn", "m")
-    return "".join(char for char in letters if char.isalnum())
+    # A text of symbols has no letters that could look alike.
+    return "".join(char for char in letters if char.isalnum()) or unicodedata.normalize("NFKC", text)
 
 
 @rule("manifest")
