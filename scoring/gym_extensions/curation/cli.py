@@ -158,6 +158,8 @@ def _train_here(options: argparse.Namespace) -> int:
                 try:
                     train_here.present(each, value)
                 except BenchError as error:
+                    if error.code in git.MACHINE_ERRORS:
+                        raise
                     print(f"{each.name} is left out: {error}", file=sys.stderr)
                 else:
                     due.append(each.name)

@@ -262,12 +262,12 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
         return sha256(f"{digest}/{run.name}/{cell.stage}/{cell.task}".encode()).hexdigest()
 
     cells = [(run, cell) for run in runs for cell in run.prescribed]
-    drawn, end = set(sorted(map(draw, cells))[:SAMPLE]), time.monotonic() + SAMPLE_SECONDS
+    end = time.monotonic() + SAMPLE_SECONDS
     repeated = episodes = 0
     problems: list[Problem] = []
-    for run, cell in cells:
-        if draw((run, cell)) not in drawn or time.monotonic() > end:
-            continue
+    for run, cell in sorted(cells, key=draw)[:SAMPLE]:
+        if time.monotonic() > end:
+            break
         result = verify.repetition(
             run, (cell,), next(played(run.request(submission, (cell,)), run.log.group))
         )

@@ -6,7 +6,6 @@ merged. Earlier versions keep theirs: attempts are counted.
 """
 
 import hashlib
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Literal, get_args
@@ -19,7 +18,7 @@ from gym_extensions.catalog.protocol import PROTOCOLS
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import REVIEW, max_bytes, read_regular
-from gym_extensions.submissions.run import RunDocument
+from gym_extensions.submissions.run import Date, RunDocument, Sha256
 
 Level = Literal["reported", "claimed", "verified", "trained here"]
 LEVELS: tuple[Level, ...] = get_args(Level)
@@ -30,8 +29,6 @@ NEW_SEEDS_ALPHA = 0.004
 """Probability of rejecting an honest submission by the test on new seeds."""
 
 Text = Annotated[str, Meta(max_length=4000)]
-Date = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]
-Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 Value = Annotated[str, Meta(pattern="^[0-9a-f]{8,128}$")]
 RunKey = Annotated[str, Meta(pattern=rf"^[a-z0-9-]+/({'|'.join(PROTOCOLS)})/run(0|[1-9]\d{{0,8}})$")]
 """The name of a run: ``hopper-gravity/sequential/run3``."""
@@ -104,7 +101,7 @@ def is_withdrawn(decisions: Iterable[Decision]) -> bool:
 
 def review_of(data: bytes) -> Review:
     """The review in the content of review.toml. Raises ``ValueError`` with what is wrong."""
-    return msgspec.convert(tomllib.loads(data.decode("utf-8")), Review)
+    return msgspec.toml.decode(data, type=Review)
 
 
 def read_review(folder: Path) -> Review:
@@ -245,7 +242,7 @@ def code_digest(sources: Mapping[str, bytes], entry: str) -> str:
 
 def training_of(data: bytes) -> Training:
     """The record in the content of its file. Raises ``ValueError`` with what is wrong."""
-    return msgspec.convert(tomllib.loads(data.decode("utf-8")), Training)
+    return msgspec.toml.decode(data, type=Training)
 
 
 def training_text(training: Training) -> str:

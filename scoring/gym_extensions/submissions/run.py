@@ -25,6 +25,7 @@ LONGEST = 200
 """Most characters of a name or version."""
 Text = Annotated[str, Meta(max_length=LONGEST)]
 Count = Annotated[int, Meta(ge=0, le=2**53 - 1)]
+Date = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]
 Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 Measure = Annotated[float, Meta(ge=0)]
 
@@ -125,7 +126,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     command: Annotated[str, Meta(max_length=4000)] = ""
     commit: Text = ""
     by: Text = ""
-    date: Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")] | None = None
+    date: Date | None = None
     versions: Versions
     packages: dict[Text, Text] = {}
     machine: Machine | None = None

@@ -254,11 +254,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.due:
         waiting = {}
         for submission in map(reader.read, folders):
-            if found := submission.problems:
-                text = f"{submission.name} is left out: {found[0].where}: {found[0].message} {found[0].hint}"
-                print(text, file=sys.stderr)
-            else:
+            try:
+                refuse_problems(submission.path, submission.problems)
                 waiting[submission.name] = after_merge.merged_at(submission)
+            except BenchError as error:
+                if error.code in git.MACHINE_ERRORS:
+                    raise
+                print(f"{submission.name} is left out: {error}", file=sys.stderr)
         print(json.dumps(sorted(filter(waiting.get, waiting), key=waiting.__getitem__)))
         return 0
     status = 0

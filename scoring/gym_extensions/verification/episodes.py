@@ -188,10 +188,6 @@ def play(call: Mapping[str, Any]) -> Iterator[Any]:
         yield from ([number, msgspec.to_builtins(part)] for part in played(request, group))
 
 
-def _nothing(_: int) -> None:
-    """Listens to no number of cells."""
-
-
 @dataclass(frozen=True)
 class Player:
     """Runs episodes of stored policies in processes with limits, and keeps the outcomes of cells in a folder.
@@ -213,8 +209,8 @@ class Player:
     groups: Sequence[str] = ()
     jobs: int = 1
     hours: float = HOURS
-    started: Callable[[int], None] = _nothing
-    done: Callable[[int], None] = _nothing
+    started: Callable[[int], None] = lambda cells: None
+    done: Callable[[int], None] = lambda cells: None
 
     @cached_property
     def _machine(self) -> list[str]:

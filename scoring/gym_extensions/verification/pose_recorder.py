@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.groups import TaskGroup, with_custom
+from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.documents import filled
 from gym_extensions.envs import fingerprinting, rollout
@@ -75,7 +75,7 @@ def coordinates(states: Mapping[str, Any], episode: int) -> Array:
 def record(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: the motion in each cell of a run, in the order of the cells."""
     request = msgspec.convert(call["run"], RunRequest)
-    group = with_custom(call["groups"])[request.group]
+    group = GROUPS[request.group]
     policies = stored_policies(request, group)
     for cell, episode in zip(request.cells, call["episodes"], strict=True):
         timing = timing_of(group.tasks[cell.task])
@@ -122,7 +122,7 @@ def poses_of(run: verify.LoggedRun, submission: Submission, fetcher: Fetcher | N
     request = run.request(submission, tuple(cells), fetcher)
     returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}
     episodes = [shown_episode(returns[key]) for key in keys]
-    call = {"run": msgspec.to_builtins(request), "groups": [], "episodes": episodes}
+    call = {"run": msgspec.to_builtins(request), "episodes": episodes}
     clips: dict[tuple[int, int], store.Clip] = {}
     found = limits.answers(JOB, call, limits_of([request]))
     for key, episode, values in zip(keys, episodes, found, strict=True):
