@@ -2,7 +2,8 @@
 
 import pytest
 
-from gym_extensions.scoring.scorecard import ReferenceValue, TaskChange
+from gym_extensions.scoring.scorecard import CoreGroup, ReferenceValue, TaskChange
+from gym_extensions.site.pages.overview import Cell
 from gym_extensions.site.submission_results import change_tint, tint
 
 
@@ -36,3 +37,8 @@ def test_tints_of_a_matrix_reach_its_highest_score() -> None:
         "h5",
         "h10",
     ]
+
+
+@pytest.mark.parametrize(("score", "tinted"), [(-0.2, "below"), (-0.03, "h0"), (0.25, "h3"), (1.2, "h10")])
+def test_the_table_of_methods_has_the_same_tints(score: float, tinted: str) -> None:
+    assert Cell(CoreGroup(score), "best").tint == tinted == tint(score, ReferenceValue(0.0, 1.0, False))

@@ -202,9 +202,12 @@ def tint(value: float, reference: ReferenceValue | None, top: float = 1.0) -> st
     ``top`` is the score with the strongest tint, the highest of the matrix or 1 if that is higher.
     """
     share = reference.normalize(value) if reference else None
-    if share is None:
-        return "open"
-    level = math.floor(share / top * STEPS + 0.5)
+    return "open" if share is None else shade(share / top)
+
+
+def shade(share: float) -> str:
+    """The class of a share of the strongest tint, to the nearest tenth."""
+    level = math.floor(share * STEPS + 0.5)
     return "below" if level < 0 else f"h{min(level, STEPS)}"
 
 

@@ -9,7 +9,7 @@ from itertools import takewhile
 from markupsafe import Markup, escape
 
 from gym_extensions.catalog.groups import SUITES
-from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.catalog.protocol import BUDGETS, STANDARD_BUDGET
 from gym_extensions.metrics.formulas import BY_NAME
 from gym_extensions.metrics.values import Estimate
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
@@ -200,6 +200,8 @@ def budget_steps(name: str, group_id: str) -> str:
     return f"{grouped(BUDGETS[name].steps_for(split_version(group_id)[0]))} training steps per task"
 
 
+STANDARD_STEPS = BUDGETS[STANDARD_BUDGET].batches * BUDGETS[STANDARD_BUDGET].batch_steps
+"""Training steps per task of the standard boards and of the reference agents."""
 COLUMN_NAMES = {
     "final_performance": "Kept",
     "learning_performance": "Learned",

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gym_extensions.scoring.submission.suites import claim_of, core_score
+from gym_extensions.scoring.submission.suites import claim_of, core_score, run_cost
 
 from .conftest import (
     FINAL,
@@ -19,6 +19,7 @@ from .conftest import (
     row,
     trained,
     with_episodes,
+    with_logs,
 )
 
 
@@ -46,6 +47,15 @@ def test_the_first_edition_ranks_verified_runs_and_those_that_were_trained_here(
     new = row(board, "new")
     assert (new.level, new.trained_here) == ("trained here", True)
     assert new.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(2, 0.7).values())), rel=1e-12)
+
+
+def test_the_cost_is_that_of_the_runs_that_are_compared(on_core: OnCore) -> None:
+    card = trained(on_core("new", normal(1, 0.5)), normal(2, 0.7))
+    run = card.groups[GROUPS[0]]["sequential"].provenance[0]
+    own = with_logs(card, provenance=(replace(run, steps=999),))
+    cost = run_cost(replace(own, core=core_score(own)))
+    assert cost is not None
+    assert cost.steps == row(board_of([own]), "new").cost.steps == len(GROUPS) * run.steps
 
 
 def test_the_second_edition_ranks_what_was_trained_here_alone(on_core: OnCore) -> None:

@@ -112,6 +112,21 @@ def test_a_cell_says_how_a_method_compares_with_the_best_of_its_list_on_the_grou
     assert view.numbers(part).split(";")[0].endswith(" - - - - -")
 
 
+def test_an_authors_own_runs_are_not_those_that_the_core_compares() -> None:
+    logs = {name: own["sequential"] for name, own in KEEPER["groups"].items()}
+    trained = {name: log | {"level": "trained here"} for name, log in logs.items()}
+    for budget in ("100k", "300k"):
+        own = {name: {"sequential": log | {"budget": budget}} for name, log in logs.items()}
+        view = overview_of(KEEPER | {"groups": own, "trained": trained}, LOSER)
+        assert "more than every other. 5 runs" in view.statement()
+        assert {cell.kind for cell in view.cells(view.ranked[0])} == {"untested"}
+
+
+def test_a_method_that_learned_nothing_is_not_said_to_have_learned_little() -> None:
+    page = dict(files({**everything(), "submissions": [KEEPER, method("nothing", 0.0, 0.0)]}))["index.html"]
+    assert "nothing learned</i>" in page and "little learned</i>" not in page
+
+
 def test_a_method_that_lacks_groups_says_which() -> None:
     (part,) = typed({**everything(), "submissions": [method("part", 1, 1, GROUPS[2:])]}).submissions
     assert part.core is not None

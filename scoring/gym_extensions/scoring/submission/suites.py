@@ -322,11 +322,14 @@ def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
 
 
 def run_cost(card: scorecard.Scorecard) -> scorecard.RunCost | None:
-    """What a run of a submission takes; None where no run is documented."""
-    names = list(card.core.groups if card.core else card.groups)
-    protocol = min((each for name in names for each in card.groups[name]), key=PROTOCOLS.index, default="")
-    logs = [log.provenance for name in names if (log := card.groups[name].get(protocol)) and log.provenance]
-    return _total(logs) if logs else None
+    """What a run takes of those that the core compares, else of all; None where no run is documented."""
+    logs = core_logs(card)
+    if card.core is None:
+        used = {protocol for each in card.groups.values() for protocol in each}
+        protocol = min(used, key=PROTOCOLS.index, default="")
+        logs = {name: log for name, each in card.groups.items() if (log := each.get(protocol))}
+    found = [log.provenance for log in logs.values() if log.provenance]
+    return _total(found) if found else None
 
 
 def _total(groups: Sequence[Sequence[scorecard.RunProvenance]]) -> scorecard.RunCost:

@@ -22,8 +22,9 @@ from gym_extensions.site.charts.svg import Scale, scale_around
 from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.forgetting import forgetting
-from gym_extensions.site.submission_results import SEQUENTIAL
+from gym_extensions.site.submission_results import SEQUENTIAL, shade
 from gym_extensions.site.text import count, ends, mean, short, split_version
+from gym_extensions.submissions.review import TRAINED_HERE
 
 MOST_IN_TRIANGLE = 12
 """Methods whose pairs are shown."""
@@ -72,8 +73,7 @@ class Cell:
     @property
     def tint(self) -> str:
         """The class of its colour: a step per tenth of the score."""
-        score = self.value.mean if self.value and self.value.mean is not None else 0.0
-        return "below" if score < 0 else f"h{min(10, round(10 * score))}"
+        return shade(self.value.mean if self.value and self.value.mean is not None else 0.0)
 
 
 @dataclass(frozen=True)
@@ -102,12 +102,17 @@ class Overview:
 
     @cached_property
     def _on_groups(self) -> dict[tuple[str, str], tuple[BoardRow, bool]]:
-        """By group and name, the row on the board of the group, and whether it is first of those ranked."""
+        """By group and name, the row on the board of the group, and whether it is first of those ranked.
+
+        Without the author's own runs where those that were trained here are compared.
+        """
+        here = {row.name for row in self.board.rows if row.trained_here}
         return {
             (each.group, row.name): (row, at == 0 and row.ranked)
             for each in self.boards
             if each.protocol == SEQUENTIAL and each.budget == self.board.budget
             for at, row in enumerate(each.rows)
+            if row.level == TRAINED_HERE or row.name not in here
         }
 
     def cells(self, row: CoreRow) -> list[Cell]:
@@ -157,14 +162,14 @@ class Overview:
         if not won:
             return start + Markup("has the highest mean, {}; no difference is significant.").format(score)
         is_clear = len(won) == len(others)
-        found = [self._on_groups[group, first.name] for group in self.board.groups]
+        found = [row for group in self.board.groups if (row := self._on_groups.get((group, first.name)))]
+        alone = sum(row.metrics[core.FINAL].rank == (1, 1) for row, _ in found)
         looks = sorted({pair.look for pair in won})
         return start + Markup(LEADS).format(
             "keeps most" if is_clear else "has the highest mean",
             score,
             "every other" if is_clear else f"{len(won)} of {len(others)} others",
-            sum(row.metrics[core.FINAL].rank == (1, 1) for row, _ in found),
-            count(len(found), "group"),
+            f", alone first in {alone} of {count(len(found), 'group')}" if found else "",
             " to ".join(map(str, dict.fromkeys((looks[0], looks[-1])))),
             PRELIMINARY if any(pair.exploratory for pair in won) else ".",
         )
@@ -226,7 +231,7 @@ NAME = Markup("<strong><bdi>{}</bdi></strong>")
 PRELIMINARY = Markup('; <a href="metrics.html#core">preliminary</a>.')
 ALONE = "{} is the only method with all runs of the core suite so far; it keeps {}."
 FALLS = "Trained task after task, {} falls from {} to {} (expert: 1). "
-LEADS = "{}, {}: significantly more than {}, alone first in {} of {}. {} runs{}"
+LEADS = "{}, {}: significantly more than {}{}. {} runs{}"
 """The sentences of the statement."""
 
 
