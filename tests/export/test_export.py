@@ -17,7 +17,7 @@ from gym_extensions import policies
 from gym_extensions.errors import BenchError
 from gym_extensions.export import cli, hugging_face, zoo as zoo_export
 from gym_extensions.references import experts
-from gym_extensions.results.frames import EPISODE_DTYPES
+from gym_extensions.results.frames import dtypes_of, episodes
 from gym_extensions.scoring.pipeline import make_scorer
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.review import Decision, Review, write_review
@@ -76,8 +76,8 @@ def test_croissant_describes_every_file_and_column(repositories: Path) -> None:
     content = (folder / file["contentUrl"]).read_bytes()
     assert file["sha256"] == hashlib.sha256(content).hexdigest()
     [records] = metadata["recordSet"]
-    assert [field["name"] for field in records["field"]] == list(EPISODE_DTYPES)
-    assert content.splitlines()[0].decode().split(",") == list(EPISODE_DTYPES)
+    assert [field["name"] for field in records["field"]] == list(dtypes_of(episodes))
+    assert content.splitlines()[0].decode().split(",") == list(dtypes_of(episodes))
 
 
 @pytest.mark.committed

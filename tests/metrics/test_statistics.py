@@ -207,21 +207,3 @@ def test_shares_of_the_interquartile_mean_have_its_mean_and_its_standard_error()
         for _ in range(400)
     ]
     assert np.mean(errors) ** 0.5 == pytest.approx(np.std(means), rel=0.1)
-
-
-def test_equal_means_of_two_are_tested_by_welch_s_t_test_and_of_more_by_his_analysis_of_variance() -> None:
-    rng = np.random.default_rng(4)
-    groups = [rng.normal(mean, width, size) for mean, width, size in ((0, 1, 8), (1, 3, 12), (0.5, 0.3, 5))]
-    estimates = [summary(each.tolist()) for each in groups]
-    assert statistics.equal_means_p(estimates[:2]) == pytest.approx(
-        statistics.zero_mean_p(statistics.subtract(*estimates[:2])), rel=1e-9
-    )
-    assert statistics.equal_means_p(estimates) == pytest.approx(
-        stats.f_oneway(*groups, equal_var=False).pvalue, rel=1e-9
-    )
-
-
-def test_means_without_variance_are_equal_or_not() -> None:
-    constant, other = summary([1.0, 1.0]), summary([1.0, 3.0])
-    assert statistics.equal_means_p([constant, constant]) == 1
-    assert statistics.equal_means_p([constant, other]) == 0

@@ -4,12 +4,15 @@ import math
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 from jinja2 import Environment, FileSystemLoader
+from scipy import stats
 
+from gym_extensions.metrics.statistics import subtract, summary, zero_mean_p
 from gym_extensions.site.text import fixed
 from tools.findings import bases, findings
-from tools.findings.bases import GROUPS, base_by_addition, submission
+from tools.findings.bases import GROUPS, base_by_addition, equal_means_p, submission
 
 
 def runs(*means: float) -> dict[str, list[float]]:
@@ -51,6 +54,22 @@ def test_an_effect_is_the_mean_difference_from_the_base_over_the_groups() -> Non
     assert table.agreement == pytest.approx({("trpo", "ppo"): -1 / 3})
     assert {"sac64", "sac64-reset", "packnet-tuned", "ppo-snapshots-tuned"} < set(table.missing)
     assert not {"trpo", "ppo-reset-tuned"} & set(table.missing)
+
+
+def test_equal_means_of_two_are_tested_by_welch_s_t_test_and_of_more_by_his_analysis_of_variance() -> None:
+    rng = np.random.default_rng(4)
+    groups = [rng.normal(mean, width, size) for mean, width, size in ((0, 1, 8), (1, 3, 12), (0.5, 0.3, 5))]
+    estimates = [summary(each.tolist()) for each in groups]
+    assert equal_means_p(estimates[:2]) == pytest.approx(zero_mean_p(subtract(*estimates[:2])), rel=1e-9)
+    assert equal_means_p(estimates) == pytest.approx(
+        stats.f_oneway(*groups, equal_var=False).pvalue, rel=1e-9
+    )
+
+
+def test_means_without_variance_are_equal_or_not() -> None:
+    constant, other = summary([1.0, 1.0]), summary([1.0, 3.0])
+    assert equal_means_p([constant, constant]) == 1
+    assert equal_means_p([constant, other]) == 0
 
 
 def test_the_section_names_what_has_no_runs_and_claims_nothing_of_it() -> None:

@@ -1,13 +1,14 @@
 """What docs/findings.md says of the same additions to TRPO, PPO and SAC, from the runs that there are."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import fdtrc
 
 from gym_extensions.metrics.statistics import (
-    equal_means_p,
+    Summary,
     holm_adjusted,
     mean_of_groups,
     subtract,
@@ -32,6 +33,23 @@ def submission(base: str, addition: str = "") -> str:
     if not addition:
         return ALONE[base]
     return {"trpo": of_edition(addition, 2), "ppo": f"ppo-{addition}-tuned"}.get(base, f"{base}-{addition}")
+
+
+def equal_means_p(estimates: Sequence[Summary]) -> float:
+    """The p value of equal means of two or more independent estimates (Welch 1951).
+
+    Their variances may differ. Of two it is that of Welch's t test. If one has no variance, it is 1 for equal
+    means and 0 for others.
+    """
+    means, errors, df = np.array([(each.mean, each.squared_error, each.df) for each in estimates]).T
+    if not errors.all():
+        return float((means == means[0]).all())
+    weights, count = 1 / errors, len(means)
+    shares = weights / weights.sum()
+    between = weights @ (means - shares @ means) ** 2 / (count - 1)
+    spread = ((1 - shares) ** 2 / df).sum() / (count * count - 1)
+    p = fdtrc(count - 1, 1 / (3 * spread), between / (1 + 2 * (count - 2) * spread))
+    return float(f"{p:.12g}")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtr, fdtrc, stdtr, stdtrit
+from scipy.special import fdtr, stdtr, stdtrit
 
 from gym_extensions.errors import BenchError
 
@@ -199,22 +199,6 @@ def zero_mean_p(estimate: Summary) -> float:
     if estimate.mean == 0 or estimate.squared_error == 0:
         return float(estimate.mean == 0)
     return _rounded(2 * stdtr(estimate.df, -abs(estimate.mean) / math.sqrt(estimate.squared_error)))
-
-
-def equal_means_p(estimates: Sequence[Summary]) -> float:
-    """The p value of equal means of two or more independent estimates (Welch 1951).
-
-    Their variances may differ. Of two it is that of Welch's t test. If one has no variance, it is 1 for equal
-    means and 0 for others.
-    """
-    means, errors, df = np.array([(each.mean, each.squared_error, each.df) for each in estimates]).T
-    if not errors.all():
-        return float((means == means[0]).all())
-    weights, count = 1 / errors, len(means)
-    shares = weights / weights.sum()
-    between = weights @ (means - shares @ means) ** 2 / (count - 1)
-    spread = ((1 - shares) ** 2 / df).sum() / (count * count - 1)
-    return _rounded(fdtrc(count - 1, 1 / (3 * spread), between / (1 + 2 * (count - 2) * spread)))
 
 
 def smaller_spread_p(

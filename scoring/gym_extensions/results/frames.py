@@ -39,19 +39,14 @@ def columns_of(function: Callable[..., pd.DataFrame]) -> list[tuple[str, str, st
     return [(column.strip("`"), dtype, value) for column, dtype, value in rows]
 
 
-KEY_DTYPES = {"submission": "str", "group": "str", "protocol": "str", "run": "int64"}
-CURVE_DTYPES = KEY_DTYPES | {"task": "str", "step": "int64", "return": "float64"}
-"""The columns of training curves."""
+def dtypes_of(function: Callable[..., pd.DataFrame]) -> dict[str, str]:
+    """The dtype of every column, from the same table; a row may name several columns."""
+    return {name: dtype for names, dtype, _ in columns_of(function) for name in names.split(", ")}
 
 
 def concat(frames: Sequence[pd.DataFrame], dtypes: Mapping[str, str]) -> pd.DataFrame:
     """The frames below each other, with these columns and dtypes also without rows."""
     return typed(pd.concat(frames, ignore_index=True)[list(dtypes)] if frames else (), dtypes)
-
-
-EPISODE_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "episode": "int64", "seed": "int64"}
-EPISODE_DTYPES |= {"length": "int64", "return": "float64", "terminated": "bool", "success": "boolean"}
-EPISODE_DTYPES |= {"fingerprint": "str"}
 
 
 def episodes(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
@@ -99,7 +94,7 @@ def episodes(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
         for submission, group_id, group in read_groups(submissions, groups)
         for protocol, log in group.logs.items()
     ]
-    return concat(frames, EPISODE_DTYPES)
+    return concat(frames, dtypes_of(episodes))
 
 
 def curves(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
@@ -127,11 +122,7 @@ def curves(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
         for curve in document.curves
         for step, value in zip(curve.steps, curve.returns, strict=True)
     )
-    return typed(rows, CURVE_DTYPES)
-
-
-EVALUATION_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "step": "int64", "trained": "float64"}
-EVALUATION_DTYPES |= {"episodes": "int64", "return": "float64"}
+    return typed(rows, dtypes_of(curves))
 
 
 def evaluations(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
@@ -163,7 +154,7 @@ def evaluations(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
         for submission, group_id, group in read_groups(submissions, groups)
         if submission.manifest is not None
     ]
-    return concat(frames, EVALUATION_DTYPES)
+    return concat(frames, dtypes_of(evaluations))
 
 
 def _evaluations_of(group: SubmittedGroup, budget: Budget) -> pd.DataFrame:

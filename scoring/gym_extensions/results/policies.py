@@ -14,18 +14,13 @@ from gym_extensions.catalog.states import states
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.statistics import Summary, mean_of_groups, summary, to_interval
 from gym_extensions.references import load_references
-from gym_extensions.results.frames import KEY_DTYPES, read_groups
+from gym_extensions.results.frames import dtypes_of, read_groups
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths
 from gym_extensions.submissions import diagnostics, layout
 from gym_extensions.submissions.policies import files, mlp_arrays
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.run import RunDocument
-
-POLICY_DTYPES = {"submission": "str", "method": "str", **KEY_DTYPES, "stage": "int64", "task": "str"}
-POLICY_DTYPES |= {"returns": "object", "scores": "object", "parameters": "Int64", "norms": "object"}
-POLICY_DTYPES |= {"ranks": "object", "inactive": "object", "distances": "object", "kl": "object"}
-POLICY_DTYPES |= {"drift": "object", "why": "str"}
 
 
 def policies(submissions: Paths = "submissions", *, groups: Groups = ()) -> pd.DataFrame:
@@ -82,7 +77,7 @@ def policies(submissions: Paths = "submissions", *, groups: Groups = ()) -> pd.D
                         for expert, mean in zip(experts, means, strict=True)
                     )
                     rows.append((*keys, stage, task, tuple(means), scores, *astuple(diagnosis), why))
-    return typed(rows, POLICY_DTYPES)
+    return typed(rows, dtypes_of(policies))
 
 
 def _stages(document: RunDocument, group: TaskGroup) -> tuple[list[int], list[int | None]]:
@@ -118,9 +113,6 @@ def _diagnosed(
         yield diagnoses or [Diagnosis()] * len(files.policy_keys(document.protocol, group)), why
 
 
-PREDICTION_DTYPES = {"submission": "str", "predictor": "str", "kind": "str"}
-PREDICTION_DTYPES |= {"groups": "int64", "runs": "int64"}
-PREDICTION_DTYPES |= dict.fromkeys(("mean", "low", "high"), "float64")
 FEWEST_RUNS = 4
 """Of a group, for an interval over runs by the jackknife."""
 
@@ -162,7 +154,7 @@ def forgetting_predictors(policies: pd.DataFrame) -> pd.DataFrame:
     for key, parts in found.items():
         each = to_interval(mean_of_groups(parts))
         rows.append((*key, len(parts), min(part.runs for part in parts), each.mean, each.low, each.high))
-    return typed(rows, PREDICTION_DTYPES)
+    return typed(rows, dtypes_of(forgetting_predictors))
 
 
 def _changes(frame: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
@@ -200,10 +192,6 @@ def _correlation(first: mlp_arrays.Array, second: mlp_arrays.Array, *, is_within
     return replace(summary([whole + (len(runs) - 1) * (whole - other) for other in others]), mean=whole)
 
 
-NETWORK_DTYPES = {"submission": "str", "measure": "str", "layer": "int64", "groups": "int64", "runs": "int64"}
-NETWORK_DTYPES |= dict.fromkeys(("untrained", "first", "last", "change", "low", "high"), "float64")
-
-
 def network_changes(policies: pd.DataFrame) -> pd.DataFrame:
     """Whether the networks of a method lose rank, saturate or grow from the first task to the last one.
 
@@ -239,4 +227,4 @@ def network_changes(policies: pd.DataFrame) -> pd.DataFrame:
         ends = to_interval(change)
         last = np.mean([each.iloc[:, -1].mean() for each in groups])
         rows.append((*key, len(groups), change.runs, *means, last, ends.mean, ends.low, ends.high))
-    return typed(rows, NETWORK_DTYPES)
+    return typed(rows, dtypes_of(network_changes))

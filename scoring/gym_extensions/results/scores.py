@@ -10,7 +10,7 @@ import pandas as pd
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS, SUITES, Groups, TaskGroup, with_custom
 from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET, stages
 from gym_extensions.errors import BenchError, did_you_mean, require_known
-from gym_extensions.results.frames import KEY_DTYPES
+from gym_extensions.results.frames import dtypes_of
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.output import board_frames
 from gym_extensions.scoring.pipeline import Paths, make_scorer, valid_scorecards
@@ -194,10 +194,6 @@ def core_variants(submissions: Paths = "submissions") -> pd.DataFrame:
     return board_frames.core_variants_frame(_core_board(submissions))
 
 
-EFFECT_DTYPES = {"submission": "str", "group": "str", "budget": "str", "runs": "int64", "metric": "str"}
-EFFECT_DTYPES |= {"kind": "str", "level": "str"} | dict.fromkeys(("mean", "low", "high"), "float64")
-
-
 def order_effects(
     submissions: Paths = "submissions", *, groups: Groups = (), references: str | Path | None = None
 ) -> pd.DataFrame:
@@ -235,11 +231,7 @@ def order_effects(
         for level, value in levels
         if (ends := (value.low, value.high)) and value.mean is not None
     )
-    return board_frames.typed(rows, EFFECT_DTYPES)
-
-
-LANDSCAPE_DTYPES = {"submission": "str", "group": "str", "share": "str", "runs": "int64"}
-LANDSCAPE_DTYPES |= dict.fromkeys(("mean", "low", "high"), "float64")
+    return board_frames.typed(rows, dtypes_of(order_effects))
 
 
 def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
@@ -274,14 +266,11 @@ def landscapes(submissions: Paths = "submissions") -> pd.DataFrame:
         if group.id in of_submission
         for share, value in summary(of_submission[group.id], group, top).items()
     ]
-    return board_frames.typed(rows, LANDSCAPE_DTYPES)
+    return board_frames.typed(rows, dtypes_of(landscapes))
 
 
 def _core_board(submissions: Paths) -> CoreBoard | None:
     return core_board(list(valid_scorecards(submissions, make_scorer(only=("core",))).values()))
-
-
-SCORE_DTYPES = KEY_DTYPES | {"stage": "int64", "task": "str", "return": "float64", "normalized": "float64"}
 
 
 def scores(
@@ -332,7 +321,7 @@ def scores(
         for number, means in zip(stages(protocol, len(score.tasks)), matrix, strict=True)
         for task, mean in zip(score.tasks, means, strict=True)
     )
-    frame = board_frames.typed(rows, SCORE_DTYPES)
+    frame = board_frames.typed(rows, dtypes_of(scores))
     if stage is not None:
         frame = frame[frame["stage"] == (frame["stage"].max() if stage == -1 else stage)]
     return frame.reset_index(drop=True)
