@@ -164,8 +164,7 @@ def missing_reasons(results: Sequence[SubmissionResult]) -> tuple[str, ...]:
 
 def separate_groups(card: Scorecard) -> tuple[str, ...]:
     """The groups whose results have a page of their own: all, if there are several."""
-    groups = tuple(dict.fromkeys(result.group for result in results_of(card.groups)))
-    return groups if len(groups) > 1 else ()
+    return tuple(sorted(card.groups, key=group_order)) if len(card.groups) > 1 else ()
 
 
 def page_of(card: Scorecard, group: str) -> str:

@@ -105,6 +105,11 @@ def row(board: CoreBoard, name: str) -> CoreRow:
     return next(submission for submission in board.rows if submission.name == name)
 
 
+def ranked(board: CoreBoard) -> int:
+    """The number of ranked submissions of both lists."""
+    return sum(each.ranked for each in board.lists)
+
+
 def pair_of(board: CoreBoard, first: str, second: str, metric: str = FINAL) -> CorePair:
     found = board.pair(metric, first, second)
     assert found is not None

@@ -16,6 +16,7 @@ from .conftest import (
     Values,
     board_of,
     normal,
+    ranked,
     row,
     trained,
     with_episodes,
@@ -35,7 +36,7 @@ def test_copies_and_marks_are_of_the_runs_that_were_trained_here(on_core: OnCore
     }
     cards = [with_episodes(trained(on_core(name, own), here)) for name, (own, here) in made.items()]
     board = board_of(cards)
-    assert board.ranked == 4  # no copies: only the claims have common episodes
+    assert ranked(board) == 4  # no copies: only the claims have common episodes
     assert {each.name for each in board.rows if each.alike} == {"runs"}
 
 
@@ -43,7 +44,7 @@ def test_the_first_edition_ranks_verified_runs_and_those_that_were_trained_here(
     source = on_core("a", normal(1, 0.5))
     card = replace(trained(source, normal(2, 0.7)), name="new")
     board = board_of([card, on_core("trpo", normal(3, 0.3))])
-    assert (board.edition, board.ranked) == (1, 2)
+    assert (board.edition, ranked(board)) == (1, 2)
     new = row(board, "new")
     assert (new.level, new.trained_here) == ("trained here", True)
     assert new.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(2, 0.7).values())), rel=1e-12)
@@ -62,7 +63,7 @@ def test_the_second_edition_ranks_what_was_trained_here_alone(on_core: OnCore) -
     trpo = trained(on_core("trpo", normal(3, 0.3)), normal(4, 0.3))
     other = trained(on_core("other", normal(3, 0.9)), normal(4, 0.9))
     board = board_of([trpo, other, on_core("verified", normal(1, 0.95))])
-    assert (board.edition, board.ranked) == (2, 2)
+    assert (board.edition, ranked(board)) == (2, 2)
     last = row(board, "verified")
     assert (last.ranked, last.why, board.rows[-1].name) == (False, "Not trained here.", "verified")
     assert last.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(1, 0.95).values())), rel=1e-12)

@@ -11,7 +11,7 @@ from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.model import compile_model
 from gym_extensions.envs.range_beams import FANS
-from gym_extensions.site.play.stroboscopes import placed
+from gym_extensions.site.play.watch import placed
 
 SIDE = (90.0, 0.0)
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.catalog.descriptions import descriptions
-from gym_extensions.site.play.stroboscopes import stroboscopes
-from gym_extensions.site.play.watch import Episode
+from gym_extensions.site.play.watch import Episode, stroboscopes
 from gym_extensions.submissions.poses import motion_of
 
 from .test_watch import panel_of, poses_of

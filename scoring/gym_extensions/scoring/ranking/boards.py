@@ -264,11 +264,6 @@ class CoreBoard:
         """The submissions of both lists."""
         return tuple(row for each in self.lists for row in each.rows)
 
-    @property
-    def ranked(self) -> int:
-        """The number of ranked submissions of both lists."""
-        return sum(each.ranked for each in self.lists)
-
     def pair(self, metric: str, first: str, second: str) -> CorePair | None:
         """The pair of two submissions, in any order; None if they are not compared."""
         names = {first, second}

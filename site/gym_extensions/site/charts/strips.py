@@ -83,7 +83,7 @@ def ruler(scale: Scale) -> Markup:
         if mark in {0.0, 1.0}
         or min(abs(scale.at(mark) - scale.at(key)) for key in (0.0, 1.0)) > TICK_DISTANCE
     )
-    return Markup(f'<svg class="ruler" viewBox="0 0 {WIDTH} 16" aria-hidden="true">{marks}</svg>')
+    return picture("ruler", str(WIDTH), "16", "", marks)
 
 
 def _drawn(value: Shown, scale: Scale, label: str, before: str = "") -> Markup:

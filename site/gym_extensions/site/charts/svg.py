@@ -1,7 +1,4 @@
-"""SVG that the charts share: scales with round ticks, lines, texts, tick labels and the picture itself.
-
-Charts are pure functions from numbers to markup. Colours come from the style sheet.
-"""
+"""SVG that the charts share: scales with round ticks, lines, texts, tick labels and the picture itself."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -65,10 +62,13 @@ def px(value: float) -> str:
     return f"{value:.1f}".replace("-0.0", "0.0").removesuffix(".0")
 
 
-def picture(kind: str, width: str, height: str, label: str, body: str) -> Markup:
-    """An ``svg`` element of class ``kind`` with a label for screen readers, which do not see one without."""
+def picture(kind: str, width: str, height: str, label: str, body: str, *, drawn: str = "") -> Markup:
+    """An ``svg`` element of class ``kind`` with a label for screen readers, which do not see one without.
+
+    ``drawn``: further attributes, with a space before the first.
+    """
     read = f'role="img" aria-label="{escape(label)}"' if label else 'aria-hidden="true"'
-    return Markup(f'<svg class="{kind}" viewBox="0 0 {width} {height}" {read}>{body}</svg>')
+    return Markup(f'<svg class="{kind}" viewBox="0 0 {width} {height}" {read}{drawn}>{body}</svg>')
 
 
 def stroke(x1: float, y1: float, x2: float, y2: float, kind: str) -> str:

@@ -310,5 +310,4 @@ def scale() -> Markup:
         f'<path class="t{tint}" stroke-width="10" d="M{tint * width} 5h{width}"/>'
         for tint in range(TINTS + 1)
     )
-    box = f"0 0 {width * (TINTS + 1)} 10"
-    return Markup(f'<svg class="landscape tints" viewBox="{box}" aria-hidden="true">{cells}</svg>')
+    return svg.picture("landscape tints", str(width * (TINTS + 1)), "10", "", cells)

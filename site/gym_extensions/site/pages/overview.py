@@ -3,27 +3,31 @@
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import sub
+from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
 from gym_extensions.baselines import algorithms
+from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics.formulas import CORE_METRICS
 from gym_extensions.scoring.ranking.boards import Board, BoardRow, CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.scoring.ranking.wanted import Wanted, wanted
 from gym_extensions.scoring.scorecard import CoreGroup, Scorecard
-from gym_extensions.site import text
+from gym_extensions.scoring.submission.suites import core_logs
 from gym_extensions.site.board_views import Leaderboard
+from gym_extensions.site.charts import svg
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
-from gym_extensions.site.charts.svg import Scale, scale_around
 from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.play.forgetting import forgetting
-from gym_extensions.site.submission_results import SEQUENTIAL, shade
-from gym_extensions.site.text import count, ends, mean, short, split_version
+from gym_extensions.site.play.watch import Episode, stroboscopes, watched
+from gym_extensions.site.submission_results import SEQUENTIAL, SubmissionResult, shade
+from gym_extensions.site.text import count, ends, fixed, mean, short, split_version, variation
+from gym_extensions.submissions.poses import Poses, load_submission, motion_of
 from gym_extensions.submissions.review import TRAINED_HERE
 
 MOST_IN_TRIANGLE = 12
@@ -92,13 +96,13 @@ class Overview:
         return next(filter(None, found), [])
 
     @cached_property
-    def scale(self) -> Scale:
+    def scale(self) -> svg.Scale:
         """The scale of the strips, the same in both lists, with every interval and 0."""
         levels = [
             end for each in self.board.references for end in each.value.ends or (each.value.mean or 0.0,)
         ]
         reach = [*core.ends_of(self.board.rows), *levels]
-        return scale_around(reach, MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
+        return svg.scale_around(reach, MARGIN, WIDTH - MARGIN, always=(0.0, 0.5))
 
     @cached_property
     def _on_groups(self) -> dict[tuple[str, str], tuple[BoardRow, bool]]:
@@ -217,10 +221,6 @@ class Overview:
         """The number of methods whose runs were logged in the first arithmetic."""
         return sum(self.cards[row.name].arithmetic == 1 for row in self.board.rows)
 
-    def minutes(self, row: CoreRow) -> str:
-        """The processor time of a run of the core in minutes; a dash where a group does not state it."""
-        return "–" if row.cost.cpu_seconds is None else text.fixed(row.cost.cpu_seconds / 60, 0)
-
     def tuning(self, row: CoreRow) -> int | None:
         """The steps spent on choosing the settings."""
         manifest = self.cards[row.name].manifest
@@ -233,6 +233,114 @@ ALONE = "{} is the only method with all runs of the core suite so far; it keeps 
 FALLS = "Trained task after task, {} falls from {} to {} (expert: 1). "
 LEADS = "{}, {}: significantly more than {}{}. {} runs{}"
 """The sentences of the statement."""
+
+X, Y = (52.0, 306.0), (92.0, 10.0)
+"""Left and right, bottom and top of the scores by stage."""
+BEGINNING = 2
+"""Drawn is twice the time of the shortest episode, so that its end is seen on a large scale."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A method on the task that is forgotten."""
+
+    name: str
+    title: str
+    result: SubmissionResult  # of its group
+    task: int  # its position in the group, from 0
+    run: int  # the run of the drawings
+    episodes: tuple[Episode, ...]  # right after its training, and at the end
+    frames: int = 0  # how many frames of each are drawn
+
+    @property
+    def scores(self) -> list[list[float]]:
+        """The task's score by run and stage, from stage 0."""
+        return self.result.detail.scores(self.task) or []
+
+    @property
+    def stages(self) -> list[Markup]:
+        """What was trained in each stage, from the first."""
+        return [variation(task, self.result.tasks) for task in self.result.tasks]
+
+    @property
+    def changes(self) -> tuple[float, float]:
+        """Its score at the end minus that right after its training: over all runs, and of the one drawn."""
+        changes = [run[-1] - run[self.task + 1] for run in self.scores]
+        return sum(changes) / len(changes), changes[self.result.runs.index(self.run)]
+
+    @property
+    def means(self) -> list[float]:
+        """The mean score of the task over runs, by stage."""
+        return [stage[self.task].mean or 0.0 for stage in self.result.stages]
+
+    @property
+    def pictures(self) -> list[Markup]:
+        """A drawing of the beginning of each episode, both on one scale."""
+        beginnings = []
+        for each in self.episodes:
+            rows = each.coordinates[: self.frames]
+            clip = replace(each.clip, frames=len(rows), motion=motion_of(rows, each.poses.unit))
+            beginnings.append(replace(each, clip=clip))
+        return stroboscopes(beginnings)
+
+    @property
+    def seconds(self) -> float:
+        """How much of each episode is drawn."""
+        poses = self.episodes[0].poses
+        return self.frames * poses.steps_per_frame / (poses.steps_per_second or 1.0)
+
+    def line(self, others: Sequence["Shown"]) -> Markup:
+        """The score of the task after every stage: a line per run, the mean bold, on the scale of all."""
+        means = self.means
+        x = svg.Scale(0, len(means) - 1, *X)
+        y = svg.scale_around((score for each in others for run in each.scores for score in run), *Y)
+        left, up = x.at(self.task + 1), y.at(means[self.task + 1])
+        body = []
+        for level, name in ((0.0, "floor 0"), (1.0, "expert 1")):
+            body.append(svg.stroke(x.start, y.at(level), x.end, y.at(level), "level"))
+            body.append(svg.text("tick side", x.start - 6, y.at(level) + 3.5, name))
+        for kind, line in [*(("thin", run) for run in self.scores), ("bold", means)]:
+            body.append(f'<polyline class="{kind}" points="{svg.points(enumerate(line), x, y)}"/>')
+        body.append(f'<circle class="mean learning" cx="{svg.px(left)}" cy="{svg.px(up)}" r="4.5"/>')
+        body.append(f'<circle class="mean" cx="{svg.px(x.end)}" cy="{svg.px(y.at(means[-1]))}" r="5"/>')
+        for stage in range(len(means)):
+            kind = "tick key" if stage == self.task + 1 else "tick"
+            body.append(svg.text(kind, x.at(stage), y.start + 15, str(stage)))
+        shown = ", ".join(f"stage {stage}: {fixed(value)}" for stage, value in enumerate(means))
+        return svg.picture("stages", "320", "112", f"Mean score on this task. {shown}", "".join(body))
+
+
+def forgetting(cards: Sequence[Scorecard], folders: Mapping[str, Path], best: str) -> tuple[Shown, ...]:
+    """The reference agent and another method on the task of the core where they differ most; or nothing.
+
+    They differ in how much is lost: in the mean over runs and in the run that is drawn, of which the smaller
+    difference counts. Poses that are not those of the scored runs are not shown.
+    """
+    by_name = {card.name: card for card in cards}
+    if not {REFERENCE, best} <= {*by_name} & {*folders} or best == REFERENCE:
+        return ()
+    first, second = (_shown(by_name[name], load_submission(folders[name])) for name in (REFERENCE, best))
+    differences = {
+        key: min(map(sub, second[key].changes, first[key].changes)) for key in first if key in second
+    }
+    most, key = max(((value, key) for key, value in differences.items()), default=(0.0, ("", 0)))
+    chosen = (first[key], second[key]) if most > 0 else ()
+    shortest = min((episode.clip.frames for each in chosen for episode in each.episodes), default=0)
+    return tuple(replace(each, frames=BEGINNING * shortest) for each in chosen)
+
+
+def _shown(card: Scorecard, poses: Mapping[str, Poses]) -> dict[tuple[str, int], Shown]:
+    """Every task of the core that is not the last of its group and has drawings, by group and position."""
+    found = {}
+    for name, log in core_logs(card).items():
+        result, drawn = SubmissionResult(name, SEQUENTIAL, log), poses.get(name)
+        if drawn is None or not drawn.shows(result.runs, result.stage_matrices):
+            continue
+        for at, row in enumerate(drawn.tasks):
+            episodes = watched(row)
+            if len(episodes) == 2 and row.task in TASKS and log.scores(at):
+                found[name, at] = Shown(card.name, card.title, result, at, drawn.run, episodes)
+    return found
 
 
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:

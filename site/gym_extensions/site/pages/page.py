@@ -17,7 +17,7 @@ from gym_extensions.site import FOLDER, paths, submission_results, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import line_charts, strips, task_pictures
 from gym_extensions.site.pages import landscapes
-from gym_extensions.site.play import assets, stroboscopes
+from gym_extensions.site.play import assets, watch
 from gym_extensions.submissions import diagnostics, review
 
 TASK_LIST = "tasks.html"
@@ -66,7 +66,8 @@ def environment() -> Environment:
         line_charts=line_charts,
         strips=strips,
         task_pictures=task_pictures,
-        stroboscopes=stroboscopes,
+        stroboscopes=watch.stroboscopes,
+        episode_dots=watch.episode_dots,
         board_columns=COLUMNS,
         core_metrics=CORE_METRICS,
         metrics=BY_NAME,

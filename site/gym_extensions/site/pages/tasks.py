@@ -81,8 +81,6 @@ def expert_panel(task: tasks.Task) -> watch.Watch | None:
     poses = PolicyPoses.load(file, "bad-poses", "python -m tools.experts poses")
     if poses is None or poses.policy != experts.card(task).policy:
         return None
-    path, episodes = (
-        paths.task_path(task.id).replace(".html", "-poses.js"),
-        watch.watched(poses.poses, "The expert"),
-    )
+    path = paths.task_path(task.id).replace(".html", "-poses.js")
+    episodes = watch.watched(poses.poses, "The expert")
     return watch.Watch("watch-policies", path, 0, (episodes,)) if episodes else None

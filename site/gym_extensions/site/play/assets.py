@@ -158,13 +158,16 @@ def play_link(task: Task) -> str:
     return f"play.html#?task={task.name}" if playable_tasks().get(task.name) == task else ""
 
 
-def play_group_link(group_id: str, submission: str = "", run: int = 0) -> str:
-    """The path of the page with a group and a run chosen; empty if the group cannot be played."""
-    tasks = {group.id: group.tasks[0].name for group in playable_groups()}
-    if group_id not in tasks:
+def play_group_link(group_id: str, submission: str = "", run: int = 0, at: int = 0) -> str:
+    """The path of the page with a task of a group chosen, and the policy of a run after its training.
+
+    ``at`` is the position of the task, from 0. Empty if the group cannot be played.
+    """
+    group = next((each for each in playable_groups() if each.id == group_id), None)
+    if group is None:
         return ""
-    chosen = {"submission": submission, "run": run, "stage": 1} if submission else {}
-    return f"play.html#?{urlencode({'group': group_id, 'task': tasks[group_id]} | chosen)}"
+    chosen = {"submission": submission, "run": run, "stage": at + 1} if submission else {}
+    return f"play.html#?{urlencode({'group': group_id, 'task': group.tasks[at].name} | chosen)}"
 
 
 def assets(

@@ -1,6 +1,6 @@
 // The controls of the page Play, and its two sides: each a world with a policy, drawn while it runs.
 import { readPolicies } from "./policy.js";
-import { beams } from "./rules.js";
+import { beams, normal } from "./rules.js";
 import { World } from "./world.js";
 import { camera, drawSpace } from "./space.js";
 
@@ -10,7 +10,6 @@ const BOX = [-1.7, -0.2, 1.9, 2], NEAR = 0.4, PAUSE = 1.5;
 const by = (id) => document.getElementById(`play-${id}`);
 const fill = (select, rows) => select.replaceChildren(...rows.map(([value, text]) => new Option(text, value)));
 const numbered = (text, other) => (text && Number.isFinite(Number(text)) ? Number(text) : other);
-const normal = () => Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
 
 // One of the two figures: menus, a canvas, a policy, and its own world.
 class Side {
@@ -129,7 +128,7 @@ class Side {
   }
 
   step(task) {
-    this.world.step(this.policy.act(this.world.observe(this.policy.inputs), task, normal));
+    this.world.step(this.policy.act(this.world.observe(this.policy.inputs), task, normal(1)));
     if (this.world.ended && !this.panel.touched) this.past.push([this.world.total, this.world.fell]);
     if (this.released && this.world.data.time > this.released) {
       this.released = 0;

@@ -2,7 +2,7 @@
 const sumOfSquares = (values) => values.reduce((total, x) => total + x * x, 0);
 const within = (value, [low, high]) => value > (low ?? -Infinity) && value < (high ?? Infinity);
 const uniform = (size) => () => size * (2 * Math.random() - 1);
-const normal = (size) => () => size * Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
+export const normal = (size) => () => size * Math.sqrt(-2 * Math.log(1 - Math.random())) * Math.cos(2 * Math.PI * Math.random());
 
 // Forward speed, a bonus while healthy, and a cost on the action. Velocities are clipped to the body's limit.
 function planar({ noise, ctrl_cost: cost, health, velocity_limit: limit }, velocities = uniform) {

@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site.play.forgetting import BEGINNING, forgetting
+from gym_extensions.site.pages.overview import BEGINNING, forgetting
+from gym_extensions.site.play.assets import play_group_link
 
 from ..browser import typed
 from ..conftest import everything
-from ..pages.test_core import method
-from .test_watch import GROUP, poses_of
+from ..play.test_watch import GROUP, poses_of
+from .test_core import method
 
 
 @pytest.fixture
@@ -36,7 +37,8 @@ def test_both_methods_are_shown_on_the_task_where_they_differ_most(
     assert loser.line((loser, keeper)).count('class="thin"') == len(loser.scores) == 5
     assert len(keeper.pictures) == 2
     assert loser.frames == BEGINNING * 61
-    assert keeper.play.endswith("&submission=keeper&run=0&stage=" + str(keeper.task + 1))
+    link = play_group_link(GROUP, "keeper", 0, 1)
+    assert link.endswith("task=HopperGravityThreeQuarters&submission=keeper&run=0&stage=2")
 
 
 def test_nothing_is_shown_without_drawings_or_without_another_method(
