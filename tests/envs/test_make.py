@@ -19,7 +19,7 @@ from gym_extensions.envs.make import construct
 from gym_extensions.errors import BenchError
 
 from ..conftest import refused
-from .mujoco.test_vector_env import KINDS
+from .mujoco.test_env import KINDS
 
 ID = "gym_extensions/HopperGravityHalf-v0"
 MAP = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"

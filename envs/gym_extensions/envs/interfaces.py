@@ -1,6 +1,6 @@
-"""What the modules of environments share: array types, interfaces, success, and what is refused."""
+"""What the modules of environments share: array types, the template of a task, and what is refused."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -10,7 +10,6 @@ from gymnasium import error
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import Distance, Height, Success
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
 
@@ -46,30 +45,10 @@ class Template:
 
 
 class Fields(Protocol):
-    """Simulations of one model layout, of which rules and effects read and write fields."""
+    """Simulations of one model layout, of which effects read and write fields."""
 
     def field(self, name: str) -> Array:
         """A live field of ``mjData`` of every environment, ``(num_envs, …)``."""
-
-
-def success_test(rule: Success | None, model: mujoco.MjModel, fields: Fields) -> Callable[[], Flags] | None:
-    """Returns the test of a MuJoCo body's success, (num_envs,), or None if the body defines none."""
-    match rule:
-        case Distance(bodies, distance):
-            first, second = (model.body(name).id for name in bodies)
-            limit, positions = distance * distance, fields.field("xpos")
-
-            def close() -> Flags:
-                gap = positions[:, first, :2] - positions[:, second, :2]
-                x, y = gap[:, 0], gap[:, 1]
-                return x * x + y * y <= limit
-
-            return close
-        case Height(low, high):
-            height = fields.field("qpos")[:, 2]  # of the free root
-            return lambda: (height > low) & (height < high)
-        case _:  # the arrival at a goal is navigation's
-            return None
 
 
 def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:

@@ -14,8 +14,7 @@ from gym_extensions.catalog import groups, tasks as task_module
 from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
 from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.envs import foreign, interfaces, vector_env
-from gym_extensions.envs.mujoco.env import TaskEnv
-from gym_extensions.envs.mujoco.vector_env import MujocoVectorEnv
+from gym_extensions.envs.mujoco.env import MujocoVectorEnv, TaskEnv
 from gym_extensions.errors import BenchError
 
 HINT = "A task's reward, body and time limit are fixed. For another task use gym_extensions.envs.customize."

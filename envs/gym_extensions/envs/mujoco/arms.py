@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog import bodies, variations
 from gym_extensions.envs.effects import variation_of
-from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
+from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.base import Rules
+from gym_extensions.envs.mujoco.simulation import Physics
 
 APART = 0.17
 """Least distance between object and goal at reset, m (the arm tasks of 2017 and of Gymnasium)."""
@@ -55,12 +56,10 @@ class ArmRules(Rules):
     moving: ClassVar[type[variations.Variation]]
     """The variation with which the start of the goal or of the ball is drawn."""
 
-    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
-        self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
         self._moving = [variation_of(template.task, self.moving) is not None for template in templates]
         positions, model = physics.field("xpos"), templates[0].model
-        self._terms: dict[str, NDArray[Any]] = {}
         self._tip, self._object, self._goal = (
             positions[:, model.body(name).id] for name in ("tips_arm", "object", "goal")
         )
@@ -75,9 +74,6 @@ class ArmRules(Rules):
     def _reward(self, far: Array, cost: NDArray[Any], near: Array) -> Array:
         self._terms = {"reward_dist": far, "reward_ctrl": cost, "reward_near": near}
         return far + cost + near
-
-    def step_infos(self) -> dict[str, NDArray[Any]]:
-        return self._terms
 
     def observe(self) -> Array:
         """The arm's positions and velocities, then the positions of tip, object and goal."""
@@ -122,7 +118,7 @@ class StrikerRules(ArmRules):
     moving = variations.MovingStart
     kept: ClassVar[tuple[str, ...]] = ("_best", "_struck", "_strike_place")
 
-    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
         self._height = mujoco.MjData(templates[0].model).mocap_pos[0, 2]
         self._best = np.full(len(templates), np.inf)

@@ -1,14 +1,15 @@
 """What a family of bodies adds to physics, on arrays: start, observation, reward and end; and their order."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.catalog.bodies import IS_SUCCESS, Distance, Height, Success
 from gym_extensions.envs.effects import effects_of
-from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template, success_test
+from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template
 from gym_extensions.envs.mujoco.simulation import Physics
 
 
@@ -22,15 +23,23 @@ class Rules:
     kept: ClassVar[tuple[str, ...]] = ()
     """Attributes beside the physics on which later steps depend; copies have them too."""
 
-    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
-        self._templates = templates
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        self._templates, self._body = templates, templates[0].task.body
+        self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
+        self._rest_qpos = np.array([template.init_qpos for template in templates])
+        self._rest_qvel = np.array([template.init_qvel for template in templates])
+        self._terms: dict[str, NDArray[Any]] = {}
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
         """Draws the states in which some environments start an episode, one row each, by name.
 
-        Each is drawn from its own generator, with the numbers that the single environment takes from it.
+        Each is drawn from its own generator, with the numbers that the single environment takes from it: by
+        default uniform noise on positions and velocities at rest.
         """
-        raise NotImplementedError
+        positions = self._qpos.shape[1]
+        noise = uniform_rows(generators, self._body.noise, positions + self._qvel.shape[1])
+        qpos, qvel = self._rest_qpos[indices], self._rest_qvel[indices]
+        return {"qpos": qpos + noise[:, :positions], "qvel": qvel + noise[:, positions:]}
 
     def on_reset(self, indices: Indices) -> None:
         """Acts after some environments have started an episode."""
@@ -51,7 +60,7 @@ class Rules:
 
     def step_infos(self) -> dict[str, NDArray[Any]]:
         """Returns the single environment's infos of the last step by key, as new arrays."""
-        return {}
+        return self.reset_infos() | self._terms
 
     def reset_infos(self) -> dict[str, NDArray[Any]]:
         """Returns the single environment's infos of a reset by key, as new arrays."""
@@ -60,6 +69,26 @@ class Rules:
     def observe(self) -> Array:
         """Returns a new array of observations."""
         raise NotImplementedError
+
+
+def success_test(rule: Success | None, model: mujoco.MjModel, physics: Physics) -> Callable[[], Flags] | None:
+    """Returns the test of a MuJoCo body's success, (num_envs,), or None if the body defines none."""
+    match rule:
+        case Distance(bodies, distance):
+            first, second = (model.body(name).id for name in bodies)
+            limit, positions = distance * distance, physics.field("xpos")
+
+            def close() -> Flags:
+                gap = positions[:, first, :2] - positions[:, second, :2]
+                x, y = gap[:, 0], gap[:, 1]
+                return x * x + y * y <= limit
+
+            return close
+        case Height(low, high):
+            height = physics.field("qpos")[:, 2]  # of the free root
+            return lambda: (height > low) & (height < high)
+        case _:  # the arrival at a goal is navigation's
+            return None
 
 
 class Shard:
@@ -116,9 +145,3 @@ class Shard:
 def uniform_rows(generators: Generators, noise: float, size: int) -> Array:
     """Draws ``size`` numbers in [−noise, noise) from each generator, (generators, size)."""
     return np.array([generator.uniform(-noise, noise, size) for generator in generators])
-
-
-def uniform_state(generators: Generators, noise: float, nq: int, nv: int) -> tuple[Array, Array]:
-    """Draws rows of nq, then of nv numbers. One call gives the numbers of two calls in a row."""
-    rows = uniform_rows(generators, noise, nq + nv)
-    return rows[:, :nq], rows[:, nq:]

@@ -1,7 +1,7 @@
-"""The single environment of a MuJoCo task, and the table of bodies that have one."""
+"""The single and the vector environment of MuJoCo tasks, and the table of bodies that have them."""
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import mujoco
@@ -16,12 +16,14 @@ from gymnasium.envs.mujoco import (
     walker2d_v5,
 )
 from gymnasium.spaces import Box
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from gym_extensions.catalog import bodies, tasks
-from gym_extensions.envs import effects, interfaces
+from gym_extensions.envs import effects, interfaces, vector_env
 from gym_extensions.envs.mujoco import arms, base, humanoid, planar, simulation
 from gym_extensions.envs.mujoco.model import asset, compile_model
+from gym_extensions.errors import BenchError
 
 
 class Implementation(NamedTuple):
@@ -163,3 +165,92 @@ class TaskEnv(MujocoEnv):
 
     def _get_obs(self) -> interfaces.Array:
         return self._shard.observe()[0]
+
+
+LAYOUT = (
+    *("nq", "nv", "nu", "na", "nbody", "njnt", "ngeom", "nsite", "ncam", "nlight", "nmesh", "nmocap"),
+    *("neq", "ntendon", "nsensor", "nsensordata", "nuserdata", "nplugin"),
+)
+"""Sizes of MjModel that the simulations of one batch have in common."""
+
+
+def layout(template: interfaces.Template) -> tuple[object, ...]:
+    """Returns the rules, effects and model sizes that the environments of a shard share."""
+    task, model = template.task, template.model
+    sizes = tuple(int(getattr(model, name)) for name in LAYOUT)
+    return task.base, task.max_steps, template.frame_skip, model.opt.timestep, sizes, effects.shard_keys(task)
+
+
+class MujocoVectorEnv(vector_env.TaskVectorEnv):
+    """MuJoCo environments stepped together, in shards in the order of each one's first environment.
+
+    Results of the shards are put together in the order of the environments; a single shard's are passed on.
+    They are not copied, because rules and effects hold views of the engine's memory.
+    """
+
+    def __init__(
+        self, templates: Sequence[interfaces.Template], num_threads: int, autoreset_mode: AutoresetMode
+    ) -> None:
+        spaces = templates[0].observation_space, templates[0].action_space
+        super().__init__([template.task for template in templates], spaces, autoreset_mode)
+        members: dict[tuple[object, ...], list[int]] = {}
+        for index, template in enumerate(templates):
+            members.setdefault(layout(template), []).append(index)
+        self._shards = []
+        for indices in members.values():
+            own = [templates[index] for index in indices]
+            rules = IMPLEMENTATIONS[own[0].task.base].rules
+            engine = simulation.PooledPhysics if rules.needs_contact_forces else simulation.BatchPhysics
+            models = [template.model for template in own]
+            physics = engine(models, own[0].frame_skip, num_threads, rules.fields)
+            self._shards.append(base.Shard(rules, physics, own, np.array(indices)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        hint = "Make others, and reset them with the same seeds."
+        raise BenchError("no-copy", "The environments cannot be copied.", vector_env.WHERE, hint)
+
+    def _start(self, indices: interfaces.Indices) -> None:
+        starting = np.zeros(self.num_envs, np.bool_)
+        starting[indices] = True
+        for shard in self._shards:
+            rows = np.flatnonzero(starting[shard.members])
+            if len(rows):
+                shard.reset(rows, [self._generator(int(index)) for index in shard.members[rows]])
+
+    def _advance(
+        self, actions: NDArray[Any], resting: interfaces.Flags | None
+    ) -> tuple[interfaces.Array, interfaces.Flags]:
+        if len(self._shards) == 1:
+            return self._shards[0].step(actions, None if resting is None else np.flatnonzero(~resting))
+        rewards, terminations = np.empty(self.num_envs), np.empty(self.num_envs, np.bool_)
+        for shard in self._shards:
+            rows = None if resting is None else np.flatnonzero(~resting[shard.members])
+            rewards[shard.members], terminations[shard.members] = shard.step(actions[shard.members], rows)
+        return rewards, terminations
+
+    def _observe(self) -> interfaces.Array:
+        if len(self._shards) == 1:
+            return self._shards[0].observe()
+        observations: interfaces.Array = np.empty(self.observation_space.shape or ())
+        for shard in self._shards:
+            observations[shard.members] = shard.observe()
+        return observations
+
+    def _step_infos(self) -> list[vector_env.Part]:
+        return [(shard.members, shard.step_infos()) for shard in self._shards]
+
+    def _reset_infos(self) -> list[vector_env.Part]:
+        return [(shard.members, shard.rules.reset_infos()) for shard in self._shards]
+
+    def states(self) -> dict[str, interfaces.Array]:
+        self._require_state()
+        states: dict[str, interfaces.Array] = {}
+        for shard in self._shards:
+            for name, rows in shard.physics.states().items():
+                blank = np.full((self.num_envs, *rows.shape[1:]), np.nan)
+                states.setdefault(name, blank)[shard.members] = rows
+        return states
+
+    def close_extras(self, **kwargs: Any) -> None:
+        for shard in self._shards:
+            shard.physics.close()

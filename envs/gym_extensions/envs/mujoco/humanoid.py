@@ -6,8 +6,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
-from gym_extensions.envs.mujoco.base import Rules, uniform_state
+from gym_extensions.envs.interfaces import Array, Flags, Template
+from gym_extensions.envs.mujoco.base import Rules
+from gym_extensions.envs.mujoco.simulation import Physics
 
 CONTACT_WEIGHT, MAX_CONTACT_COST = 5e-7, 10.0
 FORWARD_WEIGHT, HEALTHY_REWARD, FALLEN_REWARD = 1.25, 5.0, 1.0
@@ -25,38 +26,26 @@ class HumanoidStandupRules(Rules):
         *("ten_length", "ten_velocity"),
     )
 
-    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
-        self._field = {name: physics.field(name) for name in ("qpos", "qvel", *self.fields)}
-        self._qpos = np.array([template.init_qpos for template in templates])
-        self._qvel = np.array([template.init_qvel for template in templates])
-        self._task_body = templates[0].task.body
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
+        self._field = {name: physics.field(name) for name in self.fields}
         self._bodies = int(templates[0].model.nbody - templates[0].model.nmocap)
         self._timestep = float(templates[0].model.opt.timestep)
-        self._terms: dict[str, NDArray[Any]] = {}
-
-    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        qpos, qvel = uniform_state(
-            generators, self._task_body.noise, self._qpos.shape[1], self._qvel.shape[1]
-        )
-        return {"qpos": self._qpos[indices] + qpos, "qvel": self._qvel[indices] + qvel}
 
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """z / timestep − costs + 1."""
-        upward = self._field["qpos"][:, 2] / self._timestep
+        upward = self._qpos[:, 2] / self._timestep
         control, impact = self._control_cost(ctrl), self._contact_cost()
         self._terms = {"reward_linup": upward, "reward_quadctrl": -control, "reward_impact": -impact}
         return upward - control - impact + 1, np.zeros(len(upward), np.bool_)
 
-    def step_infos(self) -> dict[str, NDArray[Any]]:
-        return self.reset_infos() | self._terms
-
     def reset_infos(self) -> dict[str, NDArray[Any]]:
         """Position of the torso and height above the rest pose, m; lengths and velocities of tendons."""
-        height = self._field["qpos"][:, 2] - self._qpos[:, 2]
+        height = self._qpos[:, 2] - self._rest_qpos[:, 2]
         return self._placement() | {"z_distance_from_origin": height}
 
     def _placement(self) -> dict[str, NDArray[Any]]:
-        x, y = self._field["qpos"][:, 0].copy(), self._field["qpos"][:, 1].copy()
+        x, y = self._qpos[:, 0].copy(), self._qpos[:, 1].copy()
         length, velocity = self._field["ten_length"].copy(), self._field["ten_velocity"].copy()
         return {"x_position": x, "y_position": y, "tendon_length": length, "tendon_velocity": velocity}
 
@@ -69,16 +58,16 @@ class HumanoidStandupRules(Rules):
     def _control_cost(self, ctrl: NDArray[Any]) -> Array:
         """The weight × Σ ctrl², squared in float64 as in mjData."""
         squares: Array = np.square(ctrl.astype(np.float64)).sum(axis=1)
-        return self._task_body.ctrl_cost * squares
+        return self._body.ctrl_cost * squares
 
     def observe(self) -> Array:
         """Positions without x and y, velocities, then inertias, velocities and forces of bodies."""
-        field, num_envs = self._field, len(self._field["qpos"])
+        field, num_envs = self._field, len(self._qpos)
         inertia, speed, force = (
             field[name][:, 1 : self._bodies].reshape(num_envs, -1) for name in ("cinert", "cvel", "cfrc_ext")
         )
         motors = field["qfrc_actuator"][:, 6:]
-        return np.concatenate((field["qpos"][:, 2:], field["qvel"], inertia, speed, motors, force), axis=1)
+        return np.concatenate((self._qpos[:, 2:], self._qvel, inertia, speed, motors, force), axis=1)
 
 
 class HumanoidRules(HumanoidStandupRules):
@@ -87,7 +76,7 @@ class HumanoidRules(HumanoidStandupRules):
     Speed starts from the center of mass that the previous step left, which is one evaluation old.
     """
 
-    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
         self._masses = np.array([template.model.body_mass for template in templates])
         self._total_mass = np.array([template.model.body_mass.sum() for template in templates])
@@ -105,7 +94,7 @@ class HumanoidRules(HumanoidStandupRules):
         return np.array(weighted) / self._total_mass
 
     def _healthy(self) -> Flags:
-        height, health = self._field["qpos"][:, 2], self._task_body.health
+        height, health = self._qpos[:, 2], self._body.health
         assert health is not None
         return (height > health.height[0]) & (height < health.height[1])
 
@@ -134,7 +123,7 @@ class HumanoidRules(HumanoidStandupRules):
 
     def reset_infos(self) -> dict[str, NDArray[Any]]:
         """Position of the torso and distance from the origin, m; lengths and velocities of tendons."""
-        position = self._field["qpos"][:, :2]
+        position = self._qpos[:, :2]
         return self._placement() | {"distance_from_origin": np.sqrt(np.square(position).sum(axis=1))}
 
 
@@ -148,6 +137,6 @@ class HumanoidStandupAndRunRules(HumanoidRules):
         """1.25 × speed + z / timestep + (5 if healthy else 1) − costs."""
         bonus = np.where(self._healthy(), HEALTHY_REWARD, FALLEN_REWARD)
         terms = self._start_terms(bonus, ctrl)
-        terms["reward_linup"] = self._field["qpos"][:, 2] / self._timestep
+        terms["reward_linup"] = self._qpos[:, 2] / self._timestep
         gains = terms["reward_forward"] + terms["reward_linup"] + terms["reward_survive"]
         return gains + terms["reward_ctrl"] + terms["reward_contact"], np.zeros(len(gains), np.bool_)

@@ -7,27 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import Health
-from gym_extensions.envs.interfaces import Array, Fields, Flags, Generators, Indices, Template
-from gym_extensions.envs.mujoco.base import Rules, uniform_rows, uniform_state
+from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template
+from gym_extensions.envs.mujoco.base import Rules, uniform_rows
+from gym_extensions.envs.mujoco.simulation import Physics
 
 
 class PlanarRules(Rules):
     """Forward speed, a bonus while healthy, and a cost on the agent's action: Hopper and Walker2d."""
 
-    def __init__(self, physics: Fields, templates: Sequence[Template]) -> None:
-        self._task_body = templates[0].task.body
-        self._rest_qpos = np.array([template.init_qpos for template in templates])
-        self._rest_qvel = np.array([template.init_qvel for template in templates])
-        self._qpos, self._qvel = physics.field("qpos"), physics.field("qvel")
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
         self._x, self._z, self._rest_z = self._qpos[:, 0], self._qpos[:, 1], self._rest_qpos[:, 1]
         self._dt = templates[0].dt
         self._x_before = self._x.copy()
-        self._terms: dict[str, NDArray[Any]] = {}
-
-    def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        nq, nv = self._qpos.shape[1], self._qvel.shape[1]
-        qpos, qvel = uniform_state(generators, self._task_body.noise, nq, nv)
-        return {"qpos": self._rest_qpos[indices] + qpos, "qvel": self._rest_qvel[indices] + qvel}
 
     def pre_step(self) -> None:
         self._x_before[:] = self._x
@@ -35,21 +27,18 @@ class PlanarRules(Rules):
     def reward_and_termination(self, actions: NDArray[Any], ctrl: NDArray[Any]) -> tuple[Array, Flags]:
         """Speed + 1 while healthy − cost. The cost keeps the action's own precision, as Gymnasium's does."""
         speed = (self._x - self._x_before) / self._dt
-        cost = self._task_body.ctrl_cost * np.square(actions).sum(axis=1)
+        cost = self._body.ctrl_cost * np.square(actions).sum(axis=1)
         # The weight of speed is 1: speed and its reward are one array.
         self._terms = {"x_velocity": speed, "reward_forward": speed, "reward_ctrl": -cost}
-        if self._task_body.health is None:
+        if self._body.health is None:
             return speed - cost, np.zeros(len(speed), np.bool_)
-        healthy = self._is_healthy(self._task_body.health)
+        healthy = self._is_healthy(self._body.health)
         self._terms["reward_survive"] = healthy.astype(np.float64)
         return speed + healthy - cost, ~healthy
 
-    def step_infos(self) -> dict[str, NDArray[Any]]:
-        return self.reset_infos() | self._terms
-
     def reset_infos(self) -> dict[str, NDArray[Any]]:
         """x of the root, and the height above the rest pose if episodes end by it, m."""
-        height = {} if self._task_body.health is None else {"z_distance_from_origin": self._z - self._rest_z}
+        height = {} if self._body.health is None else {"z_distance_from_origin": self._z - self._rest_z}
         return {"x_position": self._x.copy()} | height
 
     def _is_healthy(self, health: Health) -> Flags:
@@ -68,7 +57,7 @@ class PlanarRules(Rules):
         positions = self._qpos.shape[1] - 1
         observations = np.empty((len(self._qpos), positions + self._qvel.shape[1]))
         observations[:, :positions] = self._qpos[:, 1:]
-        limit = self._task_body.velocity_limit
+        limit = self._body.velocity_limit
         if limit is None:
             observations[:, positions:] = self._qvel
         else:
@@ -81,7 +70,7 @@ class HalfCheetahRules(PlanarRules):
     """HalfCheetah, with uniform noise on positions and normal noise on velocities."""
 
     def draw(self, indices: Indices, generators: Generators) -> dict[str, Array]:
-        noise, nv = self._task_body.noise, self._qvel.shape[1]
+        noise, nv = self._body.noise, self._qvel.shape[1]
         qpos = uniform_rows(generators, noise, self._qpos.shape[1])
         qvel = noise * np.array([generator.standard_normal(nv) for generator in generators])
         return {"qpos": self._rest_qpos[indices] + qpos, "qvel": self._rest_qvel[indices] + qvel}
