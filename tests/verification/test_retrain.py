@@ -183,7 +183,7 @@ def test_training_is_tried_with_one_thread_and_with_all(
     monkeypatch.setattr(retrain, "threadpool_limits", limits)
     monkeypatch.setattr(retrain, "retrain", trained)
     found = read(submission, with_custom([workshop / "quick.toml"]))
-    assert train_again(submission, logged_runs(found)[RUN]).is_same
+    assert train_again(found, logged_runs(found)[RUN]).is_same
     assert tried == [1, 8]
 
 

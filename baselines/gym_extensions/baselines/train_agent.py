@@ -2,7 +2,6 @@
 
 import multiprocessing
 import shlex
-import shutil
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -29,7 +28,7 @@ from gym_extensions.baselines.training.progress import (
     Monitor,
     TrainingStarted,
 )
-from gym_extensions.catalog.groups import Groups, TaskGroup
+from gym_extensions.catalog.groups import Groups
 from gym_extensions.catalog.variations import KINDS
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError
@@ -122,51 +121,6 @@ def train(
     return [path / layout.run_file(*each, layout.LOG) for each in runs_of]
 
 
-def retrain(folder: Path, group: TaskGroup, protocol: str, run: int, out: Path) -> Path:
-    """Trains one run of a submission again with the reference agent that its manifest names.
-
-    The submission in ``folder`` stays as it is; ``out`` is the folder of the new submission, which may be an
-    unfinished one of an earlier call. Returns the path of the log; document and policies are beside it.
-    Evaluations during training are not repeated: they change no result, because these agents can be saved.
-
-    Raises:
-        BenchError: no reference agent has the submission's name, or it is another one today or has other
-            settings.
-    """
-    path, agent = folder / layout.MANIFEST, reference_agent(folder)
-    tables = submission.read_manifest(path)
-    budget = str(tables["protocol"].get("budget"))
-    num_envs = tables.get("hyperparameters", {}).get("num_envs")
-    parallel, monitor = Parallel(num_envs=num_envs), Monitor(progress=False)
-    out.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(path, out / layout.MANIFEST)  # with it in place, another agent or setting is refused
-    try:
-        (log,) = train(agent, group, protocol, budget, run, out=out, jobs=parallel, progress=monitor)
-    except BenchError as error:
-        if error.code != "mixed-submission":
-            raise
-        hint = "Check out the commit of the run."
-        raise BenchError("not-reproducible", error.message, str(path), hint) from error
-    return log
-
-
-def reference_agent(folder: Path) -> str:
-    """The reference agent that a submission's manifest names.
-
-    Raises ``BenchError`` if no reference agent has its name.
-    """
-    path, tables = folder / layout.MANIFEST, submission.read_manifest(folder / layout.MANIFEST)
-    name = str(tables.get("protocol", {}).get("algorithm", ""))
-    if "reported" in tables:
-        hint = "Verify without --retrain."
-        raise BenchError("not-reproducible", "A printed table has no training to repeat.", str(path), hint)
-    if name not in algorithms.names():
-        hint = "Train the submission's own agent by hand."
-        message = f"The algorithm {name!r} is not a reference agent."
-        raise BenchError("not-reproducible", message, str(path), hint)
-    return name
-
-
 def _run(
     pending: Sequence[runner.PendingJob], listen: Listener, processes: int, by: str
 ) -> dict[str, workers.Failure]:
@@ -196,12 +150,12 @@ def _run(
 def command_of(pending: runner.PendingJob) -> str:
     """The command line that trains a job's run alone; empty for a factory that has no name in a module."""
     job, settings, agent = pending.job, pending.settings, pending.settings.agent.factory
-    options = ["--isolated"] if isinstance(agent, IsolatedAgent) else []
     variations = (each for task in job.group.tasks for each in task.variations)
     if any(type(each) not in KINDS.values() for each in variations):
         return ""  # no file of a group can name the user's own classes
+    options = []
     if isinstance(agent, IsolatedAgent):
-        agent = agent.written
+        options, agent = ["--isolated"], agent.written
     elif isinstance(agent, str):
         path, attribute = algorithms.place_of(agent)
         agent = f"{path.name}:{attribute}" if path else agent

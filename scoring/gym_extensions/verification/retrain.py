@@ -5,24 +5,25 @@ A stranger's agent is code of a stranger: a maintainer trains it by hand in a co
 
 import hashlib
 import os
+import shutil
 import tempfile
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from msgspec.structs import asdict, replace as replaced
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from gym_extensions.baselines import algorithms
+from gym_extensions.baselines import Parallel, algorithms, train
 from gym_extensions.baselines.submission import commit_of, run_versions
-from gym_extensions.baselines.train_agent import reference_agent, retrain
 from gym_extensions.baselines.training.checkpoints import processor
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import BenchError, working
 from gym_extensions.metrics.statistics import holm, subtract, summary, zero_mean_p
-from gym_extensions.submissions.log import log_of, read_log
+from gym_extensions.submissions.layout import MANIFEST
+from gym_extensions.submissions.log import Log, log_of, read_log
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.verify import LoggedRun, Report, differing, logged_cells, logged_runs
@@ -77,7 +78,7 @@ def require_reference_agent(submission: Submission) -> None:
     missing.
     """
     if not submission.problems:
-        agent = reference_agent(submission.path)
+        agent = reference_agent(submission)
         if not all(each.steps_counted for each in submission.documents.values()):
             message = "It has policies that were trained elsewhere, so its training cannot be repeated."
             hint = "Verify without --retrain."
@@ -85,7 +86,43 @@ def require_reference_agent(submission: Submission) -> None:
         algorithms.factory(agent)
 
 
-def train_again(submission: Path, run: LoggedRun) -> Reproduction:
+def reference_agent(submission: Submission) -> str:
+    """The reference agent that the manifest names. Raises ``BenchError`` if it names none."""
+    assert submission.manifest is not None, "it has no problems"
+    name, where = submission.manifest.protocol.algorithm, str(submission.path / MANIFEST)
+    if submission.manifest.reported:
+        hint = "Verify without --retrain."
+        raise BenchError("not-reproducible", "A printed table has no training to repeat.", where, hint)
+    if name not in algorithms.names():
+        hint = "Train the submission's own agent by hand."
+        raise BenchError("not-reproducible", f"The algorithm {name!r} is not a reference agent.", where, hint)
+    return name
+
+
+def retrain(submission: Submission, log: Log, run: int, out: Path) -> Path:
+    """Trains a run again into the new submission ``out``, and returns the path of its log.
+
+    Evaluations during training are not repeated: they change no result, because these agents can be saved.
+
+    Raises ``BenchError`` if the agent is another one today, or has other settings.
+    """
+    manifest, path = submission.manifest, submission.path / MANIFEST
+    assert manifest is not None, "it has no problems"
+    what = reference_agent(submission), log.group, log.protocol, manifest.protocol.budget, run
+    num_envs: Any = manifest.hyperparameters.get("num_envs")
+    out.mkdir()
+    shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
+    try:
+        (made,) = train(*what, out=out, jobs=Parallel(num_envs=num_envs), progress=False)
+    except BenchError as error:
+        if error.code != "mixed-submission":
+            raise
+        hint = "Check out the commit of the run."
+        raise BenchError("not-reproducible", error.message, str(path), hint) from error
+    return made
+
+
+def train_again(submission: Submission, run: LoggedRun) -> Reproduction:
     """Trains a run again in a temporary folder and compares it with the log.
 
     The last bits of large matrix products depend on the number of threads, which no document states: workers
@@ -101,7 +138,7 @@ def train_again(submission: Path, run: LoggedRun) -> Reproduction:
     for threads in dict.fromkeys((1, all_threads)):
         with tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch, threadpool_limits(threads):
             out = Path(scratch) / "again"
-            path = retrain(submission, log.group, log.protocol, number, out)
+            path = retrain(submission, log, number, out)
             again = log_of({number: read_log(path)}, log.protocol, log.group)
         found.append(compare_cells(run.logged, logged_cells(again, number)))
         if found[-1].is_same:
@@ -140,7 +177,7 @@ def retrained(submission: Submission, report: Report) -> Report:
     name = drawn_run(found.runs, found.value)
     run = logged_runs(submission)[name]
     with working(f"training {name} of {submission.name} again"):
-        result, elsewhere = train_again(submission.path, run), made_elsewhere(run.document)
+        result, elsewhere = train_again(submission, run), made_elsewhere(run.document)
     if result.is_same or (result.agrees and elsewhere):
         kind = "the same episodes" if result.is_same else f"all {result.cells} means within noise"
         found = replaced(found, retrained=[name])
