@@ -208,6 +208,12 @@ def test_what_load_returns_is_an_agent_or_nothing() -> None:
         checked(returns_true)
     checked(returns_true, "joint")  # has one stage, after which nothing is loaded
 
+    def raises(self: Any, path: Path) -> None:
+        raise ValueError("The file is too old.")
+
+    with refused("bad-checkpoint", "ValueError: The file is too old. Correct load()"):
+        checked(restored(raises))
+
 
 def test_a_load_that_does_not_restore_the_agent_is_a_warning_before_training() -> None:
     with pytest.warns(UserWarning, match=r"After save\(\) and load\(\) the agent takes other actions"):

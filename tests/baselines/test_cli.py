@@ -33,7 +33,7 @@ MISTAKES = [
     (command("trpo", runs="1000"), "--runs"),
     (command("trpo", runs="0,4-1"), "1-4"),
     (command("zero", out="zero run"), "'zero run'"),
-    (command("trpo", jobs="-1"), "--jobs"),
+    (command("trpo", jobs="-1"), "--jobs: jobs is -1. Give a whole number from 0."),
     (command("trpo", num_envs="0"), "--num-envs"),
     (command("trpo", budget="100k", num_envs="64"), "at most 10"),
     (command("trpo", evaluate_every="500", evaluate_episodes="21"), "at most 20"),

@@ -23,8 +23,6 @@ BAD: list[tuple[type[Monitor | Origin | Parallel], dict[str, Any], str]] = [
     (Monitor, {"evaluate_episodes": 0}, "bad-evaluate-episodes"),
     (Parallel, {"num_threads": "2"}, "bad-num-threads"),
     (Parallel, {"num_envs": "8"}, "bad-num-envs"),
-    (Parallel, {"num_envs": 0}, "bad-num-envs"),
-    (Parallel, {"jobs": -1}, "bad-jobs"),
     (Origin, {"by": "A" * 201}, "bad-by"),
 ]
 

@@ -1,6 +1,7 @@
 """The fingerprint check: every task matches its published fingerprint, and differences are reported."""
 
 import copy
+import platform
 from dataclasses import replace
 from pathlib import Path
 
@@ -91,3 +92,18 @@ def test_another_engine_with_equal_fingerprints_trains_and_warns(monkeypatch: py
     other(monkeypatch, mujoco="3.17.0")
     with refused("other-engine"):
         fingerprinting.require_published_engine([task("Pusher")])
+
+
+@pytest.mark.parametrize(
+    ("text", "why"), [("x\nflags\t: sse fma\n", ""), ("x\nflags\t: sse\n", "no FMA"), (None, "no FMA")]
+)
+def test_a_processor_that_states_no_fma_may_compute_other_last_bits(
+    text: str | None, why: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(fingerprinting, "CPU_INFO", tmp_path / "cpuinfo")
+    monkeypatch.setattr(platform, "system", lambda: "Linux")
+    monkeypatch.setattr(platform, "machine", lambda: "x86_64")
+    if text is not None:
+        (tmp_path / "cpuinfo").write_text(text)
+    assert why in fingerprinting.other_platform()
+    assert bool(why) == bool(fingerprinting.other_platform())

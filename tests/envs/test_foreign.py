@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gymnasium.envs.classic_control import PendulumEnv
 
-from gym_extensions.envs import Gravity, TaskGroup, customize, foreign, make, make_vec
+from gym_extensions.envs import Gravity, customize, foreign, make, make_vec
 from gym_extensions.envs.fingerprinting import fingerprint_of
 from gym_extensions.errors import BenchError
 
@@ -130,7 +130,7 @@ def test_a_vector_environment_makes_as_many_as_it_has_and_closes_them(task_of: C
 
 def test_what_an_environment_returns_is_made_regular(task_of: Callable[..., Any]) -> None:
     task = task_of(Odd, max_episode_steps=2000)
-    foreign.check(TaskGroup("mine", (task,)))
+    foreign.check([task])
     env = make(task)
     assert env.reset(seed=0)[0].dtype == np.float32
     observation, reward, terminated, truncated, _ = env.step(np.array([0.25], np.float32))
@@ -187,13 +187,13 @@ def test_a_broken_environment_is_named_before_training(name: str, task_of: Calla
     methods, fact = BROKEN[name]
     task = task_of(type(name, (Odd,), methods), max_episode_steps=2000)
     with refused("bad-environment", fact, where=f"mine/{name}-v0"):
-        foreign.check(TaskGroup("mine", (task,)))
+        foreign.check([task])
 
 
 def test_nan_in_the_thousandth_step_is_named_with_step_task_and_action(task_of: Callable[..., Any]) -> None:
     late = {"reward": lambda self, _: float("nan") if self.steps == 1000 else 0.0}
     task = task_of(type("LateNan", (Odd,), late), max_episode_steps=2000)
-    foreign.check(TaskGroup("mine", (task,)))
+    foreign.check([task])
     env = make(task)
     env.reset(seed=0)
     with refused("bad-environment", "step 1000 of an episode", "action [0.5]", "the reward nan"):
@@ -209,5 +209,5 @@ def test_the_check_of_four_slow_environments_takes_less_than_two_seconds(task_of
     slow = task_of(type("Slow", (Odd,), {"reward": reward}), max_episode_steps=2000)
     tasks = tuple(customize(slow, max_steps=steps) for steps in (500, 600, 700, 800))
     start = time.monotonic()
-    foreign.check(TaskGroup("mine", tasks))
+    foreign.check(tasks)
     assert time.monotonic() - start < 2

@@ -239,6 +239,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (lambda: make_vec("Hopper", 2).reset(seed=[1, 2, 3]), "bad-seeds", "a list of 2"),
     (lambda: make_vec("Hopper", 2).reset(seed=1.5), "bad-seeds", "1.5"),
     (lambda: make_vec("Hopper", 2).reset(seed=[0, -1]), "bad-seeds", "-1"),
+    (lambda: make_vec("Hopper", 2).reset(seed=[True, 2]), "bad-seeds", "True"),
     (lambda: after_reset().reset(options={"reset_mask": np.zeros(2, bool)}), "bad-reset-mask", "2 booleans"),
     (lambda: make_vec("Hopper", 2).call("fly"), "unknown-call", "no 'fly'"),
     (lambda: after_reset().step(np.zeros((2, 4))), "bad-action", "expected (2, 3)"),

@@ -19,6 +19,11 @@ from gym_extensions.submissions.policies.files import AnyPolicy
 
 EXCESS = 0.02
 """Fraction of the budget by which an agent's last batch may exceed it."""
+NEEDS = {
+    **dict.fromkeys(("task_ids", "env_task_ids", "env_tasks"), "task_in_training"),
+    **dict.fromkeys(("stage", "num_tasks"), "boundaries"),
+}
+"""Attributes of the environment that an agent has to ask for, with the field of ``Observes``."""
 
 
 class NotRequestedError(BenchError, AttributeError):
@@ -314,8 +319,8 @@ def load(agent: Resumable, path: Path) -> Agent:
     except BenchError:  # of an agent in a box, which says more
         raise
     except Exception as error:
-        message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}."
-        raise BenchError("bad-checkpoint", message, str(path), hint) from error
+        message = f"The agent cannot load its checkpoint: {type(error).__name__}: {error}".rstrip(" .:")
+        raise BenchError("bad-checkpoint", f"{message}.", str(path), hint) from error
     restored: Any = agent if returned is None else returned
     if not all(callable(getattr(restored, method, None)) for method in METHODS):
         message = f"load() returned a value of type {type(returned).__name__}."

@@ -1,7 +1,6 @@
 """Groups of tasks that are trained in order and scored together, and suites of groups."""
 
 import functools
-import operator
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -50,10 +49,7 @@ class TaskGroup:
         if not isinstance(self.name, str) or not NAME.fullmatch(self.name):
             hint = "Use up to 48 lower-case letters, digits and dashes, beginning with a letter."
             raise BenchError("bad-group", f"The group's name is {self.name!r}.", "name", hint)
-        version = operator.index(self.version) if hasattr(self.version, "__index__") else -1
-        if isinstance(self.version, bool) or version < 0:
-            hint = "Give a whole number from 0."
-            raise BenchError("bad-group", f"The group's version is {self.version!r}.", "version", hint)
+        version = task_module.whole_number("version", self.version, "bad-group", "version", least=0)
         object.__setattr__(self, "version", version)
         if not isinstance(tasks, tuple | list) or not all(isinstance(member, Task) for member in tasks):
             hint = "Give Task objects, as from gym_extensions.envs.customize."

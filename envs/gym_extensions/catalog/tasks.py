@@ -310,14 +310,14 @@ def label(variation: Variation) -> str:
     return re.sub(r"[^\w.]+", "-", "-".join([type(variation).__name__, *words])).strip("-")
 
 
-def whole_number(name: str, value: Any, code: str, where: str = "") -> int:
-    """Returns a count as an int. Raises ``BenchError`` if it is not a whole number above 0."""
+def whole_number(name: str, value: Any, code: str, where: str = "", least: int = 1) -> int:
+    """Returns a count as an int. Raises ``BenchError`` if it is not a whole number of at least ``least``."""
     try:
         number = operator.index(value)
     except TypeError:
-        number = 0
-    if isinstance(value, bool) or number < 1:
-        raise BenchError(code, f"{name} is {value!r}.", where, "Give a whole number above 0.")
+        number = -1
+    if isinstance(value, bool) or number < least:
+        raise BenchError(code, f"{name} is {value!r}.", where, f"Give a whole number from {least}.")
     return number
 
 

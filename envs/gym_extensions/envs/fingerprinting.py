@@ -108,8 +108,11 @@ def other_platform() -> str:
     name = f"{platform.system()}-{platform.machine()}"
     if name != "Linux-x86_64":
         return f"This machine is {name}, not Linux-x86_64: its physics may differ in the last bits."
-    flags = CPU_INFO.read_text().partition("\nflags")[2].partition("\n")[0].split()
-    return "" if "fma" in flags else "This processor has no FMA: its physics may differ in the last bits."
+    try:
+        flags = CPU_INFO.read_text(errors="replace").partition("\nflags")[2].partition("\n")[0].split()
+    except OSError:
+        flags = []
+    return "" if "fma" in flags else f"{CPU_INFO} states no FMA: the physics may differ in the last bits."
 
 
 def warn_of_another_engine() -> None:

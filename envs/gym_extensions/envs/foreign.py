@@ -1,7 +1,7 @@
 """Environments of other packages as tasks: what they return is made regular, and what is broken is named."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from typing import Any, NoReturn
 
@@ -11,7 +11,6 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
-from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.errors import BenchError
 
@@ -19,7 +18,7 @@ CODE, SEED = "bad-environment", 0
 HINT = "Correct the environment, or register it with a wrapper that does."
 SEEDS = "Call super().reset(seed=seed), and draw every random number from self.np_random."
 CHECK_STEPS, CHECK_SECONDS = 200, 1.0
-"""The longest episode of the check of a task, and the time for all episodes of a group."""
+"""The longest episode of the check of a task, and the time for all episodes."""
 TOLERANCE = 1e-4
 """How far an observation may lie outside its space, absolute and relative to the bound: rounding."""
 REWARD = Box(-np.inf, np.inf, (1,), np.float64)
@@ -110,15 +109,14 @@ def build(task: Task, **rendering: Any) -> ForeignEnv:
     return ForeignEnv(env, task)
 
 
-def check(group: TaskGroup) -> None:
+def check(tasks: Sequence[Task]) -> None:
     """Runs seeded episodes of random actions in environments of other packages, before anything is trained.
 
     Two episodes of one environment and one of a new one have the same seed and actions: they have to be
-    equal, finite and in the observation space. It takes about ``CHECK_SECONDS`` per group.
+    equal, finite and in the observation space. All together take about ``CHECK_SECONDS``.
 
     Raises ``BenchError`` that names the task and the first step that is not.
     """
-    tasks = [task for task in group.tasks if task.is_foreign]
     for task in tasks:
         with build(task) as first, build(task) as second:
             seconds = CHECK_SECONDS / len(tasks) / 3

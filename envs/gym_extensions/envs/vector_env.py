@@ -35,8 +35,8 @@ def seed_of_each(seed: Any, num_envs: int) -> Sequence[int | None]:
         seeds: list[Any] = [int(seed) + index for index in range(num_envs)]
     else:
         seeds = list(seed) if isinstance(seed, Sequence | np.ndarray) else []
-    is_seed = [value is None or (isinstance(value, int | np.integer) and value >= 0) for value in seeds]
-    if len(seeds) != num_envs or not all(is_seed):
+    whole = [value for value in seeds if isinstance(value, int | np.integer) and not isinstance(value, bool)]
+    if len(seeds) != num_envs or len(whole) + seeds.count(None) != num_envs or min(whole, default=0) < 0:
         hint = f"Give an int of at least 0, or a list of {num_envs}."
         raise BenchError("bad-seeds", f"seed is {seed!r}.", WHERE, hint)
     return [None if value is None else int(value) for value in seeds]

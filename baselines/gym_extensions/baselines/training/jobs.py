@@ -48,11 +48,10 @@ class Parallel:
     num_threads: int = 1
 
     def __post_init__(self) -> None:
-        unset = {"jobs": 0, "num_envs": None}
         for name, value in vars(self).items():
-            if name not in unset or value != unset[name]:
-                dashed = name.replace("_", "-")
-                number = whole_number(name, value, f"bad-{dashed}", f"--{dashed}")
+            if name != "num_envs" or value is not None:
+                dashed, least = name.replace("_", "-"), 0 if name == "jobs" else 1
+                number = whole_number(name, value, f"bad-{dashed}", f"--{dashed}", least)
                 object.__setattr__(self, name, number)
 
 
@@ -146,7 +145,8 @@ def require_fit(groups: Iterable[TaskGroup]) -> None:
     for group in groups:
         try:
             make_vec(list(group.tasks), len(group.tasks)).close()
-            foreign.check(group)
+            if theirs := [task for task in group.tasks if task.is_foreign]:
+                foreign.check(theirs)
         except BenchError as error:
             where = f"{group.name}, {error.where}" if error.code == foreign.CODE else group.name
             raise BenchError(error.code, error.message, where, error.hint) from error
