@@ -64,7 +64,7 @@ def run(file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.Monk
     """Runs the command: its exit status, and what it says."""
 
     def command(*names: str, commit: str = "0" * 40) -> tuple[int, str]:
-        monkeypatch.setattr(tune, "commit", lambda: commit)
+        monkeypatch.setattr(tune, "commit_of", lambda _: commit)
         status = tune.main([*names, "--folder", str(file.parent)])
         return status, "".join(capsys.readouterr())
 

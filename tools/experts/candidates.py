@@ -173,7 +173,7 @@ class Workplace:
         """The best candidate among those with the most selection episodes."""
         found = self.candidates(task)
         most = max((seen.episodes for seen in found.values()), default=0)
-        full = {name: seen for name, seen in found.items() if seen.episodes >= min(most, 100)}
+        full = {name: seen for name, seen in found.items() if seen.episodes >= min(most, QUICK)}
         return max(full, key=lambda name: full[name].mean, default=None)
 
     def resolved(self, parent: str | None) -> str | None:

@@ -11,7 +11,6 @@ interrupted continues with the first trial that the file does not have.
 import argparse
 import json
 import os
-import subprocess
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import product
@@ -23,6 +22,7 @@ from typing import Any
 import msgspec
 
 from gym_extensions.baselines import algorithms
+from gym_extensions.baselines.submission import commit_of
 from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError, reports_mistakes, require_known
 from gym_extensions.files import write_text
@@ -96,13 +96,7 @@ def run_trial(plan: Plan, setting: int, body: str) -> Trial:
     rows = measure(Run(plan.method, arguments, tasks, plan.seed, *sizes))
     returns = [[row["returns"][name] for name in tasks] for row in rows]
     seconds = sum(row["cpu_s_per_1M"] for row in rows) * plan.steps / 1e6
-    return Trial(setting, body, returns, *scores(plan, body, returns), round(seconds, 1), commit())
-
-
-def commit() -> str:
-    """The commit of the code that runs; empty outside of a clone."""
-    command = ["git", "describe", "--always", "--abbrev=40", "--exclude=*", "--dirty"]
-    return subprocess.run(command, cwd=HERE, check=False, capture_output=True, text=True).stdout.strip()
+    return Trial(setting, body, returns, *scores(plan, body, returns), round(seconds, 1), commit_of(HERE))
 
 
 def run_in_new_process(plan: Plan, setting: int, body: str) -> Trial:
@@ -163,7 +157,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for method in options.methods:
         require_known("method", method, known, str(options.folder))
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read by the spawned processes, which load numpy afresh
-    if not options.report and not commit():
+    if not options.report and not commit_of(HERE):
         hint = "Run it in a clone of the repository."
         raise BenchError("no-commit", "Every trial states the commit of its code.", str(HERE), hint)
     status = 0

@@ -20,7 +20,7 @@ from typing import Any
 
 import msgspec
 
-from gym_extensions.baselines import generators
+from gym_extensions.baselines import generators, workers
 from gym_extensions.baselines.isolated import confine, contents, frames
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.problem import cut, escape
@@ -35,8 +35,6 @@ Guest(int(sys.argv[1]), int(sys.argv[2]), limits.files).serve(b"")
 """
 NAMESPACES = """--unshare-user --unshare-pid --unshare-net --unshare-ipc --unshare-uts --unshare-cgroup-try
     --uid 65534 --gid 65534 --hostname box --cap-drop ALL --die-with-parent --new-session --clearenv"""
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment variables that the guest gets from the world, because results depend on them; 1 if not set."""
 OWN_VARIABLES = {
     **{
         "PYTHONPATH": contents.PACKAGES,
@@ -68,7 +66,8 @@ def require_possible() -> None:
 
 def command(agent: Path | None, limits: confine.Limits, pipes: tuple[int, int]) -> list[str]:
     """The command line that starts a guest which reads from and writes to these pipes."""
-    variables = {name: os.environ.get(name, "1") for name in THREADS} | OWN_VARIABLES
+    # The number of threads is the world's, because results depend on it.
+    variables = {name: os.environ.get(name, "1") for name in workers.ONE_THREAD} | OWN_VARIABLES
     if kernels := os.environ.get("OPENBLAS_CORETYPE"):
         variables["OPENBLAS_CORETYPE"] = kernels
     options = [

@@ -32,11 +32,6 @@ ArrayType = Literal["<f4", "<f8", "|u1", "|b1", "|i1", "<i4", "<i8"]
 """The types of arrays, and nothing with objects in it."""
 Shape = Annotated[tuple[Annotated[int, Meta(ge=0)], ...], Meta(max_length=8)]
 Shapes = list[tuple[str, ArrayType, Shape]]
-NEEDS = {
-    **dict.fromkeys(("task_ids", "env_task_ids", "env_tasks"), "task_in_training"),
-    **dict.fromkeys(("stage", "num_tasks"), "boundaries"),
-}
-"""Attributes of the environment that an agent has to ask for, with the field of ``Observes``."""
 CHUNK, LENGTHS = 2**16, struct.Struct("<IQ")
 
 

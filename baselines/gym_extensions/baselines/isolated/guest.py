@@ -176,8 +176,8 @@ class GuestEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._observations, self._dtype = (self.num_envs, *seen.shape), seen.dtype
 
     def __getattr__(self, name: str) -> Any:
-        if name in frames.NEEDS:
-            raise agents.not_requested(f"env.{name}", frames.NEEDS[name])
+        if name in agents.NEEDS:
+            raise agents.not_requested(f"env.{name}", agents.NEEDS[name])
         raise AttributeError(f"The environment has no attribute {name!r} in the box.")
 
     @property

@@ -9,17 +9,17 @@ import msgspec
 import numpy as np
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.baselines.agent import Array, Card, Context, VectorEnv
+from gym_extensions.baselines.agent import NEEDS, Array, Card, Context, VectorEnv
 from gym_extensions.baselines.isolated import confine, frames
 from gym_extensions.baselines.isolated.box import Box
+from gym_extensions.baselines.training.environment import SPACES
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.submissions import manifest, problem
 from gym_extensions.submissions.policies import files, mlp, mlp_arrays, onnx
 
-ATTRIBUTES = ("batch_steps", "budget_steps", "num_envs", *frames.NEEDS)
+ATTRIBUTES = ("batch_steps", "budget_steps", "num_envs", *NEEDS)
 """Attributes of the environment that the guest is told, as far as the agent asked for them."""
-SPACES = ("single_observation_space", "single_action_space", "observation_space", "action_space")
 DEFAULTS = confine.Limits()
 Tensors = dict[str, tuple[frames.ArrayType, frames.Shape]]
 

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from gym_extensions.baselines.agent import EXCESS, Array, VectorEnv, not_requested
+from gym_extensions.baselines.agent import EXCESS, NEEDS, Array, VectorEnv, not_requested
 from gym_extensions.baselines.generators import seeded_copy, spawn_seeds
 from gym_extensions.envs import rollout, vector_env
 from gym_extensions.errors import BenchError
@@ -87,13 +87,13 @@ class TrainingEnv(gym.vector.VectorWrapper):
     @property
     def task_ids(self) -> tuple[str, ...]:
         """The ids of the tasks that are trained, in order. Needs ``task_in_training``."""
-        return self._requested("task_ids", "task_in_training", self._trained)
+        return self._requested("task_ids", self._trained)
 
     @property
     def env_task_ids(self) -> tuple[str, ...]:
         """The id of each environment's task. Needs ``task_in_training``."""
         ids = tuple(self._trained[i % len(self._trained)] for i in range(self.num_envs))
-        return self._requested("env_task_ids", "task_in_training", ids)
+        return self._requested("env_task_ids", ids)
 
     @property
     def env_tasks(self) -> NDArray[np.int64]:
@@ -101,22 +101,22 @@ class TrainingEnv(gym.vector.VectorWrapper):
 
         Needs ``task_in_training``.
         """
-        self._requested("env_tasks", "task_in_training", None)
+        self._requested("env_tasks", None)
         return np.array([self._group_ids.index(task) for task in self.env_task_ids], np.int64)
 
     @property
     def stage(self) -> int:
         """The number of the stage, from 1. Needs ``boundaries``."""
-        return self._requested("stage", "boundaries", self._stage)
+        return self._requested("stage", self._stage)
 
     @property
     def num_tasks(self) -> int:
         """The number of tasks in the group. Needs ``boundaries``."""
-        return self._requested("num_tasks", "boundaries", len(self._group_ids))
+        return self._requested("num_tasks", len(self._group_ids))
 
-    def _requested(self, name: str, field_name: str, value: Value) -> Value:
-        if not getattr(self._observes, field_name):
-            raise not_requested(f"env.{name}", field_name)
+    def _requested(self, name: str, value: Value) -> Value:
+        if not getattr(self._observes, NEEDS[name]):
+            raise not_requested(f"env.{name}", NEEDS[name])
         return value
 
     @property
@@ -135,8 +135,8 @@ class TrainingEnv(gym.vector.VectorWrapper):
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Same as the wrapped environment's ``call``. ``task`` needs ``task_in_training``."""
-        if name == "task":
-            self._requested(f"call({name!r})", "task_in_training", None)
+        if name == "task" and not self._observes.task_in_training:
+            raise not_requested("env.call('task')", "task_in_training")
         environments: Any = self.env  # VectorEnv does not declare call, but its implementations have it
         return environments.call(name, *args, **kwargs)
 

@@ -19,7 +19,7 @@ from typing import Protocol
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
-from gym_extensions.baselines.trust_region import policy, policy as policies
+from gym_extensions.baselines.trust_region import policy
 
 SHRINK, STEPS_TRIED = 0.8, 15
 """The line search multiplies a step by the first until it is accepted, at most so often."""
@@ -137,11 +137,11 @@ def updated(
     The penalty is subtracted from the surrogate. ``trainable`` (p,) is 1 for parameters that may change, 0
     for others; by default all may change.
     """
-    values = policies.forward(architecture, theta, batch.observations)
-    slope = policies.surrogate_gradient(architecture, theta, batch, values)
+    values = policy.forward(architecture, theta, batch.observations)
+    slope = policy.surrogate_gradient(architecture, theta, batch, values)
     stride = max(1, len(batch.observations) // region.curvature_states)
     part = tuple(np.ascontiguousarray(each[::stride]) for each in values)
-    product = policies.fisher_product(architecture, theta, part, region.damping)
+    product = policy.fisher_product(architecture, theta, part, region.damping)
     if penalty:
         slope = slope - penalty.gradient(theta)
     if trainable is not None:
@@ -155,16 +155,16 @@ def updated(
     if full_step is None:
         return theta
 
-    old_mean, old_log_sigma = policies.means(architecture, values), theta[sigmas]
-    old = policies.log_density(old_mean, old_log_sigma, batch.actions)
-    before = policies.gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
+    old_mean, old_log_sigma = policy.means(architecture, values), theta[sigmas]
+    old = policy.log_density(old_mean, old_log_sigma, batch.actions)
+    before = policy.gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
 
     for number in range(STEPS_TRIED):
         candidate: Array = theta + theta.dtype.type(SHRINK**number) * full_step
         np.maximum(candidate[sigmas], region.least_log_sigma, out=candidate[sigmas])
-        mean, log_sigma = policies.mean_and_log_sigma(architecture, candidate, batch.observations)
-        kl = policies.divergence(old_mean, old_log_sigma, mean, log_sigma)
-        after = policies.gain(mean, log_sigma, batch, old) - (penalty.value(candidate) if penalty else 0.0)
+        mean, log_sigma = policy.mean_and_log_sigma(architecture, candidate, batch.observations)
+        kl = policy.divergence(old_mean, old_log_sigma, mean, log_sigma)
+        after = policy.gain(mean, log_sigma, batch, old) - (penalty.value(candidate) if penalty else 0.0)
         if np.isfinite(after) and after > before and kl <= region.max_kl:
             return candidate
     return theta

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gym_extensions.baselines.agent import Array, VectorEnv
-from gym_extensions.baselines.trust_region import policy, policy as policies
+from gym_extensions.baselines.trust_region import policy
 from gym_extensions.files import compiled
 
 
@@ -100,7 +100,7 @@ def descend(  # noqa: PLR0917
         rows = slice(step * size, (step + 1) * size)
         values = [inputs[rows]]
         for number in range(last + 1):
-            weights, bias = policies.layer(sizes, theta, number)
+            weights, bias = policy.layer(sizes, theta, number)
             outputs = np.dot(values[number], weights)
             for row in range(len(outputs)):
                 for unit in range(bias.size):
@@ -109,7 +109,7 @@ def descend(  # noqa: PLR0917
             values.append(outputs)
         upstream = (values[-1] - targets[rows]) * np.float32(2 / len(values[0]))
         slope[:] = 0
-        policies.add_gradient(sizes, theta, policies.RELU, values, upstream, slope)
+        policy.add_gradient(sizes, theta, policy.RELU, values, upstream, slope)
         for j in range(theta.size):
             first[j] += first_share * (slope[j] - first[j])
             second[j] += second_share * (slope[j] * slope[j] - second[j])
@@ -135,7 +135,7 @@ class ValueFunction:
     def __init__(self, observations: int, rng: np.random.Generator, fit: ValueFit) -> None:
         self._fit = fit
         self._architecture = policy.Architecture((observations, *fit.hidden, 1), "relu")
-        theta = policies.initial(self._architecture.sizes, rng)
+        theta = policy.initial(self._architecture.sizes, rng)
         self.state: dict[str, Array] = {
             "theta": theta,
             "first": np.zeros_like(theta),
@@ -143,7 +143,7 @@ class ValueFunction:
             "updates": np.zeros(1),
             "level": np.array([0.0, 1.0]),
         }
-        self._store(policies.no_moments(observations))
+        self._store(policy.no_moments(observations))
 
     @property
     def parameters(self) -> int:
@@ -156,17 +156,17 @@ class ValueFunction:
         the advantages of the first batch are noisy. Zeros would be better; they would change every published
         run.
         """
-        inputs = policies.standardize(self._moments(), observations, least=0.0)
+        inputs = policy.standardize(self._moments(), observations, least=0.0)
         mean, deviation = self.state["level"]
-        outputs = policies.outputs(self._architecture, self.state["theta"], inputs)[:, 0]
+        outputs = policy.outputs(self._architecture, self.state["theta"], inputs)[:, 0]
         return outputs.astype(np.float64) * deviation + mean
 
     def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
         """Moves the predictions towards the targets (n,) by a few epochs of Adam on the squared error."""
-        self._store(policies.merge(self._moments(), observations))
+        self._store(policy.merge(self._moments(), observations))
         self._rescale(targets)
         mean, deviation = self.state["level"]
-        inputs = policies.standardize(self._moments(), observations, least=0.0)
+        inputs = policy.standardize(self._moments(), observations, least=0.0)
         scaled = ((targets - mean) / deviation).astype(np.float32)
         fit, count = self._fit, len(inputs)
         size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
@@ -193,7 +193,7 @@ class ValueFunction:
         """
         mean, deviation = self.state["level"]
         new_mean, new_deviation = float(targets.mean()), max(float(targets.std()), 1e-6)
-        weights, bias = policies.layers(self._architecture.sizes, self.state["theta"])[-1]
+        weights, bias = policy.layers(self._architecture.sizes, self.state["theta"])[-1]
         weights *= np.float32(deviation / new_deviation)
         bias[:] = (bias * deviation + mean - new_mean) / new_deviation
         self.state["level"] = np.array([new_mean, new_deviation])
