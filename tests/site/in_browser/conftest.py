@@ -3,22 +3,16 @@
 Without Chromium or playwright the tests are skipped with the reason; CI runs them with ``--no-skips``.
 """
 
-from __future__ import annotations
-
 import shutil
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
-from .made_site import write_site
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext, Page
+from .made_site import Browser, BrowserContext, Page, Visit, write_site
 
 PATIENCE = 120_000
 """Milliseconds until an action fails: a busy machine is slow, and a test that waits costs nothing."""
@@ -91,7 +85,7 @@ def page(profile: BrowserContext) -> Iterator[Page]:
 
 
 @pytest.fixture
-def visit(page: Page, address: str) -> Callable[[str], Page]:
+def visit(page: Page, address: str) -> Visit:
     """Opens a page of the site from its file."""
 
     def opened(path: str) -> Page:

@@ -1,7 +1,8 @@
 """The site of the browser tests: submissions of every level, long names, a long board, poses."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pytest
 
@@ -17,6 +18,16 @@ from ..conftest import everything, learner, make_submission, scored
 from ..pages.test_core import GROUPS, method
 from ..play.test_assets import write_runs
 from ..play.test_watch import poses_of
+
+if TYPE_CHECKING:
+    from playwright import sync_api
+
+Browser: TypeAlias = "sync_api.Browser"
+BrowserContext: TypeAlias = "sync_api.BrowserContext"
+Locator: TypeAlias = "sync_api.Locator"
+Page: TypeAlias = "sync_api.Page"
+Visit = Callable[[str], Page]
+"""Types of the tests, by text: without playwright they are skipped."""
 
 ASSETS = Path(__file__).parents[3] / SITE_ASSETS
 """The simulator of Play, where ``make site-assets`` has fetched it."""

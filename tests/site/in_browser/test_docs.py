@@ -1,18 +1,14 @@
 """The documentation below the board: its header, and the search that finds the pages of both."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import pytest
 
+from .made_site import Browser, Page
 from .test_layout import SERIOUS, WIDE, axe
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
 
 ROOT = Path(__file__).parents[3]
 MASTHEAD = ".masthead, .masthead .mark a, .masthead li:first-child a"

@@ -1,16 +1,10 @@
 """Where the reader's system prescribes all colours, every mark that carries meaning stays visible."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import pytest
 
-from .made_site import PAGES
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+from .made_site import PAGES, Browser, Page
 
 CONTRAST = """const parts = (colour) => (colour.match(/[\\d.]+/g) || [0, 0, 0, 0]).map(Number);
 const paper = parts(getComputedStyle(document.body).backgroundColor);

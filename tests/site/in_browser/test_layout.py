@@ -3,19 +3,14 @@
 Most kinds are marked ``slow``; ``make browser`` runs them.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
-from .made_site import KINDS, MANY
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+from .made_site import KINDS, MANY, Browser, Page
 
 Screens = dict[int, dict[str, list[str]]]
 """The findings by width and check."""

@@ -3,16 +3,9 @@
 Most kinds are marked ``slow``; ``make browser`` runs them.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import pytest
 
-from .made_site import KINDS, PAGES
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Page
+from .made_site import KINDS, PAGES, Page
 
 
 def reports(page: Page, folder: str, path: str) -> list[str]:

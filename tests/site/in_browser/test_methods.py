@@ -1,14 +1,7 @@
 """The table of methods on the first page: cells, groups, sorting, Compare, and the address that has them."""
 
-from __future__ import annotations
+from .made_site import Page, Visit
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Page
-
-Visit = Callable[[str], "Page"]
 ROWS = "#core-table tr[data-name]"
 
 

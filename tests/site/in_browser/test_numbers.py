@@ -1,19 +1,10 @@
 """A number opens a dialog with what is behind it; from there it takes one click to the results."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from typing import TYPE_CHECKING
-
 import pytest
 
-from .made_site import PAGES
+from .made_site import PAGES, Visit
 from .test_layout import SERIOUS, axe
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Page
-
-Visit = Callable[[str], "Page"]
 NUMBERS = {
     "overview": "tr[data-name=keeps] td.cell a.n",
     "board": "#row-agile a.n",

@@ -5,10 +5,8 @@ Without the simulator, which ``make site-assets`` fetches, the tests are skipped
 positions of the humanoids to 0.02 and their rewards to 0.1; their velocities and forces differ at contacts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -23,12 +21,9 @@ from gym_extensions.site.play.assets import policy_file
 
 from ...submissions.policies.test_arithmetic import policies, seen
 from ..play.test_assets import hopper_policy
-from .made_site import ASSETS
+from .made_site import ASSETS, Browser, Page
 from .test_layout import SERIOUS, WIDE, axe
 from .test_loading import reports
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
 
 pytestmark = pytest.mark.skipif(not ASSETS.is_dir(), reason="the simulator is not there (make site-assets)")
 STARTS, STEPS = 10, 50

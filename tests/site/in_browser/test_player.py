@@ -1,16 +1,8 @@
 """The Watch panel in a browser: play and pause, the time and the speed, by mouse and by keyboard."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from typing import TYPE_CHECKING
-
 import pytest
 
-from .made_site import PAGES
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Locator, Page
+from .made_site import PAGES, Locator, Visit
 
 DARK_PIXELS = """(canvas) => {
   const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
@@ -21,7 +13,7 @@ DARK_PIXELS = """(canvas) => {
 
 
 @pytest.fixture
-def panel(visit: Callable[[str], Page]) -> Locator:
+def panel(visit: Visit) -> Locator:
     """The panel of the first task of a submission."""
     return visit(PAGES["submission"]).locator(".watch").first
 
@@ -46,7 +38,7 @@ def test_replay_draws_both_episodes_and_pause_stops_the_time(panel: Locator) -> 
     assert time.input_value() == stopped
 
 
-def test_the_page_of_a_task_replays_its_expert(visit: Callable[[str], Page]) -> None:
+def test_the_page_of_a_task_replays_its_expert(visit: Visit) -> None:
     panel = visit(PAGES["task"]).locator(".watch").first
     panel.get_by_role("button", name="Replay").click()
     panel.get_by_role("button", name="Pause").wait_for()

@@ -1,20 +1,12 @@
 """The table of a board, the tabs of a group and Compare in a browser; their state is in the address."""
 
-from __future__ import annotations
-
 import csv
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
-from .made_site import MANY, PAGES
+from .made_site import MANY, PAGES, Locator, Page, Visit
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Locator, Page
-
-Visit = Callable[[str], "Page"]
 BOARD, ALL_ROWS, GROUP = PAGES["board"], PAGES["long board"], PAGES["group"]
 SHOWN = ".wide tbody:not(.computed) tr:not([hidden])"
 

@@ -1,23 +1,20 @@
 """Figures and tables can be saved, from files as well: as SVG with its style, as PNG and as CSV."""
 
 import csv
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Page
+from .made_site import Page, Visit
 
 
-def saved(page: "Page", kind: str, nth: int = 0) -> Path:
+def saved(page: Page, kind: str, nth: int = 0) -> Path:
     """The file that a link below a figure or table saves."""
     with page.expect_download() as download:
         page.locator(f".take button:text-is('{kind}')").nth(nth).click()
     return download.value.path()
 
 
-def test_a_figure_is_saved_with_its_style_inside(visit: Callable[[str], "Page"]) -> None:
+def test_a_figure_is_saved_with_its_style_inside(visit: Visit) -> None:
     page = visit("core.html")
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text))
@@ -32,7 +29,7 @@ def test_a_figure_is_saved_with_its_style_inside(visit: Callable[[str], "Page"])
     assert said == []
 
 
-def test_a_saved_line_has_the_place_that_the_page_gives_it(visit: Callable[[str], "Page"]) -> None:
+def test_a_saved_line_has_the_place_that_the_page_gives_it(visit: Visit) -> None:
     page = visit("submissions/agile.html")
     page.get_by_role("button", name="Replay").first.click()
     page.locator(".watch.playing").wait_for()
@@ -47,7 +44,7 @@ def test_a_saved_line_has_the_place_that_the_page_gives_it(visit: Callable[[str]
     assert line.get("transform") == "matrix(0.5, 0, 0, 0.5, 0, 0)"
 
 
-def test_a_part_of_a_table_that_is_hidden_is_not_saved(visit: Callable[[str], "Page"]) -> None:
+def test_a_part_of_a_table_that_is_hidden_is_not_saved(visit: Visit) -> None:
     page = visit("index.html")
     page.locator("#core-table tbody").first.evaluate("(body) => { body.hidden = true; }")
     rows = list(csv.reader(saved(page, "CSV").read_text("utf-8-sig").splitlines()))
@@ -62,7 +59,7 @@ CELLS = ("\u22120.42 \u22120.50 to \u22120.34", "1\u202f000", "\u22123", "-3+cmd
 """Numbers, and what a spreadsheet would run, in the last column."""
 
 
-def test_a_table_is_saved_as_it_is_shown(visit: Callable[[str], "Page"]) -> None:
+def test_a_table_is_saved_as_it_is_shown(visit: Visit) -> None:
     page = visit("submissions.html")
     page.evaluate(CHANGED, CELLS)
     rows = list(csv.reader(saved(page, "CSV").read_text("utf-8-sig").splitlines()))
