@@ -7,12 +7,11 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
-import functools
 import importlib.util
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import product
 from pathlib import Path
@@ -32,7 +31,7 @@ from gym_extensions.submissions import run as documents
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file, run_key
 from gym_extensions.submissions.log import Episode, write_log
 from gym_extensions.submissions.manifest import manifest_of, parse
-from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
+from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Review, Training, Verification, training_text, write_review
@@ -148,7 +147,7 @@ def write_submission(
     value: Value = formula,
     curves: int = 0,
     manifest: str = MANIFEST,
-    policies: bool = True,
+    policy: Policy | None = UNIFORM,
     verified: bool | None = None,
     parameters: int = 100,
 ) -> Path:
@@ -156,47 +155,63 @@ def write_submission(
 
     Args:
         curves: number of points of each curve.
-        policies: whether runs publish policies: uniformly random ones, whatever the log says.
+        policy: what runs publish for every stage and task, whatever the log says; None: nothing.
         verified: whether a review says so, which a rank needs; by default with five or more runs.
         parameters: number of parameters of the agent.
     """
     folder = root / name
     folder.mkdir(parents=True, exist_ok=True)
-    digests = {}
+    digests, budget = {}, prescribed.BUDGETS[parse(manifest.encode())["protocol"]["budget"]]
     for group_name, protocol, run in product(groups, protocols, runs):
         members = group(group_name)
-        log, document_path, npz = (
-            folder / run_file(group_name, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)
-        )
-        write_log(log, episodes_of(members, protocol, run, value), members.task_ids)
-        policy_file = None
-        if policies:
-            data, digest = uniform_policies(group_name, protocol)
-            npz.write_bytes(data)
-            policy_file = documents.PolicyFile(sha256=digest, size=len(data))
-        document = documents.RunDocument(
-            group=members.id,
-            protocol=protocol,  # type: ignore[arg-type]
-            run=run,
+        steps = budget.steps_for(group_name)
+        document = write_run(
+            *(folder, members, protocol, run, episodes_of(members, protocol, run, value)),
+            policies=dict.fromkeys(files.policy_keys(protocol, members), policy) if policy else {},
             order=documents.order_of(members, protocol, run),
             versions=VERSIONS,
-            steps=prescribed.BUDGETS["smoke"].steps_for(group_name) * len(members.tasks),
+            steps=steps * len(members.tasks),
             memory=documents.Memory(
                 stored_steps=2000, parameters_first=parameters, parameters_last=parameters
             ),
-            fingerprints={task.id: published(task.id) for task in members.tasks},
-            curves=curves_of(members, protocol, run, value, curves),
-            arithmetic=documents.ARITHMETIC,
-            log=documents.file_sha256(log),
-            policies=policy_file,
+            curves=curves_of(members, protocol, run, value, steps=steps, points=curves),
         )
-        documents.write_run(document_path, document)
         digests[run_key(group_name, protocol, run)] = document.digest
     (folder / "submission.toml").write_text(manifest, encoding="utf-8", newline="\n")
     if len(runs) >= prescribed.FULL_SUBMISSION_RUNS if verified is None else verified:
         settings = manifest_of(parse(manifest.encode())).digest
         write_review(folder, Review(verifications=[verification(digests, settings)]))
     return folder
+
+
+def write_run(
+    folder: Path,
+    members: TaskGroup,
+    protocol: str,
+    run: int,
+    episodes: list[Episode],
+    *,
+    policies: Mapping[files.Key, files.AnyPolicy],
+    **facts: Any,
+) -> documents.RunDocument:
+    """Writes the log, the policies (if any) and the document of a run."""
+    log, npz = (folder / run_file(members.name, protocol, run, suffix) for suffix in (LOG, POLICIES))
+    write_log(log, episodes, members.task_ids)
+    if policies:
+        files.write_policies(npz, policies)
+        digest = files.content_sha256(files.run_arrays(policies))
+        facts["policies"] = documents.PolicyFile(sha256=digest, size=npz.stat().st_size)
+    document = documents.RunDocument(
+        group=members.id,
+        protocol=protocol,  # type: ignore[arg-type]
+        run=run,
+        fingerprints={task.id: published(task.id) for task in members.tasks},
+        arithmetic=documents.ARITHMETIC,
+        log=documents.file_sha256(log),
+        **facts,
+    )
+    documents.write_run(log.with_suffix(DOCUMENT), document)
+    return document
 
 
 def episodes_of(members: TaskGroup, protocol: str, run: int, value: Value) -> list[Episode]:
@@ -221,10 +236,9 @@ def episodes_of(members: TaskGroup, protocol: str, run: int, value: Value) -> li
 
 
 def curves_of(
-    members: TaskGroup, protocol: str, run: int, value: Value, points: int
+    members: TaskGroup, protocol: str, run: int, value: Value, *, steps: int, points: int
 ) -> list[documents.Curve]:
     """One curve per task, which all have the returns of the first task."""
-    steps = prescribed.BUDGETS["smoke"].steps_for(members.name)
     return [
         documents.Curve(
             stage=position if protocol in prescribed.IN_ORDER else 1,
@@ -235,13 +249,6 @@ def curves_of(
         for position, index in enumerate(prescribed.task_order(protocol, run, len(members.tasks)), 1)
         if points
     ]
-
-
-@functools.cache
-def uniform_policies(group_name: str, protocol: str) -> tuple[bytes, str]:
-    """The policies of a run that acts at random, as a file, and their digest."""
-    arrays = run_arrays(dict.fromkeys(policy_keys(protocol, group(group_name)), UNIFORM))
-    return npz_bytes(arrays), content_sha256(arrays)
 
 
 def trained_here(folder: Path, version: int = 1, **changes: object) -> Path:

@@ -26,6 +26,7 @@ from gym_extensions.submissions.run import PolicyFile, Versions, read_run
 from gym_extensions.verification.episodes import Player
 from gym_extensions.verification.verify import verify
 
+from ..submissions.examples import TOML, edit
 from ..verification import made_submissions as submissions
 from ..verification.made_submissions import (
     GROUP,
@@ -105,17 +106,6 @@ OTHERS = itertools.count(9)
 def policies(change: Callable[[dict[Key, AnyPolicy]], object]) -> Forge:
     """Changes the stored policies of all runs, and states their digests."""
     return lambda submission: change_policies(submission, change)
-
-
-def settings(old: str, new: str) -> Forge:
-    """Changes a line of the manifest."""
-
-    def forged(submission: Path) -> None:
-        path = submission / "submission.toml"
-        assert old in path.read_text()
-        path.write_text(path.read_text().replace(old, new))
-
-    return forged
 
 
 def without_policies(submission: Path) -> None:
@@ -289,7 +279,7 @@ ATTACKS = (
     Attack("All runs are made from one, by noise of a thousandth of the weights.", one_run_many_times, TWINS),
     Attack("Tuning is said to have cost nothing.", lambda submission: submission, VERIFIED),
     *(
-        Attack(f"After the verification, {what} is edited.", settings(*words), CLAIMED, reviewed=True)
+        Attack(f"After the verification, {what} is edited.", edit(*words, TOML), CLAIMED, reviewed=True)
         for what, words in {
             "the budget": ('"100k"', '"300k"'),
             "the algorithm": ('"formula"', '"trpo"'),

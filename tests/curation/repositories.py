@@ -4,15 +4,11 @@ import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
-from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.curation.gate import check_pull_request
 from gym_extensions.curation.gate_report import GateReport
-from gym_extensions.submissions.policies.files import content_sha256, npz_bytes, policy_keys, run_arrays
 from gym_extensions.submissions.policies.mlp import Policy
-from gym_extensions.submissions.run import PolicyFile, read_run, write_run
 from gym_extensions.verification.git import Repository
 
 from .. import conftest
@@ -70,16 +66,10 @@ def write_submission(folder: Path, name: str, bonus: float = 0.0, group: str = "
         return bonus + 10.0 * position + run + episode / 8
 
     manifest = BOARD_MANIFEST.replace("A submission", f"Submission {name}")
-    submission = conftest.write_submission(folder, name=name, groups=(group,), value=value, manifest=manifest)
     policy = Policy(np.full(3, bonus / 100), np.ones(3), head="uniform")
-    for path in sorted(submission.glob("*/*/run*.json")):
-        document = read_run(path)
-        arrays = run_arrays(dict.fromkeys(policy_keys(document.protocol, GROUPS[group]), policy))
-        data = npz_bytes(arrays)
-        path.with_suffix(".npz").write_bytes(data)
-        stated = PolicyFile(sha256=content_sha256(arrays), size=len(data))
-        write_run(path, msgspec.structs.replace(document, policies=stated))
-    return submission
+    return conftest.write_submission(
+        folder, name=name, groups=(group,), value=value, manifest=manifest, policy=policy
+    )
 
 
 def make_project(folder: Path) -> Path:

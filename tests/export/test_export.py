@@ -175,4 +175,4 @@ def test_without_pyarrow_the_zoo_says_what_to_install(
 def test_without_policies_there_is_no_zoo(make_submission: Callable[..., Path], tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     with pytest.raises(BenchError, match="There are no policies"):
-        zoo_export.write_zoo(tmp_path, [make_submission(name="other", policies=False)])
+        zoo_export.write_zoo(tmp_path, [make_submission(name="other", policy=None)])

@@ -3,10 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
-
-import msgspec
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.metrics.values import MetricValue
@@ -14,7 +11,6 @@ from gym_extensions.scoring.ranking.boards import Board, BoardKey
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.submissions.review import Level
-from gym_extensions.submissions.run import file_sha256, read_run, write_run
 
 FIVE = (0, 1, 2, 3, 4)
 GROUP = "hopper-gravity-v0"
@@ -42,13 +38,6 @@ def on_gravity(card: Scorecard, mean: float) -> Scorecard:
     metrics = {**score.metrics, "final_performance": MetricValue(mean, mean - 1, mean + 1, runs)}
     groups = {name: {"sequential": replace(score, metrics=metrics)} for name in SUITES["gravity"]}
     return replace(card, groups=groups, suites=suite_scores(groups))
-
-
-def rewrite(folder: Path, run: str, text: str) -> None:
-    """Writes another log of a run, and its digest into the run's document."""
-    log, document = folder / f"{run}.csv", folder / f"{run}.json"
-    log.write_text(text, newline="\n")
-    write_run(document, msgspec.structs.replace(read_run(document), log=file_sha256(log)))
 
 
 def at_level(card: Scorecard, level: Level, *protocols: str) -> Scorecard:

@@ -6,19 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
 
 from gym_extensions import references
 from gym_extensions.__main__ import main
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.site import cli
 from gym_extensions.site.play import assets
-from gym_extensions.submissions.run import read_run, write_run
 
 from ..conftest import MANIFEST, loaded, write_submission
 
@@ -37,17 +34,13 @@ def value(_protocol: str, run: int, stage: int, position: int, episode: int) -> 
 def make_submission(name: str) -> Path:
     """A sequential submission on hopper-gravity with the budget 100k in the working directory."""
     title = f'title = "{name.title()}"'
-    folder = write_submission(
+    return write_submission(
         Path("submissions"),
         name=name,
         protocols=("sequential",),
         value=value,
         manifest=MANIFEST.replace('"smoke"', '"100k"').replace('title = "A submission"', title),
     )
-    for path in folder.rglob("run*.json"):
-        steps = BUDGETS["100k"].steps_for(HOPPER) * len(group(HOPPER).tasks)
-        write_run(path, msgspec.structs.replace(read_run(path), steps=steps))
-    return folder
 
 
 @pytest.fixture

@@ -9,11 +9,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group as group_of
 from gym_extensions.catalog.protocol import BUDGETS, EVALUATION_EPISODES, evaluation_seed, stages
 from gym_extensions.submissions import run as documents
-from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, run_file
+from gym_extensions.submissions.layout import POLICIES, run_file
 from gym_extensions.submissions.log import Episode, read_log, write_log
 from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.mlp import Policy
@@ -23,7 +22,7 @@ from gym_extensions.verification.cli import main
 from gym_extensions.verification.episodes import Cell, run_cell
 from gym_extensions.versions import version
 
-from ..conftest import MANIFEST
+from ..conftest import MANIFEST, write_run
 
 GROUP = "hopper-wall"
 RUNS = (0, 1, 2, 3, 4)
@@ -69,26 +68,15 @@ def write_run_files(
                 Episode(stage, task.id, number, seed, *outcome)
                 for number, (seed, outcome) in enumerate(zip(seeds, outcomes, strict=True))
             ]
-    paths = [folder / run_file(GROUP, protocol, run, suffix) for suffix in (LOG, DOCUMENT, POLICIES)]
-    write_log(paths[0], episodes, members.task_ids)
-    files.write_policies(paths[2], policies)
     names = ("gym_extensions", "gymnasium", "mujoco", "numpy")
     versions = {name: version(name.replace("_", "-")) for name in names} | {"python": "3.11.0"}
-    document = documents.RunDocument(
-        group=members.id,
-        protocol=protocol,  # type: ignore[arg-type]
-        run=run,
+    write_run(
+        *(folder, members, protocol, run, episodes),
+        policies=policies,
         versions=documents.Versions(**versions, platform="Linux-x86_64"),
-        arithmetic=documents.ARITHMETIC,
         steps=BUDGETS["100k"].steps_for(GROUP) * len(members.tasks),
         memory=documents.Memory(stored_steps=0, parameters_first=36, parameters_last=36),
-        fingerprints={task.id: published(task.id) for task in members.tasks},
-        log=documents.file_sha256(paths[0]),
-        policies=documents.PolicyFile(
-            sha256=files.content_sha256(files.run_arrays(policies)), size=paths[2].stat().st_size
-        ),
     )
-    documents.write_run(paths[1], document)
 
 
 def write_submission(
@@ -137,12 +125,12 @@ def change_log(submission: Path, edit: Callable[[Row], Mapping[str, object]], ru
     for path in sorted(submission.glob("*/*/run*.csv")):
         if run is not None and path.stem != f"run{run}":
             continue
-        episodes = []
-        for each in read_log(path).to_dict("records"):
+        episodes, rows = [], read_log(path)
+        for each in rows.to_dict("records"):
             row: Row = {**each, **edit(each)}  # type: ignore[arg-type, dict-item]
             end = {"return_": float(row.pop("return")), "success": success[row["success"]]}
             episodes.append(Episode(**row | end))
-        write_log(path, episodes, group_of(GROUP).task_ids)
+        write_log(path, episodes, tuple(rows["task"].unique()))
         change_document(path.with_suffix(".json"), log=documents.file_sha256(path))
     return submission
 

@@ -1,7 +1,7 @@
 """A run of a reference agent is trained again: the same bytes, another log, and agents of strangers."""
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
@@ -15,12 +15,13 @@ from gym_extensions.submissions import reader
 from gym_extensions.submissions.layout import Folder, scan
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, read_review
-from gym_extensions.submissions.run import file_sha256, read_run
+from gym_extensions.submissions.run import read_run
 from gym_extensions.verification import retrain
 from gym_extensions.verification.retrain import Cells, compare_cells, drawn_run, train_again
 from gym_extensions.verification.verify import logged_runs
 
 from ..baselines.conftest import QUICK_TOML
+from ..submissions.examples import TOML, Change, edit
 from . import made_submissions as submissions
 from .made_submissions import VALUE, change_document
 
@@ -53,19 +54,9 @@ def level_of(submission: Path) -> str:
     return submissions.level_of(submission, with_custom([submission.parent / "quick.toml"]))
 
 
-def multiply(submission: Path, stage: int, factor: float) -> Path:
-    """Multiplies the logged returns of a stage, states the new digest, and gives the run's document."""
-    path = submission / f"{RUN}.csv"
-    header, *rows = path.read_text(encoding="utf-8").splitlines()
-    column = header.split(",").index("return")
-    for number, row in enumerate(rows):
-        cells = row.split(",")
-        if cells[0] == str(stage):
-            cells[column] = repr(float(cells[column]) * factor)
-        rows[number] = ",".join(cells)
-    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8", newline="\n")
-    change_document(path.with_suffix(".json"), log=file_sha256(path))
-    return path.with_suffix(".json")
+def multiply(submission: Path, factor: float) -> None:
+    """Multiplies the logged returns before training."""
+    submissions.change_log(submission, lambda row: {"return": row["return"] * factor ** (row["stage"] == 0)})
 
 
 @pytest.mark.parametrize("agent", ["trpo", "random"])
@@ -93,7 +84,7 @@ def test_a_log_that_its_policies_give_and_its_training_does_not_is_refuted(
 ) -> None:
     submission = workshop / "random"
     other = Path(shutil.copytree(submission, workshop / "other"))
-    multiply(other, 0, 0.5)
+    multiply(other, 0.5)
     monkeypatch.setattr(retrain, "retrain", lambda *_: other / f"{RUN}.csv")
     assert verify(submission, "--write") == 1
     assert "means differ after training again" in capsys.readouterr().out
@@ -107,7 +98,7 @@ def test_another_log_within_noise_is_not_reproduced_on_the_machine_that_made_it(
     workshop: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     submission = workshop / "random"
-    multiply(submission, 0, 1 - 1e-9)
+    multiply(submission, 1 - 1e-9)
     assert verify(submission, "--write") == 0
     assert "NOT the same episodes" in capsys.readouterr().out
     assert level_of(submission) == "verified"
@@ -117,7 +108,8 @@ def test_a_run_that_was_made_elsewhere_is_compared_by_its_means(
     workshop: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     submission = workshop / "random"
-    document = multiply(submission, 0, 1 - 1e-9)
+    multiply(submission, 1 - 1e-9)
+    document = submission / f"{RUN}.json"
     versions = msgspec.structs.replace(read_run(document).versions, gym_extensions="0.9.0")
     change_document(document, versions=versions)
     assert verify(submission, "--write") == 0
@@ -126,22 +118,10 @@ def test_a_run_that_was_made_elsewhere_is_compared_by_its_means(
     assert level_of(submission) == "verified"
 
 
-def stating(old: str, new: str) -> Callable[[Path], object]:
-    """Changes a line of the manifest."""
-
-    def change(submission: Path) -> None:
-        path = submission / "submission.toml"
-        text = path.read_text(encoding="utf-8")
-        assert old in text
-        path.write_text(text.replace(old, new), encoding="utf-8")
-
-    return change
-
-
-REFUSED: dict[str, tuple[str, Callable[[Path], object], str]] = {
-    "an agent of a stranger": ("random", stating('"random"', '"mine"'), "'mine' is not a reference agent."),
-    "a module": ("random", stating('"random"', '"os:system"'), "is not a reference agent"),
-    "a setting of no agent": ("trpo", stating("max_kl = 0.04", "max_kl = 0.5"), "max_kl"),
+REFUSED: dict[str, tuple[str, Change, str]] = {
+    "a stranger's agent": ("random", edit('"random"', '"mine"', TOML), "'mine' is not a reference agent."),
+    "a module": ("random", edit('"random"', '"os:system"', TOML), "is not a reference agent"),
+    "a setting of no agent": ("trpo", edit("max_kl = 0.04", "max_kl = 0.5", TOML), "max_kl"),
     "policies from elsewhere": (
         *("random", lambda submission: change_document(submission / f"{RUN}.json", steps_counted=False)),
         "trained elsewhere",
@@ -170,7 +150,7 @@ def test_training_is_tried_with_one_thread_and_with_all(
     submission = workshop / "random"
     tried: list[int] = []
     other = Path(shutil.copytree(submission, workshop / "other"))
-    multiply(other, 0, 0.5)
+    multiply(other, 0.5)
 
     def trained(*_: object, **__: object) -> Path:
         return (other if len(tried) == 1 else submission) / f"{RUN}.csv"
