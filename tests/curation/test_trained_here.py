@@ -62,29 +62,14 @@ def test_an_agent_that_draws_from_the_machine_is_told_so(tell: Tell) -> None:
     assert note.startswith("Trained twice, it differs from stage")
 
 
-FAILURES = {
-    "an error": ("raise ValueError('too late')\n", "after 0 of 1,000 steps", "too late (agent.py, line"),
-    "ten times the steps": ("steps *= 10\n", "learn(), stage 1, after 1,0", "its budget is 1000"),
-    "its own end": (
-        "import os\nprint('bye \\x1b[2J', flush=True)\nos._exit(3)\n",
-        "stage 1",
-        "| bye \\x1b[2J",
-    ),
-    "another process": ("import os\nos.fork()\n", "stage 1", "Operation not permitted"),
-}
-FIRST, *REST = FAILURES
-
-
-@pytest.mark.parametrize("name", [FIRST, *(pytest.param(each, marks=pytest.mark.slow) for each in REST)])
-def test_an_agent_that_fails_counts_as_the_floor_and_is_not_tried_again(tell: Tell, name: str) -> None:
-    lines, where, what = FAILURES[name]
-    found = tell(lines, options=("--short",))
+def test_an_agent_that_fails_counts_as_the_floor_and_is_not_tried_again(tell: Tell) -> None:
+    found = tell("raise ValueError('too late')\n", options=("--short",))
     assert found["gate"]["verdict"] == "passed"
     assert (found["status"], found["level"]) == (0, "trained here")
     assert len(found["training"]["failed"]) == 2
     for verdict in found["training"]["failed"].values():
-        assert where in verdict
-        assert what in verdict
+        assert "after 0 of 1,000 steps" in verdict
+        assert "too late (agent.py, line" in verdict
         assert len(verdict) <= 500
     assert max(map(abs, found["scores"])) < 0.05
     assert "failed: " not in found["again"], "nothing runs again"
@@ -101,14 +86,6 @@ def test_the_gate_refuses_what_it_can_read_or_try(tell: Tell) -> None:
     ):
         (problem,) = tell(source=text)["gate"]["problems"]
         assert (problem["rule"], where in problem["where"]) == (rule, True), problem
-
-
-@pytest.mark.slow
-def test_a_linear_policy_in_the_source_is_ranked_and_shown_as_what_it_is(tell: Tell) -> None:
-    """Nothing stops few numbers (docs/security.md); the code is public, and it learns nothing."""
-    found = tell("return\n", options=("--short",))
-    assert found["level"] == "trained here"
-    assert found["due_again"] == "[]"
 
 
 @pytest.mark.slow

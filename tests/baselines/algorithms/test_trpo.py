@@ -89,40 +89,6 @@ def test_trpo_acts_with_its_mean_and_explores_with_its_sigma_and_trpo_2017_sampl
     np.testing.assert_allclose(explored.std(axis=0), np.exp(REFERENCE.initial_log_sigma), rtol=0.06)
 
 
-@pytest.mark.parametrize("make", [trpo.make, trpo.Trpo2017], ids=["trpo", "trpo-2017"])
-def test_acting_changes_only_the_generator_for_acting(make: Any, tmp_path: Path) -> None:
-    agent = make(BOX, Corridor.single_action_space, 0)
-    agent.learn(Corridor(ends=True), 4_000)
-    for name in ("before", "after"):
-        agent.save(tmp_path / f"{name}.npz")
-        agent.act(np.full((5, 3), 100.0))
-    with np.load(tmp_path / "before.npz") as before, np.load(tmp_path / "after.npz") as after:
-        changed = {name for name in before.files if not np.array_equal(before[name], after[name])}
-    assert changed <= {"acting"}
-
-
-def test_trpo_standardizes_observations_by_all_earlier_batches() -> None:
-    agent = trpo.make(BOX, Corridor.single_action_space, 0)
-    agent.learn(Corridor(ends=True), 2_000)
-    assert agent._moments.count == 2_000
-    np.testing.assert_allclose(agent._moments.mean, [2, 2, 2])  # Steps 0 to 4 of every episode.
-    np.testing.assert_allclose(agent._policy_inputs(np.full((1, 3), 2 + np.sqrt(2))), 1, rtol=1e-5)
-    agent.learn(Corridor(ends=True), 2_000)
-    assert agent._moments.count == 4_000
-
-
-@pytest.mark.parametrize("make", [trpo.make, trpo.Trpo2017], ids=["trpo", "trpo-2017"])
-def test_a_loaded_agent_learns_exactly_as_the_saved_agent(make: Any, tmp_path: Path) -> None:
-    original, loaded = make(BOX, Corridor.single_action_space, 4), make(BOX, Corridor.single_action_space, 5)
-    original.learn(Corridor(ends=True), 4_000)
-    original.save(tmp_path / "agent.npz")
-    loaded.load(tmp_path / "agent.npz")
-    for agent in (original, loaded):
-        agent.learn(Corridor(ends=True), 4_000)
-        agent.save(tmp_path / f"{'original' if agent is original else 'loaded'}.npz")
-    assert (tmp_path / "original.npz").read_bytes() == (tmp_path / "loaded.npz").read_bytes()
-
-
 @pytest.mark.committed
 def test_trpo_2017_learns_as_in_the_committed_submission() -> None:
     """The first batch of run 0 and, after an update, the second.

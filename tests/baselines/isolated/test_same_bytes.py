@@ -5,7 +5,6 @@ import re
 import signal
 import textwrap
 import time
-from pathlib import Path
 
 import pytest
 
@@ -81,40 +80,35 @@ def command(agent: str, out: str, *more: str) -> list[str]:
     return [agent, *named, *more]
 
 
-PAIRS = {
-    "hill-climber": ("agents/climber.py:HillClimber", "climber:HillClimber", "--protocol", "single"),
-    "generators": ("agents/drawing.py:Agent", "drawing:Agent", "--evaluate-every", "250"),
-    "multi-head": ("multi-head", "multi-head", "--evaluate-every", "500", "--num-envs", "2"),
-}
-"""Agents, what they are called in and out of the box, and options."""
+def in_and_out(ordinary: Ordinary, inside: str, outside: str, *more: str) -> dict[str, str]:
+    """The digests of the files of an agent, which are the same in and out of the box."""
+    name = outside.partition(":")[0]
+    commands = [command(inside, f"{name}-in", "--isolated", *more), command(outside, f"{name}-out", *more)]
+    assert ordinary.run(TRAIN, json.dumps(commands)) == [0, 0]
+    one, other = (digests(ordinary.home / f"{name}-{place}") for place in ("in", "out"))
+    assert one == other
+    return one
 
 
-@pytest.fixture(scope="module")
-def home(ordinary: Ordinary) -> Path:
-    """A folder with the submissions of every agent, trained in and out of the box."""
-    agents = ordinary.home / "agents"
-    agents.mkdir()
-    for folder in (agents, ordinary.home):
+@pytest.mark.parametrize(
+    ("inside", "outside", "options"),
+    [
+        ("agents/climber.py:HillClimber", "climber:HillClimber", "--protocol single"),
+        ("agents/drawing.py:Agent", "drawing:Agent", "--evaluate-every 250"),
+        ("multi-head", "multi-head", "--evaluate-every 500 --num-envs 2"),
+    ],
+)
+def test_the_same_files_in_and_out_of_the_box(
+    ordinary: Ordinary, inside: str, outside: str, options: str
+) -> None:
+    for folder in (ordinary.home, ordinary.home / "agents"):
+        folder.mkdir(exist_ok=True)
         (folder / "climber.py").write_text(climber(), encoding="utf-8")
         (folder / "drawing.py").write_text(GLOBAL, encoding="utf-8")
-    commands = []
-    for name, (inside, outside, *more) in PAIRS.items():
-        commands.append(command(inside, f"{name}-in", "--isolated", *more))
-        commands.append(command(outside, f"{name}-out", *more))
-    assert set(ordinary.run(TRAIN, json.dumps(commands))) == {0}
-    return ordinary.home
-
-
-@pytest.mark.parametrize("name", PAIRS)
-def test_the_same_files_in_and_out_of_the_box(home: Path, name: str) -> None:
-    one, other = (digests(home / f"{name}-{place}") for place in ("in", "out"))
-    assert len(one) >= 3
-    assert one == other
-
-
-def test_the_document_names_the_command(home: Path) -> None:
-    document = json.loads((home / "generators-in/pusher/sequential/run0.json").read_bytes())
-    assert document["command"].startswith("gym-extensions train --isolated drawing.py:Agent --groups pusher")
+    assert len(in_and_out(ordinary, inside, outside, *options.split())) >= 3
+    (path,) = ordinary.home.glob(f"{outside.partition(':')[0]}-in/pusher/*/run0.json")
+    words = f"gym-extensions train --isolated {inside.removeprefix('agents/')} --groups pusher"
+    assert json.loads(path.read_bytes())["command"].startswith(words)
 
 
 def test_the_memory_is_that_of_both_processes(ordinary: Ordinary) -> None:
@@ -144,16 +138,6 @@ def test_a_machine_that_dies_repeats_no_finished_stage(ordinary: Ordinary) -> No
     assert not stage.exists() or stage.stat().st_mtime_ns == finished
     assert ordinary.run(TRAIN, json.dumps([command("trpo", "whole")])) == [0]
     assert digests(ordinary.home / "died") == digests(ordinary.home / "whole")
-
-
-def in_and_out(ordinary: Ordinary, inside: str, outside: str, *more: str) -> dict[str, str]:
-    """The digests of the files of an agent, which are the same in and out of the box."""
-    name = outside.partition(":")[0]
-    commands = [command(inside, f"{name}-in", "--isolated", *more), command(outside, f"{name}-out", *more)]
-    assert ordinary.run(TRAIN, json.dumps(commands)) == [0, 0]
-    one, other = (digests(ordinary.home / f"{name}-{place}") for place in ("in", "out"))
-    assert one == other
-    return one
 
 
 def test_a_network_is_read_and_run_in_a_box_of_its_own(ordinary: Ordinary) -> None:

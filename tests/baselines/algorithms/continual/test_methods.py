@@ -36,7 +36,7 @@ def test_the_first_task_is_learned_as_by_trpo(name: str, tmp_path: Path) -> None
     assert np.array_equal(plain["policy"], method["policy"])
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("name", ("trpo", *METHODS))
 def test_a_loaded_agent_learns_and_acts_exactly_as_the_saved_agent(name: str, tmp_path: Path) -> None:
     original, loaded = learned(name, 2), make(name, seed=5)
     original.save(tmp_path / "agent.npz")
