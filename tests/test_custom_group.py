@@ -101,12 +101,6 @@ def test_pages_show_the_group(folder: Path, options: list[str], tmp_path: Path) 
     assert 'href="tasks/hopper-v0.html"' in references, "the published ones stay"
 
 
-def test_the_policies_are_verified_in_the_tasks_of_the_file(folder: Path) -> None:
-    group = str(folder / "light.toml")
-    assert main(["verify", str(folder / "random"), "--groups", group, "--seeds", "0" * 40, "--write"]) == 0
-    assert read(folder / "random", with_custom([group])).review.verifications[-1].passed
-
-
 def test_the_references_hold_the_custom_task_and_keep_the_published_ones(folder: Path) -> None:
     own = read_references(folder / "light-references.json")
     light = load_group(folder / "light.toml")

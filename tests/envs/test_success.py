@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from gym_extensions.envs import make, make_vec
+from gym_extensions.envs import make
 
 
 @pytest.mark.parametrize("name", ["Hopper", "Walker2d", "HalfCheetah", "Humanoid"])
@@ -59,15 +59,3 @@ def test_navigation_succeeds_where_it_terminates() -> None:
     assert (terminated, info) == (False, {"is_success": False})
     steps = [env.step(np.array([-5.0, 0.0], np.float32)) for _ in range(2)]
     assert [(step[2], step[4]["is_success"]) for step in steps] == [(False, False), (True, True)]
-
-
-def test_environments_of_other_tasks_and_after_an_end_do_not_report() -> None:
-    batch: Any = make_vec(["Humanoid", "HumanoidStandup"], 2)
-    batch.reset(seed=[0, 1])
-    infos = batch.step(np.zeros(batch.action_space.shape, np.float32))[4]
-    assert infos["is_success"].tolist() == [False, False]
-    assert infos["_is_success"].tolist() == [False, True]
-    arm: Any = make_vec("Pusher", 1)
-    arm.reset(seed=0)
-    reports = [arm.step(np.zeros((1, 7), np.float32))[4] for _ in range(101)]
-    assert ["is_success" in infos for infos in reports] == [True] * 100 + [False]

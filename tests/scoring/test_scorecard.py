@@ -179,15 +179,6 @@ def test_without_references_every_normalised_metric_is_null_and_the_returns_stay
     assert (score.profile, score.iqm) == (None, None)
 
 
-def test_a_submission_with_problems_has_no_score(make_submission: Write) -> None:
-    folder = make_submission()
-    (folder / "notes.txt").write_text("")
-    card = score_folder(folder)
-    assert (card.level, card.groups, card.suites) == (None, {}, {})
-    (problem,) = card.problems
-    assert (problem.rule, problem.where) == ("unexpected-name", "notes.txt")
-
-
 def test_a_suite_is_the_mean_over_its_groups_and_needs_them_all(make_submission: Write) -> None:
     whole = score_folder(make_submission(name="whole", groups=BODIES))
     assert sorted(whole.suites) == ["gravity"]

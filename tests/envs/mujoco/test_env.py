@@ -9,7 +9,7 @@ import pytest
 from gymnasium.vector import SyncVectorEnv
 
 from gym_extensions import envs
-from gym_extensions.catalog.tasks import TASKS, Task
+from gym_extensions.catalog.tasks import TASKS, Task, task
 from gym_extensions.catalog.variations import Course, RangeSensor, Wall
 
 SEED, SCALE = 5, 1.2
@@ -116,6 +116,7 @@ CUSTOM: dict[str, list[Task]] = {
         Task("PusherTracking", "Pusher", (envs.TrackingGoal(0.5),), max_steps=40),
         Task("PusherMoving", "Pusher", (envs.MovingGoal(), envs.MotorNoise()), max_steps=50),
     ],
+    "two tasks, of which one reports success": [task("Humanoid"), task("HumanoidStandup")],
     "a ball that starts elsewhere": [
         Task(
             "StrikerBoth",

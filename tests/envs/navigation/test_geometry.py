@@ -156,6 +156,8 @@ def test_a_step_moves_by_the_clipped_action_or_not_at_all(
         ((45.0, 15.0), (23.0, 15.0), (1.0, 0.0), -1.0, False),  # to 21
         ((27.0, 38.0), (25.0, 15.0), (5.0, 0.0), -1.0, False),  # distance counts only at the new position
         ((28.0, 35.0), (28.0, 35.0), (5.0, 0.0), 4.0, True),  # a collision within the goal
+        ((22.5, 35.0), (20.0, 15.0), (2.5, 0.0), 9.0, True),  # to a distance of exactly 20
+        ((22.5, 35.0), (20.0, 15.0), (5.0, 0.0), -1.0, False),  # through that place, to a farther one
     ],
 )
 def test_the_reward_is_minus_one_minus_five_for_a_collision_plus_ten_at_the_goal(
@@ -166,10 +168,3 @@ def test_the_reward_is_minus_one_minus_five_for_a_collision_plus_ten_at_the_goal
     reached: bool,
 ) -> None:
     assert step(geometry.Arena(BLOCK, goal), start, action)[1:] == (reward, reached)
-
-
-def test_passing_by_the_goal_within_a_step_does_not_reach_it() -> None:
-    # (25 - 2.5, 15) would be 20 from the goal; both ends are farther.
-    goal = (22.5, 35.0)
-    assert step(geometry.Arena(BLOCK, goal), (20.0, 15.0), (5.0, 0.0))[1:] == (-1.0, False)
-    assert step(geometry.Arena(BLOCK, goal), (20.0, 15.0), (2.5, 0.0))[1:] == (9.0, True)

@@ -1,6 +1,5 @@
 """Citation, CSV and commands of a submission."""
 
-import json
 from typing import Any
 
 import pytest
@@ -8,7 +7,7 @@ import pytest
 from gym_extensions.site.pages.submissions import bibtex, commands
 from gym_extensions.site.paths import NOWHERE, Source
 
-from ..browser import Reader, files, typed
+from ..browser import typed
 from ..conftest import MADE
 from .test_core import method
 
@@ -48,17 +47,6 @@ def test_the_citation_has_title_authors_code_repository_version_core_score_and_d
         *(f"core score {typed_card.core.metrics['final_performance'].mean:.2f} (", "accepted on 2026-11-22"),
     ):
         assert fact in citation
-
-
-def test_the_page_and_the_board_have_the_date_of_acceptance(document: dict[str, Any]) -> None:
-    accepted = {"action": "accepted", "by": "maintainer", "date": "2026-11-22", "reason": "Verified."}
-    document["submissions"][0]["decisions"] = [accepted]
-    texts = dict(files(document))
-    assert "by A. Researcher, accepted on 2026-11-22" in Reader(texts["submissions/agile.html"]).text
-    board = json.loads(texts["api/boards/hopper-gravity-v0-sequential-100k.json"])["boards"][0]
-    dates = {row["name"]: (row["authors"], row["accepted"]) for row in board["rows"]}
-    assert dates["agile"] == (["A. Researcher"], "2026-11-22")
-    assert dates["keeper"] == (["A. Researcher"], "")
 
 
 @pytest.mark.parametrize(

@@ -116,8 +116,10 @@ def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -
     ]
     document["submissions"][0]["decisions"] = decisions
     pages = read(document)
-    assert "Challenged on 2026-11-23 by two: <script>x</script> doubt" in pages["submissions/agile.html"].text
-    assert pages["submissions/agile.html"].errors == []
+    page = pages["submissions/agile.html"]
+    assert "by A. Researcher, accepted on 2026-11-22" in page.text
+    assert "Challenged on 2026-11-23 by two: <script>x</script> doubt" in page.text
+    assert page.errors == []
     assert "challenged" in pages[GROUP].text
     decisions.append({"action": "withdrawn", "by": "one", "date": "2026-11-24", "reason": "An error."})
     assert "Agile agile verified withdrawn 1 2026-11-22 –" in text_of(document, "submissions.html")

@@ -45,8 +45,9 @@ def curve(step: int = 10, value: float = 1.0, name: str = "curves", **others: ob
     )
 
 
-def episode(length: int, return_: float = 1.0, terminated: str = "true") -> Change:
-    cells = {4: str(length), 5: repr(return_), 6: terminated}
+def episode(length: int, return_: float = 1.0) -> Change:
+    """Writes another first episode, which ends early."""
+    cells = {4: str(length), 5: repr(return_), 6: "true"}
     return redigest(all_of(*(cell(2, column, value) for column, value in cells.items())))
 
 
@@ -69,8 +70,6 @@ LIMITS: dict[str, Limit] = {
     "one episode": (lambda count: EVALUATED(episodes=count), 1, 0, "impossible-evaluation"),
     "twenty episodes": (lambda count: EVALUATED(episodes=count), 20, 21, "impossible-evaluation"),
     "a step": (episode, 1, 0, "impossible-length"),
-    "the time limit": (lambda length: episode(length, 1.0, "false"), 1000, 1001, "impossible-length"),
-    "an end": (lambda length: episode(length, 1.0, "false"), 1000, 999, "unfinished-episode"),
     "highest return": (lambda value: episode(3, value), MOST, MOST + 0.1, "impossible-return"),
     "lowest return": (lambda value: episode(3, value), LEAST, LEAST - 0.1, "impossible-return"),
     "title": (lambda count: edit("A submission", "x" * count, TOML), 100, 101, "bad-value"),
