@@ -17,6 +17,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.build import Site, build_site
 
+from ..conftest import refused
 from .browser import files, references_of, typed
 from .conftest import build, contents, everything
 
@@ -124,5 +125,5 @@ def test_a_folder_that_is_not_a_built_site_is_refused(tmp_path: Path, name: str)
 
 def test_two_submissions_with_the_same_name_are_refused(document: dict[str, Any]) -> None:
     document["submissions"].append(document["submissions"][0])
-    with pytest.raises(BenchError, match="Two submissions have the name 'agile'"):
+    with refused("same-name", "Two submissions have the name 'agile'"):
         list(files(document))

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from gym_extensions.errors import BenchError
 from gym_extensions.submissions import fetch
 from gym_extensions.submissions.fetch import Fetcher, is_public
 from gym_extensions.submissions.run import PolicyFile
+
+from ..conftest import refused
 
 CONTENT = b"policies" * 100
 DIGEST = "a" * 64
@@ -63,12 +64,10 @@ def policies(url: str, size: int = len(CONTENT)) -> PolicyFile:
     return PolicyFile(sha256=DIGEST, size=size, url=url)
 
 
-def refusal(fetcher: Fetcher, file: PolicyFile) -> BenchError:
-    with pytest.raises(BenchError) as error:
+def is_refused(fetcher: Fetcher, file: PolicyFile, code: str, *facts: str) -> None:
+    with refused(code, *facts, where="hopper-wall/sequential/run0"):
         fetcher.fetch(file, "hopper-wall/sequential/run0")
     assert list(fetcher.cache.glob("*")) == []
-    assert error.value.where == "hopper-wall/sequential/run0"
-    return error.value
 
 
 def test_a_file_is_fetched_once(server: str, tmp_path: Path) -> None:
@@ -84,28 +83,26 @@ def test_what_is_missing_or_does_not_answer_is_named(
 ) -> None:
     for name, reason, seconds in (("missing", "Not Found", 60.0), ("hanging", "timed out", 0.2)):
         monkeypatch.setattr(fetch, "IDLE_SECONDS", seconds)
-        error = refusal(Fetcher(tmp_path), policies(f"{server}/{name}"))
-        assert error.code == "policies-missing"
-        assert reason in str(error)
+        is_refused(Fetcher(tmp_path), policies(f"{server}/{name}"), "policies-missing", reason)
 
 
 @pytest.mark.parametrize(("name", "size"), [("endless", len(CONTENT)), ("file", 10), ("file", 10_000)])
 def test_another_size_than_stated_is_refused_while_it_streams(
     server: str, tmp_path: Path, name: str, size: int
 ) -> None:
-    assert refusal(Fetcher(tmp_path), policies(f"{server}/{name}", size)).code == "policies-size"
+    is_refused(Fetcher(tmp_path), policies(f"{server}/{name}", size), "policies-size")
 
 
 def test_no_more_is_read_than_a_file_may_have_whatever_is_stated(
     server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(fetch, "LIMIT", 10_000)
-    assert refusal(Fetcher(tmp_path), policies(f"{server}/endless", 10**12)).code == "policies-size"
+    is_refused(Fetcher(tmp_path), policies(f"{server}/endless", 10**12), "policies-size")
 
 
 @pytest.mark.parametrize("url", ["http://example.org/x", "file:///etc/passwd", "s3://bucket/x", "ftp://x/y"])
 def test_a_workflow_reads_nothing_but_https(tmp_path: Path, url: str) -> None:
-    assert refusal(Fetcher(tmp_path, public_only=True), policies(url)).code == "policies-address"
+    is_refused(Fetcher(tmp_path, public_only=True), policies(url), "policies-address")
 
 
 def test_a_workflow_connects_to_no_private_address_and_follows_no_redirect_to_one(
@@ -113,9 +110,9 @@ def test_a_workflow_connects_to_no_private_address_and_follows_no_redirect_to_on
 ) -> None:
     monkeypatch.setattr(fetch, "PUBLIC_SCHEMES", ("http",))
     fetcher = Fetcher(tmp_path, public_only=True)
-    assert "public address" in refusal(fetcher, policies(f"{server}/file")).message
+    is_refused(fetcher, policies(f"{server}/file"), "policies-missing", "public address")
     monkeypatch.setattr(fetch, "is_public", lambda address: address == "127.0.0.1")
-    assert "public address" in refusal(fetcher, policies(f"{server}/to/127.0.0.2")).message
+    is_refused(fetcher, policies(f"{server}/to/127.0.0.2"), "policies-missing", "public address")
     assert fetcher.fetch(policies(f"{server}/to/127.0.0.1"), "run").read_bytes() == CONTENT
 
 

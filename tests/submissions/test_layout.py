@@ -9,6 +9,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout
 from gym_extensions.submissions.reader import read
 
+from ..conftest import refused
 from .examples import GROUP, CopySubmission, put
 
 
@@ -70,7 +71,7 @@ def test_a_missing_folder_is_refused_with_the_command_that_fetches_committed_one
 
 def test_a_part_of_a_submission_is_none(good: CopySubmission, tmp_path: Path) -> None:
     submission = good(GROUP, tmp_path)
-    with pytest.raises(BenchError, match=rf"It is a part of the submission {submission.name}\."):
+    with refused("no-such-folder", f"It is a part of the submission {submission.name}."):
         layout.submission_folders([submission / GROUP])
 
 
@@ -79,7 +80,7 @@ def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:
     for path in paths:
         path.mkdir(parents=True)
     assert layout.submission_folders([paths[0], paths[0]]) == [paths[0]]
-    with pytest.raises(BenchError, match=f"the name 'mine': {paths[0]} and {paths[1]}"):
+    with refused("two-of-one-name", f"the name 'mine': {paths[0]} and {paths[1]}"):
         layout.submission_folders(paths)
 
 

@@ -18,6 +18,7 @@ from gym_extensions.submissions.review import Training, training_of, training_te
 from gym_extensions.verification import train_here
 from gym_extensions.verification.git import Repository
 
+from ..conftest import refused
 from ..curation.repositories import git, make_repository, merge
 from .made_submissions import change_document, network
 
@@ -202,6 +203,5 @@ def test_what_a_policy_raises_when_it_acts_is_an_error_of_its_agent(head: str, i
 
 
 def test_a_submission_without_code_says_what_to_add(folder: Path) -> None:
-    with pytest.raises(BenchError, match="no code") as error:
+    with refused("no-agent", "no code", "agent/"):
         train_here.present(read(folder / "smoke"), "")
-    assert "agent/" in error.value.hint
