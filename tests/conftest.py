@@ -128,6 +128,8 @@ VERSIONS = documents.Versions(
 )
 UNIFORM = Policy(action_offset=np.zeros(3), action_scale=np.ones(3), head="uniform")
 
+Write = Callable[..., Path]
+"""The fixture ``make_submission``."""
 Value = Callable[[str, int, int, int, int], float]
 """The return of an episode: a function of protocol, run, stage, task's position from 1, episode."""
 
@@ -284,7 +286,7 @@ def verification(digests: dict[str, str], settings: str, **changes: object) -> V
 
 
 @pytest.fixture
-def make_submission(tmp_path: Path) -> Callable[..., Path]:
+def make_submission(tmp_path: Path) -> Write:
     """Writes a submission below the test's folder: ``make_submission(name=…, runs=…, value=…)``."""
 
     def write(**changes: object) -> Path:

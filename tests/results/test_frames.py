@@ -1,7 +1,6 @@
 """Logs, curves and evaluations as data frames: every row of the files, with documented columns and types."""
 
 import csv
-from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
@@ -13,9 +12,8 @@ from gym_extensions.catalog.fingerprints import published
 from gym_extensions.catalog.groups import group
 from gym_extensions.submissions.run import InterimEvaluation, read_run, write_run
 
-from ..conftest import refused
+from ..conftest import Write, refused
 
-Write = Callable[..., Path]
 GROUP = "hopper-gravity"
 IDS = group(GROUP).task_ids
 

@@ -1,7 +1,6 @@
 """Policies as data frames: returns, diagnostics, and what these say of forgetting and of networks."""
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,9 @@ from scipy import stats
 from gym_extensions import results
 from gym_extensions.catalog.groups import group
 
+from ..conftest import Write
+
 Array = NDArray[np.float64]
-Write = Callable[..., Path]
 SUBMISSIONS = Path(__file__).resolve().parents[2] / "submissions"
 
 

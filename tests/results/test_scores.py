@@ -18,9 +18,8 @@ from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.submissions.review import Decision, Review, write_review
 
-from ..conftest import refused
+from ..conftest import Write, refused
 
-Write = Callable[..., Path]
 ROOT = Path(__file__).resolve().parents[2]
 SUBMISSIONS = ROOT / "submissions"
 pytestmark = pytest.mark.usefixtures("known")

@@ -19,11 +19,8 @@ from gym_extensions.scoring.output.screen import console, show
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.submissions.review import Decision, Review, read_review, write_review
 
-from ..conftest import MANIFEST
+from ..conftest import MANIFEST, Write
 from .made_submissions import Command
-
-Write = Callable[..., Path]
-
 
 GROUP_SCREEN = """\
 submission  A submission  (claimed)

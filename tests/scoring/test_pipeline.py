@@ -1,6 +1,5 @@
 """Many submissions at once: the same document in any order and place, and an error stops no other."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,7 @@ from gym_extensions.submissions import reader
 from gym_extensions.submissions.layout import submission_folders
 from gym_extensions.submissions.reader import read
 
-from ..conftest import refused
-
-Write = Callable[..., Path]
+from ..conftest import Write, refused
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """The scorecard: its fields, what is null and why, and that no score depends on other submissions."""
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from shutil import rmtree
 
@@ -25,12 +24,11 @@ from gym_extensions.submissions.review import (
     write_review,
 )
 
-from ..conftest import MANIFEST, VERSIONS, trained_here, verification
+from ..conftest import MANIFEST, VERSIONS, Write, trained_here, verification
 from ..submissions.examples import edit, redigest
 
 NAME, GROUP = "hopper-gravity", "hopper-gravity-v0"
 BODIES = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
-Write = Callable[..., Path]
 pytestmark = pytest.mark.usefixtures("known")
 
 

@@ -1,11 +1,13 @@
 """Reads the built pages: their elements, their text, and the errors in their markup."""
 
+import posixpath
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import html5lib
 import msgspec
@@ -16,6 +18,11 @@ from gym_extensions.scoring.submission.scorer import completed
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST, Page, Render
+
+
+def beside(path: str, address: str) -> str:
+    """The path to which an address of a page leads."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(path), address))
 
 
 class Reader(HTMLParser):
@@ -39,6 +46,13 @@ class Reader(HTMLParser):
     def ids(self) -> list[str]:
         """The ids of its elements."""
         return [attributes["id"] for _, attributes in self.elements if "id" in attributes]
+
+    def links(self, path: str) -> Iterator[tuple[str, str]]:
+        """The files of the site to which the page of this path links, each with the anchor."""
+        for _, attributes in self.elements:
+            address = urlsplit(attributes.get("href", ""))
+            if (address.path or address.fragment) and not address.scheme:
+                yield beside(path, address.path) if address.path else path, address.fragment
 
     @property
     def errors(self) -> list[str]:

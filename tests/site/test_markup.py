@@ -2,7 +2,6 @@
 
 import base64
 import hashlib
-import posixpath
 import re
 from itertools import pairwise
 from pathlib import Path
@@ -16,7 +15,7 @@ from gym_extensions.site.charts.task_pictures import pictures
 from gym_extensions.site.pages.page import TASK_LIST
 from gym_extensions.site.paths import task_path
 
-from .browser import Pages, files
+from .browser import Pages, beside, files
 from .conftest import everything
 
 BOARD = "boards/hopper-gravity-v0-sequential-100k.html"
@@ -48,11 +47,6 @@ def test_every_page_has_valid_markup_unique_ids_and_labels_that_exist(pages: Pag
         assert labels <= {*page.ids}, path
 
 
-def beside(path: str, address: str) -> str:
-    """The path to which an address of a page leads."""
-    return posixpath.normpath(posixpath.join(posixpath.dirname(path), address))
-
-
 def test_every_internal_link_leads_to_an_existing_page_and_anchor(
     pages: Pages, texts: dict[str, str]
 ) -> None:
@@ -61,14 +55,10 @@ def test_every_internal_link_leads_to_an_existing_page_and_anchor(
     ids = {path: page.ids for path, page in pages.items()}
     followed = 0
     for path, page in pages.items():
-        for _, attributes in page.elements:
-            address = urlsplit(attributes.get("href", ""))
-            if not attributes.get("href") or address.scheme:
-                continue
-            target = beside(path, address.path) if address.path else path
-            assert target in paths, f"{path} links to {attributes['href']}"
-            if address.fragment and not address.fragment.startswith("?"):  # the state of a table
-                assert address.fragment in ids[target], f"{path} links to {attributes['href']}"
+        for target, anchor in page.links(path):
+            assert target in paths, f"{path} links to {target}"
+            if anchor and not anchor.startswith("?"):  # the state of a table
+                assert anchor in ids[target], f"{path} links to {target}#{anchor}"
             followed += 1
     assert followed > 50
 

@@ -1,18 +1,13 @@
 """``score --compare``: two submissions side by side, with the interval of their difference."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
 
 from gym_extensions.references import References
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import compare
 
-from ...conftest import refused
+from ...conftest import Write, refused
 from ..made_submissions import Command
-
-Write = Callable[..., Path]
 
 
 def test_groups_and_suites_are_compared_by_every_metric_of_both(

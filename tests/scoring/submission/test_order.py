@@ -1,7 +1,6 @@
 """Runs in other orders: what a scorecard has of them, and runs whose order is not that of their place."""
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,9 +13,9 @@ from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import order_of
 
+from ...conftest import Write
 from ...submissions.examples import document
 
-Write = Callable[..., Path]
 GROUP = group("hopper-gravity")
 TASK, PLACE = (0.0, 40.0, 10.0, 30.0, 70.0), (0.0, 10.0, 20.0, 30.0, 40.0)
 """Returns of a task at the end, and what its position adds."""

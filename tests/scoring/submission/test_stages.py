@@ -1,6 +1,5 @@
 """What happens to each task: scores of stages, changes, and the largest change that is significant."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,8 @@ from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue
 from gym_extensions.scoring.submission.stages import with_stages
 
-Write = Callable[..., Path]
+from ...conftest import Write
+
 pytestmark = pytest.mark.usefixtures("known")
 SCORE = GroupScore(
     level="verified",

@@ -1,7 +1,6 @@
 """What a number opens: interval, runs, test, command and links of a row of a board, and of the core."""
 
 import json
-import posixpath
 import re
 from typing import Any
 from xml.etree import ElementTree
@@ -58,12 +57,9 @@ def test_links_of_what_opens_lead_to_pages_and_the_page_names_its_script(
     texts = dict(files(document))
     assert f'data-number="{BOARD}"' in texts[page]
     for path in (path for path in texts if texts[path].startswith("openNumber(")):
-        for tag, attributes in opened(texts, path).elements:
-            target, _, anchor = attributes.get("href", "").partition("#")
-            if tag == "a":
-                file = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
-                assert file in texts, f"{path} links to {target}"
-                assert not anchor or f'id="{anchor}"' in texts[file], f"{path} links to #{anchor}"
+        for target, anchor in opened(texts, path).links(path):
+            assert target in texts, f"{path} links to {target}"
+            assert not anchor or f'id="{anchor}"' in texts[target], f"{path} links to {target}#{anchor}"
 
 
 def test_a_method_of_the_core_has_a_badge_with_its_score_and_rank(document: dict[str, Any]) -> None:
