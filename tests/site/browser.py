@@ -48,9 +48,9 @@ class Reader(HTMLParser):
         return [attributes["id"] for _, attributes in self.elements if "id" in attributes]
 
     def links(self, path: str) -> Iterator[tuple[str, str]]:
-        """The files of the site to which the page of this path links, each with the anchor."""
+        """The files of the site that the page of this path links to or loads, each with the anchor."""
         for _, attributes in self.elements:
-            address = urlsplit(attributes.get("href", ""))
+            address = urlsplit(attributes.get("href") or attributes.get("src", ""))
             if (address.path or address.fragment) and not address.scheme:
                 yield beside(path, address.path) if address.path else path, address.fragment
 
