@@ -29,8 +29,6 @@ MAX_NUMBERS, MAX_DIGITS = 300, 30
 MAX_STRING, MAX_STRINGS = 200, 10_000
 """Largest text; numbers and characters of one; characters of a string, and of all strings together."""
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
-
-
 REFUSED = (SyntaxError, ValueError, RecursionError, MemoryError)
 """What Python raises for a text that it does not compile."""
 
