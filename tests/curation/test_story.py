@@ -347,6 +347,9 @@ def test_a_job_lists_what_waits_for_a_review_the_newest_last(
     manifest = (folder / "new/submission.toml").read_text()
     shutil.copytree(folder / "new", folder / "a-later-one", ignore=shutil.ignore_patterns("review.toml"))
     (folder / "a-later-one/submission.toml").write_text(manifest.replace("A submission", "Another"))
+    assert verify([str(folder), "--due"]) == 0
+    printed = capsys.readouterr()
+    assert (printed.out, "not committed in its present form" in printed.err) == ('["new"]\n', True)
     monkeypatch.setenv("GIT_COMMITTER_DATE", "2040-01-01T00:00:00")
     merge(with_submission.main, {})
     shutil.copytree(folder / "a-later-one", folder / "of-no-merge")
