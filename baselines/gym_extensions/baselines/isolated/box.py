@@ -178,7 +178,7 @@ class Box:
     def used(self) -> tuple[float, float]:
         """Processor time in seconds and peak memory in MB, summed over the box's processes; 0 after its end.
 
-        The world's kernel counts both. Files in ``/tmp`` are no memory of a process.
+        The kernel outside of the box counts both. Files in the box's ``/tmp`` do not count as memory.
         """
         ticks, kilobytes, waiting = 0, 0, [str(self._process.pid)]
         with suppress(OSError, ValueError):

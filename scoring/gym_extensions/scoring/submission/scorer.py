@@ -75,14 +75,14 @@ def score(
                 groups[name] = {"sequential": log} | own
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=None if only else level)
-    documents_ = submission.documents.values()
+    runs_documented = submission.documents.values()
     is_repeated = level in (VERIFIED, TRAINED_HERE) and manifest and manifest.protocol.evaluation != "sampled"
     card = scorecard.Scorecard(
         name=submission.name,
         title=manifest.title if manifest else submission.name,
         level=level,
-        arithmetic=min((run.arithmetic for run in documents_ if is_repeated), default=ARITHMETIC),
-        steps_counted=level != REPORTED and all(run.steps_counted for run in documents_),
+        arithmetic=min((run.arithmetic for run in runs_documented if is_repeated), default=ARITHMETIC),
+        steps_counted=level != REPORTED and all(run.steps_counted for run in runs_documented),
         problems=submission.problems,
         manifest=manifest_summary(submission),
         training=filled(

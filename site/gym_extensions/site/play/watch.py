@@ -150,7 +150,7 @@ GHOSTS, MANY_LIMBS = 12, 12
 WIDTH, HEIGHT = 640, 150
 """Largest picture, in pixels."""
 SHORT_TRACK = 3.0
-"""A distance in m. If every episode of a task is shorter and there is no wall, poses are drawn apart."""
+"""Distance in m. If all episodes of a task are shorter and it has no wall, poses are drawn side by side."""
 APART, LEAST_APART = 0.6, 0.55
 """Distance of poses that are moved apart: relative to the width of a body, and at least in m."""
 NEAR = 0.35
