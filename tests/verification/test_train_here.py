@@ -141,6 +141,13 @@ def test_a_public_value_is_part_of_the_seeds_and_stands(folder: Path) -> None:
         take(folder, "4e" * 20)
 
 
+def test_a_value_that_is_no_such_number_is_named_with_its_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert maintain(["train-here", str(tmp_path), "--value", "zz"]) == 2
+    assert "--value: 'zz'" in capsys.readouterr().err
+
+
 def test_code_that_no_merge_brought_is_not_due(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     main = folder / "main"
     assert maintain(["train-here", str(main / "submissions"), "--due"]) == 0

@@ -23,7 +23,8 @@ def gate_parser() -> argparse.ArgumentParser:
     """The arguments of ``check-pr``."""
     command = argparse.ArgumentParser(
         prog="gym-extensions check-pr",
-        description="Check a pull request with a submission. Its files are read from git and never executed.",
+        description="Check a pull request with a submission. Its files are read from git, and only "
+        "--try-code executes any.",
         epilog="Exit status: 0 passed or code alone, 1 refused, 2 wrong usage.",
     )
     add = command.add_argument
@@ -150,7 +151,7 @@ def maintain(argv: Sequence[str] | None = None) -> int:
 
 
 def _train_here(options: argparse.Namespace) -> int:
-    value = new_seeds.require_value(options.value) if options.value else ""
+    value = new_seeds.require_value(options.value, "--value") if options.value else ""
     if options.due:
         due = []
         for each in map(reader.read, _existing([options.submission])):
