@@ -197,7 +197,9 @@ class RunProvenance:
     commit: Annotated[str, about("of the code; empty if it is not known")]
     by: Annotated[str, about("who donated the run; empty if the authors of the submission trained it")]
     date: Annotated[str | None, about("YYYY-MM-DD; null if it is not known")]
-    versions: Annotated[dict[str, str], about("of packages, Python, platform and BLAS kernels")]
+    versions: Annotated[
+        dict[str, str], about("of packages, Python and platform, and the BLAS kernels of the training")
+    ]
     processor: Annotated[str, about("of the machine; empty if it is not known")]
     steps: Annotated[int, about("training steps over all stages")]
     cpu_seconds: Annotated[float | None, about("processor time; null if it is not known")]
