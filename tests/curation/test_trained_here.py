@@ -76,6 +76,18 @@ def test_an_agent_that_fails_counts_as_the_floor_and_is_not_tried_again(tell: Te
     assert found["again"].startswith("new: 2 runs trained here.")
 
 
+@pytest.mark.parametrize(
+    "learn", ["", pytest.param("raise ValueError('too late')\n", marks=pytest.mark.slow, id="it fails")]
+)
+def test_runs_in_another_order_are_trained_here_and_are_not_the_core(tell: Tell, learn: str) -> None:
+    found = tell(learn, options=("--short", "--balanced"))
+    assert (found["status"], found["level"], found["problems"]) == (0, "trained here", [])
+    failed = {f"pusher/balanced/run{run}" for run in (0, 1)} if learn else set()
+    assert set(found["training"]["failed"]) == failed
+    assert (max(map(abs, found["scores"])) < 0.05) == bool(learn)
+    assert (found["core_level"], found["ranked"], found["due_again"]) == (None, False, '["new"]')
+
+
 def test_the_gate_refuses_what_it_can_read_or_try(tell: Tell) -> None:
     carried = "W = [\n" + "0.125, -1.5,\n" * 200 + "]\n"
     for text, rule, where in (

@@ -13,6 +13,8 @@ import pytest
 from gym_extensions.baselines import Origin, train
 from gym_extensions.curation.cli import maintain
 from gym_extensions.errors import BenchError
+from gym_extensions.references import load_references
+from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Training, training_of, training_text
 from gym_extensions.verification import train_here
@@ -188,11 +190,51 @@ def test_half_a_run_is_due_again_and_a_broken_record_is_not_written_over(folder:
     assert read(submission).problems
     assert train_here.present(read(submission), "")[0] == 1
     (submission / "agent/agent.py").write_text("make = 1\n", encoding="utf-8")
-    assert train_here.is_due(read(submission), 5)
+    assert train_here.is_due(read(submission), train_here.wanted_runs(5))
     (submission / "trained/1.toml").write_text("rank = 1\n", encoding="utf-8")
-    assert not train_here.is_due(read(submission), 5)
+    assert not train_here.is_due(read(submission), train_here.wanted_runs(5))
     with pytest.raises(BenchError, match=r"trained/1\.toml"):
         train_here.present(read(submission), "")
+
+
+BALANCED = {f"{GROUP}/balanced/run{run}" for run in (0, 1)}
+
+
+def train_balanced(folder: Path, monkeypatch: pytest.MonkeyPatch, meanwhile: Change = id) -> Training:
+    """Trains two balanced runs of an agent in the place of the code, and in no box."""
+    submission = folder / "main/submissions/new"
+    monkeypatch.setattr(train_here, "boxed", lambda *_: (meanwhile(submission / "trained"), "random")[1])
+    return train_here.train_here(read(submission), 2, protocol="balanced", groups=[GROUP], budget="smoke")
+
+
+def test_runs_in_another_order_are_trained_here_and_taken_and_are_not_the_core(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert train_balanced(folder, monkeypatch).runs.keys() == BALANCED
+    submission = folder / "main/submissions/new"
+    shutil.rmtree(folder / "trained")
+    (submission / "trained").rename(folder / "trained")
+    found = read(take(folder))
+    assert not train_here.is_due(found, BALANCED)
+    assert train_here.is_due(found, train_here.wanted_runs(1))
+    card = score(found, load_references())
+    (log,) = card.groups[f"{GROUP}-v0"].values()
+    assert (card.level, log.level, log.runs, card.trained) == ("trained here", "trained here", (0, 1), {})
+    assert log.order_effects["final_performance"].shares
+
+
+def test_a_record_keeps_what_another_command_adds_in_the_meantime(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = training_of((take(folder) / "trained/1.toml").read_bytes()).runs
+    found = train_balanced(folder, monkeypatch, record(failed={RUN: "too late"}))
+    assert (set(found.runs), found.failed) == (known.keys() | BALANCED, {RUN: "too late"})
+    assert read(folder / "main/submissions/new").problems == ()
+
+
+def test_an_unknown_group_is_refused_before_anything_is_trained() -> None:
+    with refused("unknown-group", "pushr", "pusher"):
+        train_here.wanted_runs(1, "balanced", ["pushr"])
 
 
 def test_code_that_is_not_committed_has_no_seeds(folder: Path) -> None:

@@ -8,7 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import get_args
 
-from gym_extensions.catalog.protocol import BUDGETS, STANDARD_BUDGET
+from gym_extensions.baselines.cli import parse_names
+from gym_extensions.catalog.protocol import BUDGETS, IN_ORDER, STANDARD_BUDGET
 from gym_extensions.curation import gate
 from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.errors import BenchError, reports_mistakes, working
@@ -109,6 +110,9 @@ def maintain_parser() -> argparse.ArgumentParser:
     )
     add = train.add_argument
     add("submission", type=Path, metavar="SUBMISSION", help="a submission's folder; with --due, all of them")
+    add("--protocol", default=IN_ORDER[0], choices=IN_ORDER, help="order of the tasks (default: %(default)s)")
+    names, core = "comma-separated names of groups (default: those of the core)", train_here.CORE_GROUPS
+    add("--groups", type=parse_names, default=core, metavar="NAMES", help=names)
     add("--runs", type=verification.positive, default=5, metavar="N", help="runs per group (default: 5)")
     value = "hexadecimal digits that became public after the merge, such as a beacon's randomness"
     add("--value", default="", metavar="HEX", help=value)
@@ -153,9 +157,9 @@ def maintain(argv: Sequence[str] | None = None) -> int:
 def _train_here(options: argparse.Namespace) -> int:
     value = new_seeds.require_value(options.value, "--value") if options.value else ""
     if options.due:
-        due = []
+        wanted, due = train_here.wanted_runs(options.runs, options.protocol, options.groups), []
         for each in map(reader.read, _existing([options.submission])):
-            if train_here.is_due(each, options.runs):
+            if train_here.is_due(each, wanted):
                 try:
                     train_here.present(each, value)
                 except BenchError as error:
@@ -172,7 +176,11 @@ def _train_here(options: argparse.Namespace) -> int:
         return 0
     try:
         found = train_here.train_here(
-            submission, options.runs, value, budget=options.budget, jobs=options.jobs
+            *(submission, options.runs, value),
+            protocol=options.protocol,
+            groups=options.groups,
+            budget=options.budget,
+            jobs=options.jobs,
         )
     except KeyboardInterrupt:
         print("Interrupted. What is finished is kept: repeat the command.", file=sys.stderr)

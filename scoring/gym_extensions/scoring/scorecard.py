@@ -399,7 +399,7 @@ class Scorecard:
     training: Annotated[TrainingSummary | None, about("of its code; null without")] = None
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]
     trained: Annotated[
-        dict[str, GroupScore], about("by group id, the sequential runs that the project trained; on the core")
+        dict[str, GroupScore], about("by group id, the sequential runs that the project trained")
     ] = field(default_factory=dict)
     suites: Annotated[dict[str, dict[str, SuiteScore]], about("of complete suites, by suite and protocol")]
     core: Annotated[CoreScore | None, about("on the core; null without runs there, and if withdrawn")] = None

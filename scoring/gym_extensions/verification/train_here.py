@@ -5,7 +5,7 @@ gate calls :func:`repeats` before the merge.
 """
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from datetime import UTC, datetime
 from fnmatch import fnmatch
 from pathlib import Path
@@ -19,7 +19,7 @@ from gym_extensions.baselines import agent, cli, submission as written, workers
 from gym_extensions.baselines.training.progress import Event, JobFailed
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.errors import BenchError
+from gym_extensions.errors import BenchError, require_known
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.submissions import layout, problem, reader
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
@@ -32,7 +32,7 @@ from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import git, limits
 from gym_extensions.versions import version
 
-COMMAND, PROTOCOL, FLOOR = "train-here", "sequential", "zero"
+COMMAND, SEQUENTIAL, FLOOR = "train-here", "sequential", "zero"
 AGENT_ERRORS = frozenset(
     [
         *("agent-cpu", "agent-ended", "agent-failed", "agent-frames", "agent-output", "agent-slow"),
@@ -46,9 +46,16 @@ AGENT_ERRORS = frozenset(
 CORE_GROUPS = tuple(group.name for group in GROUPS.values() if group.id in CORES[CORE])
 
 
-def wanted_runs(runs: int) -> dict[str, tuple[str, int]]:
-    """The group and number of the runs 0 to ``runs`` − 1 of every group of the core, by their names."""
-    return {run_key(group, PROTOCOL, run): (group, run) for group in CORE_GROUPS for run in range(runs)}
+def wanted_runs(
+    runs: int, protocol: str = SEQUENTIAL, groups: Collection[str] = CORE_GROUPS
+) -> dict[str, tuple[str, str, int]]:
+    """The group, protocol and number of the runs 0 to ``runs`` − 1 of every group, by their names.
+
+    Raises ``BenchError`` for a group that is not published.
+    """
+    for group in groups:
+        require_known("group", group, GROUPS)
+    return {run_key(group, protocol, run): (group, protocol, run) for group in groups for run in range(runs)}
 
 
 def problems_of(submission: Submission) -> tuple[problem.Problem, ...]:
@@ -57,13 +64,13 @@ def problems_of(submission: Submission) -> tuple[problem.Problem, ...]:
     return tuple(each for each in submission.problems if not fnmatch(each.where, f"{TRAINED}/*/*"))
 
 
-def is_due(submission: Submission, runs: int) -> bool:
-    """Whether a submission has code that was not trained yet, or not as often."""
+def is_due(submission: Submission, wanted: Collection[str]) -> bool:
+    """Whether a submission has code of which not all runs with these names were trained yet."""
     if problems_of(submission) or not submission.code:
         return False
     trained = submission.trained
     is_current = trained is not None and trained.training.agent == submission.code
-    return not (trained and is_current and wanted_runs(runs).keys() <= trained.training.runs.keys())
+    return not (trained and is_current and trained.training.runs.keys() >= set(wanted))
 
 
 def present(submission: Submission, value: str) -> tuple[int, Training]:
@@ -91,13 +98,26 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
     return trained.version, trained.training
 
 
-def boxed(submission: Path, entry: str, budget: str) -> agent.Factory:
+def boxed(
+    submission: Path,
+    entry: str,
+    budget: str,
+    protocol: str = SEQUENTIAL,
+    groups: Collection[str] = CORE_GROUPS,
+) -> agent.Factory:
     """The factory of a submission's code, whose agents live in boxes. Raises ``BenchError`` without boxes."""
-    return cli.isolated(f"{submission / AGENT}/{entry}", list(CORE_GROUPS), [PROTOCOL], budget)
+    return cli.isolated(f"{submission / AGENT}/{entry}", list(groups), [protocol], budget)
 
 
 def train_here(
-    submission: Submission, runs: int, value: str = "", *, budget: str = STANDARD_BUDGET, jobs: int = 1
+    submission: Submission,
+    runs: int,
+    value: str = "",
+    *,
+    protocol: str = SEQUENTIAL,
+    groups: Collection[str] = CORE_GROUPS,
+    budget: str = STANDARD_BUDGET,
+    jobs: int = 1,
 ) -> Training:
     """Trains the runs 0 to ``runs`` − 1 of a submission's code that are missing, and records them.
 
@@ -108,27 +128,32 @@ def train_here(
         submission: with code.
         runs: number of runs of each group.
         value: hexadecimal digits that became public after the merge and that nobody could choose.
+        protocol: one in which a policy learns the tasks in order. The core ranks sequential runs alone.
+        groups: names of published groups.
         budget: only the standard one has a rank.
         jobs: worker processes.
 
     Raises:
         BenchError: no box can be started, the code is not committed, or something else than the agent failed.
     """
+    wanted = wanted_runs(runs, protocol, groups)
     number, training = present(submission, value)
-    folder, wanted = submission.path / TRAINED / str(number), wanted_runs(runs)
+    folder = submission.path / TRAINED / str(number)
     assert submission.manifest and submission.manifest.agent, "it has code"
-    factory = boxed(submission.path, submission.manifest.agent.entry, budget)
-    titles = {f"{group} {PROTOCOL}-run{run}": key for key, (group, run) in wanted.items()}
+    factory = boxed(submission.path, submission.manifest.agent.entry, budget, protocol, groups)
+    titles = {f"{group} {protocol}-run{run}": key for key, (group, _, run) in wanted.items()}
 
     def missing() -> list[str]:
         return [key for key in wanted if not (folder / f"{key}{LOG}").exists()]
 
-    def keep(failed: Mapping[str, str]) -> None:
+    def keep(failed: Mapping[str, str], digests: dict[str, str] | None = None) -> None:
+        """Adds to the record, to which a command with another protocol may have added in the meantime."""
         nonlocal training
-        training = replace(
-            training, failed=training.failed | {key: problem.cut(why) for key, why in failed.items()}
-        )
-        write_text(folder.with_suffix(".toml"), training_text(training))
+        record, cut = folder.with_suffix(".toml"), {key: problem.cut(why) for key, why in failed.items()}
+        with written.lock_runs(folder, ["record"], seconds=60):
+            known = training_of(record.read_bytes()) if record.exists() else training
+            training = replace(known, runs=known.runs | (digests or {}), failed=known.failed | cut)
+            write_text(record, training_text(training))
 
     def listen(event: Event) -> None:
         if isinstance(event, JobFailed) and event.code in AGENT_ERRORS:
@@ -136,7 +161,7 @@ def train_here(
 
     def replace_failed() -> None:
         for key in training.failed.keys() & missing():
-            _write_floor(folder, *wanted[key], budget, training.seeds)
+            _write_floor(folder, wanted[key], budget, training.seeds)
 
     keep({})
     replace_failed()
@@ -144,7 +169,7 @@ def train_here(
     try:
         if missing():
             baselines.train(
-                *(factory, CORE_GROUPS, PROTOCOL, budget, range(runs)),
+                *(factory, groups, protocol, budget, range(runs)),
                 out=folder,
                 jobs=jobs,
                 progress=baselines.Monitor(callback=listen),
@@ -158,22 +183,22 @@ def train_here(
         error = raised
     replace_failed()
     digests = {key: read_run(folder / f"{key}{DOCUMENT}").digest for key in wanted if key not in missing()}
-    training = replace(training, runs=training.runs | digests)
-    keep({})
+    keep({}, digests)
     if error and missing():
         raise error
     return training
 
 
-def _write_floor(folder: Path, group: str, run: int, budget: str, seeds: str) -> None:
+def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: str) -> None:
     """Writes, in the place of a failed run, that of the agent that does nothing.
 
     If no run has a manifest yet, it is that of the submission, with the budget of the training.
     """
+    group, protocol, run = place
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "floor"
         origin = baselines.Origin(seeds=seeds)
-        (log,) = baselines.train(FLOOR, group, PROTOCOL, budget, run, out=out, progress=False, origin=origin)
+        (log,) = baselines.train(FLOOR, group, protocol, budget, run, out=out, progress=False, origin=origin)
         if not (folder / MANIFEST).exists():
             tables = written.read_manifest(folder.parents[1] / MANIFEST)
             tables["protocol"]["budget"] = budget
@@ -245,7 +270,7 @@ def repeats(folder: Path, entry: str) -> str:
         first, second = Path(scratch, "first"), Path(scratch, "second")
         for name in CORE_GROUPS:  # one job alone raises its own error
             for out in (first, second):
-                baselines.train(factory, name, PROTOCOL, "smoke", 0, out=out, progress=False)
+                baselines.train(factory, name, SEQUENTIAL, "smoke", 0, out=out, progress=False)
             made = written.read_manifest(first / MANIFEST)
             made["protocol"]["budget"] = written.read_manifest(folder / MANIFEST)["protocol"]["budget"]
             written.require_same(folder / MANIFEST, made)  # what it states is what the code says
@@ -256,9 +281,9 @@ def repeats(folder: Path, entry: str) -> str:
 
 def _first_difference(first: Path, second: Path, name: str) -> int | None:
     """The first stage whose episodes or policies differ; None if none does."""
-    path = layout.run_file(name, PROTOCOL, 0, LOG)
+    path = layout.run_file(name, SEQUENTIAL, 0, LOG)
     one, other = (read_log(folder / path) for folder in (first, second))
-    arrays = [read_arrays(folder, GROUPS[name], PROTOCOL, 0) for folder in (first, second)]
+    arrays = [read_arrays(folder, GROUPS[name], SEQUENTIAL, 0) for folder in (first, second)]
     for stage in range(len(GROUPS[name].tasks) + 1):
         start = prefix((stage, None))
         own = [{key: each for key, each in part.items() if key.startswith(start)} for part in arrays]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from gym_extensions.scoring.scorecard import TrainingSummary
 from gym_extensions.scoring.submission.suites import claim_of, core_score, run_cost
 
 from .conftest import (
@@ -79,6 +80,19 @@ def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: O
     first = whole[GROUPS[0]]
     for other in (replace(first, level="claimed"), replace(first, budget="smoke")):
         assert core_score(replace(card, trained=whole | {GROUPS[0]: other})) == core_score(card)
+
+
+@pytest.mark.parametrize(("protocol", "noted"), [("sequential", 1), ("balanced", 0)])
+def test_the_failures_of_the_core_are_those_of_its_sequential_runs(
+    on_core: OnCore, protocol: str, noted: int
+) -> None:
+    failed = {f"hopper-gravity/{protocol}/run0": "too late"}
+    made = TrainingSummary(
+        attempts=1, date="", version="", commit="", value="", agent="", failed=failed, outdated=False
+    )
+    core = core_score(replace(trained(on_core("new", normal(1, 0.5)), normal(2, 0.5)), training=made))
+    assert core is not None
+    assert sum(note.startswith("failed-runs: 1") for note in core.notes) == noted
 
 
 @pytest.mark.parametrize(("claimed", "note"), [(0.5, "agree with these"), (0.9, "claim 0.40 more")])

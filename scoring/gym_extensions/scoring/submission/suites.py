@@ -292,8 +292,9 @@ def _notes(
         yield f"claim: The author's own runs {says}."
     if card.training and card.training.attempts > 1:
         yield f"attempts: {card.training.attempts} versions of its code were trained; this is the last."
-    if card.training and card.training.failed:
-        yield f"failed-runs: {len(card.training.failed)} runs failed and count as the floor."
+    failed = [key for key in card.training.failed if "/sequential/" in key] if card.training else []
+    if failed:
+        yield f"failed-runs: {len(failed)} runs failed and count as the floor."
 
 
 def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
