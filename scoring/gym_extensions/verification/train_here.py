@@ -37,7 +37,7 @@ AGENT_ERRORS = frozenset(
     [
         *("agent-cpu", "agent-ended", "agent-failed", "agent-frames", "agent-output", "agent-slow"),
         *("bad-action", "bad-actions", "bad-agent", "bad-card", "bad-observations", "bad-policies"),
-        *("bad-policy", "bad-reset-mask", "batch-dependent", "budget-exceeded", "needs-context"),
+        *("bad-policy", "bad-reset-mask", "budget-exceeded", "needs-context"),
         *("no-generator", "onnx-failed", "policy-differs", "single-task-agent"),
         *("slow-policy", "too-many-resets", "unknown-agent", "unsupported-policy"),
     ]
