@@ -425,6 +425,12 @@ class Scorecard:
         return self.decisions[max(standing, default=0) :]
 
     @property
+    def beside(self) -> dict[str, dict[str, GroupScore]]:
+        """Runs that were trained here, by group id and protocol, where ``groups`` has the author's own."""
+        pairs = ((name, log, self.groups[name]["sequential"]) for name, log in self.trained.items())
+        return {name: {"sequential": log} for name, log, shown in pairs if shown.level != log.level}
+
+    @property
     def doubts(self) -> tuple[str, ...]:
         """The withdrawal and the last challenge that hold, with date and reason."""
         last = {part.action: part for part in self.decisions}

@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from gym_extensions.scoring.scorecard import TrainingSummary
-from gym_extensions.scoring.submission.suites import claim_of, core_score, run_cost
+from gym_extensions.scoring.submission.suites import claim_of, core_logs, core_score, own_logs, run_cost
 
 from .conftest import (
     FINAL,
@@ -117,3 +117,13 @@ def test_the_test_of_a_claim_by_hand() -> None:
     assert found.difference == pytest.approx(0.15)
     assert found.p_value == pytest.approx(stats.t.sf(0.15 / math.sqrt(error), df))
     assert claim_of([((0.0, 0.1), (1.0, 1.1))]).p_value > 0.5
+
+
+def test_the_claim_is_about_the_authors_own_runs(on_core: OnCore) -> None:
+    card = on_core("new", normal(1, 0.5))
+    ours = trained(card, normal(2, 0.7))
+    assert own_logs(ours) == core_logs(card) != core_logs(ours)
+    assert (
+        own_logs(replace(ours, groups={name: {"sequential": log} for name, log in ours.trained.items()}))
+        == {}
+    )

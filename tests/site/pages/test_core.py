@@ -27,6 +27,14 @@ def method(
     return make_submission(name, logs, name.title())
 
 
+def trained_here(name: str) -> dict[str, Any]:
+    """A submission with five runs of its author on the core, and five that the project trained."""
+    card, other = method(name, 0.8, 0.5), method(name, 0.7, 0.5)
+    logs = {each: of["sequential"] | {"level": "trained here"} for each, of in other["groups"].items()}
+    facts = {"date": "2026-01-02", "version": "1.0.0", "commit": "3f" * 20, "value": "", "agent": "4e" * 32}
+    return card | {"trained": logs, "training": facts | {"attempts": 2, "outdated": False, "failed": {}}}
+
+
 def _runs(name: str, strength: float, keeps: float) -> list[list[list[float]]]:
     count = len(group(name).tasks)
     return [
@@ -187,3 +195,17 @@ def test_a_cost_is_steps_and_where_some_runs_state_it_a_time() -> None:
     assert core.cost(tiny_card) == ("5\N{NARROW NO-BREAK SPACE}000 steps in 1 group", "2 s")
     (bare,) = typed({**everything(), "submissions": [make_submission("bare", {})]}).submissions
     assert core.cost(bare) == ("–", "")
+
+
+def test_the_table_of_methods_says_which_edition_it_is_and_who_may_train_more(
+    document: dict[str, Any],
+) -> None:
+    """In the second edition, runs that the public trains would not be compared."""
+    for cards, edition, who in (
+        ([method("trpo", 0.8, 0.5, GROUPS[1:]), KEEPER], "First edition: verified", "Anybody may train them"),
+        ([trained_here("trpo"), KEEPER], "Second edition: the project", "Maintainers train them here"),
+    ):
+        cards[0]["manifest"]["protocol"]["algorithm"] = "trpo"
+        text = read(document | {"submissions": cards})["index.html"].text
+        assert text.index(edition) > text.index("Methods")
+        assert who in text

@@ -158,7 +158,11 @@ def completed(card: scorecard.Scorecard) -> scorecard.Scorecard:
         name: {protocol: with_stages(each, protocol, of.get("single")) for protocol, each in of.items()}
         for name, of in card.groups.items()
     }
-    card = replace(card, groups=groups)
+    trained = {
+        name: with_stages(each, "sequential", groups[name].get("single"))
+        for name, each in card.trained.items()
+    }
+    card = replace(card, groups=groups, trained=trained)
     card = replace(card, core=core_score(card))
     return replace(card, cost=run_cost(card))
 
@@ -225,7 +229,7 @@ def metric_values(
     values: dict[str, MetricValue] = {}
     for metric in METRICS[protocol]:
         if lacking := [NEEDS[name] for name in metric.needs if name in NEEDS and name not in present]:
-            value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this submission lacks.")
+            value = MetricValue(why=f"It needs {' and '.join(lacking)}: there are none with these runs.")
         elif metric is JOINT_GAP:
             joint = over_runs(FINAL, normalization.normalized_runs(results, references, "joint"), experts)
             value = joint_gap(values[FINAL.name], joint, experts)

@@ -56,7 +56,8 @@ COLUMNS = {
     "tuning": ("Tuning", "Training steps spent on choosing the settings."),
     "level": (
         "Level",
-        "Verified: its policies ran again on seeds that nobody knew before. Claimed: not yet.",
+        "Trained here: by the project, on seeds that nobody knew before. Verified: its policies ran again on "
+        "such seeds. Claimed: not yet.",
     ),
 }
 """Name and definition of the columns of the table, in which a column for each group stands in one's place."""
