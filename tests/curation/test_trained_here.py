@@ -76,6 +76,16 @@ def test_an_agent_that_fails_counts_as_the_floor_and_is_not_tried_again(tell: Te
     assert found["again"].startswith("new: 2 runs trained here.")
 
 
+@pytest.mark.slow
+def test_a_trial_comes_before_the_training_and_is_no_part_of_it(tell: Tell) -> None:
+    found = tell(options=("--short", "--try"))
+    status, output = found["tried"]
+    assert (status, "new: 2 runs tried, in" in output) == (0, True)
+    assert "new: 2 runs trained here." in found["output"]
+    assert "time left" in found["output"], "it trains"
+    assert (found["level"], found["due_again"], found["problems"]) == ("trained here", "[]", [])
+
+
 @pytest.mark.parametrize(
     "learn", ["", pytest.param("raise ValueError('too late')\n", marks=pytest.mark.slow, id="it fails")]
 )

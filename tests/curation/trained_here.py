@@ -3,7 +3,8 @@
 ``python trained_here.py FOLDER ENTRY FILES PACKAGES`` prints as JSON what became of it. ``FILES`` are the
 files of agent/ and ``PACKAGES`` what [agent] states, as JSON. A core of one small group and a small budget
 stand for the whole. With ``--interrupt``, the machine dies after the first run; with ``--short``, two runs
-are trained, and the gate does not try the code; with ``--balanced``, they are balanced ones.
+are trained, and the gate does not try the code; with ``--balanced``, they are balanced ones; with ``--try``,
+a trial comes before them.
 """
 
 import contextlib
@@ -104,11 +105,11 @@ class Story:
         git(self.main, "merge", "--quiet", "--no-ff", "--no-edit", "refs/gate/head")
         return git(self.main, "rev-parse", "HEAD")
 
-    def train(self) -> tuple[int, str]:
+    def train(self, *more: str) -> tuple[int, str]:
         """The job that trains after a merge, in a clone."""
         if not self.job.exists():
             git(self.main, "clone", "--quiet", str(self.main), str(self.job))
-        return command("maintain", "train-here", str(self.job / NEW), "--runs", str(RUNS), *ORDER)
+        return command("maintain", "train-here", str(self.job / NEW), "--runs", str(RUNS), *ORDER, *more)
 
     def take(self) -> str:
         """The job that checks and commits what the other one wrote; what it changes."""
@@ -179,6 +180,8 @@ if __name__ == "__main__":
         found["merge"], found["due"] = story.merge(), story.due()
         kept = interrupted(story) if "--interrupt" in sys.argv else {}
         found["kept"] = len(kept)
+        if "--try" in sys.argv:
+            found["tried"] = story.train("--trial", str(story.job.with_name("trial")))
         found["status"], found["output"] = story.train()
         found["same"] = all(Path(path).read_bytes() == data for path, data in kept.items())
         found["changed"], found["due_again"] = story.take(), story.due()

@@ -20,6 +20,7 @@ from gym_extensions.submissions.review import Training, training_of, training_te
 from gym_extensions.verification import train_here
 from gym_extensions.verification.git import Repository
 
+from ..baselines.conftest import digests
 from ..conftest import refused
 from ..curation.repositories import git, make_repository, merge
 from .made_submissions import change_document, network
@@ -56,7 +57,8 @@ def write(trained: Path, training: Training) -> None:
 
 
 @pytest.fixture
-def folder(made: Path, tmp_path: Path, in_this_process: None) -> Path:
+def folder(made: Path, tmp_path: Path, in_this_process: None, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(train_here, "STANDARD_BUDGET", "smoke")
     return Path(shutil.copytree(made, tmp_path / "made"))
 
 
@@ -197,6 +199,19 @@ def test_half_a_run_is_due_again_and_a_broken_record_is_not_written_over(folder:
         train_here.present(read(submission), "")
 
 
+def test_a_trial_changes_nothing_and_is_not_taken(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    submission, trial = folder / "main/submissions/new", folder / "trial"
+    before = digests(submission)
+    monkeypatch.setattr(train_here, "STANDARD_BUDGET", "300k")
+    monkeypatch.setattr(train_here, "boxed", lambda *_: "random")
+    tried = train_here.train_here(read(submission), 1, groups=[GROUP], trial=trial)
+    assert (list(tried.runs), (trial / f"1/{RUN}.csv").exists()) == ([RUN], True)
+    assert digests(submission) == before
+    assert train_here.is_due(read(submission), [RUN])
+    with refused("bad-training", "the budget smoke"):
+        train_here.take(read(submission), trial)
+
+
 BALANCED = {f"{GROUP}/balanced/run{run}" for run in (0, 1)}
 
 
@@ -204,7 +219,7 @@ def train_balanced(folder: Path, monkeypatch: pytest.MonkeyPatch, meanwhile: Cha
     """Trains two balanced runs of an agent in the place of the code, and in no box."""
     submission = folder / "main/submissions/new"
     monkeypatch.setattr(train_here, "boxed", lambda *_: (meanwhile(submission / "trained"), "random")[1])
-    return train_here.train_here(read(submission), 2, protocol="balanced", groups=[GROUP], budget="smoke")
+    return train_here.train_here(read(submission), 2, protocol="balanced", groups=[GROUP])
 
 
 def test_runs_in_another_order_are_trained_here_and_taken_and_are_not_the_core(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from gym_extensions.baselines.cli import parse_names
-from gym_extensions.catalog.protocol import BUDGETS, IN_ORDER, STANDARD_BUDGET
+from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.curation import gate
 from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.errors import BenchError, reports_mistakes, working
@@ -117,7 +117,8 @@ def maintain_parser() -> argparse.ArgumentParser:
     value = "hexadecimal digits that became public after the merge, such as a beacon's randomness"
     add("--value", default="", metavar="HEX", help=value)
     add("--jobs", type=verification.positive, default=1, metavar="N", help="processes (default: 1)")
-    add("--budget", default=STANDARD_BUDGET, choices=BUDGETS, help="of a trial (default: %(default)s)")
+    trial = "a trial: train with the budget smoke into this folder; the submission stays as it is"
+    add("--trial", type=Path, metavar="DIR", help=trial)
     only = train.add_mutually_exclusive_group().add_argument
     only("--due", action="store_true", help="only print which submissions have something to train")
     only("--take", type=Path, metavar="DIR", help="check and add what another job wrote into trained/")
@@ -179,13 +180,14 @@ def _train_here(options: argparse.Namespace) -> int:
             *(submission, options.runs, value),
             protocol=options.protocol,
             groups=options.groups,
-            budget=options.budget,
+            trial=options.trial,
             jobs=options.jobs,
         )
     except KeyboardInterrupt:
         print("Interrupted. What is finished is kept: repeat the command.", file=sys.stderr)
         return 130
-    print(f"{submission.name}: {count(len(found.runs), 'run')} trained here.")
+    where = f"tried, in {options.trial}" if options.trial else "trained here"
+    print(f"{submission.name}: {count(len(found.runs), 'run')} {where}.")
     for key, why in found.failed.items():
         print(f"{key} counts as the floor: {why}")
     return 0

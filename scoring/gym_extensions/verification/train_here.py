@@ -116,7 +116,7 @@ def train_here(
     *,
     protocol: str = SEQUENTIAL,
     groups: Collection[str] = CORE_GROUPS,
-    budget: str = STANDARD_BUDGET,
+    trial: Path | None = None,
     jobs: int = 1,
 ) -> Training:
     """Trains the runs 0 to ``runs`` − 1 of a submission's code that are missing, and records them.
@@ -130,7 +130,7 @@ def train_here(
         value: hexadecimal digits that became public after the merge and that nobody could choose.
         protocol: one in which a policy learns the tasks in order. The core ranks sequential runs alone.
         groups: names of published groups.
-        budget: only the standard one has a rank.
+        trial: a folder for runs with the budget for trials, in place of the submission, which stays as it is.
         jobs: worker processes.
 
     Raises:
@@ -138,7 +138,9 @@ def train_here(
     """
     wanted = wanted_runs(runs, protocol, groups)
     number, training = present(submission, value)
-    folder = submission.path / TRAINED / str(number)
+    folder, budget = submission.path / TRAINED / str(number), STANDARD_BUDGET
+    if trial:
+        training, folder, budget = replace(training, runs={}, failed={}), trial / str(number), "smoke"
     assert submission.manifest and submission.manifest.agent, "it has code"
     factory = boxed(submission.path, submission.manifest.agent.entry, budget, protocol, groups)
     titles = {f"{group} {protocol}-run{run}": key for key, (group, _, run) in wanted.items()}
@@ -161,7 +163,7 @@ def train_here(
 
     def replace_failed() -> None:
         for key in training.failed.keys() & missing():
-            _write_floor(folder, wanted[key], budget, training.seeds)
+            _write_floor(folder, wanted[key], budget, training.seeds, submission.path / MANIFEST)
 
     keep({})
     replace_failed()
@@ -189,7 +191,7 @@ def train_here(
     return training
 
 
-def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: str) -> None:
+def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: str, manifest: Path) -> None:
     """Writes, in the place of a failed run, that of the agent that does nothing.
 
     If no run has a manifest yet, it is that of the submission, with the budget of the training.
@@ -200,7 +202,7 @@ def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: 
         origin = baselines.Origin(seeds=seeds)
         (log,) = baselines.train(FLOOR, group, protocol, budget, run, out=out, progress=False, origin=origin)
         if not (folder / MANIFEST).exists():
-            tables = written.read_manifest(folder.parents[1] / MANIFEST)
+            tables = written.read_manifest(manifest)
             tables["protocol"]["budget"] = budget
             tables.pop("agent")
             write_text(folder / MANIFEST, tomli_w.dumps(tables))
@@ -214,12 +216,13 @@ LIMITS = limits.Limits(cpu_seconds=600, wall_seconds=600)
 
 
 def judge(request: dict[str, Any]) -> Iterator[Any]:
-    """The job of that process: the problems of a folder of runs, and the digest and command of each run."""
+    """The job of that process: problems and budget of a folder of runs, and each one's digest and command."""
     runs = reader.read(Path(request["folder"]), policies=True)
     found = {name: (document.digest, document.command) for name, document in runs.documents.items()}
     broken = (each for each in runs.problems if each.rule not in reader.NOT_OF_TRAINED)
     problems = [f"{each.where}: {each.message}" for each in broken]
-    yield {"problems": problems, "runs": found}
+    budget = runs.manifest.protocol.budget if runs.manifest else ""
+    yield {"problems": problems, "runs": found, "budget": budget}
 
 
 def take(submission: Submission, folder: Path, value: str = "") -> None:
@@ -247,6 +250,8 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     (found,) = limits.answers(JOB, {"folder": str(source.resolve())}, LIMITS)
     if found["problems"]:
         raise refuse(f"It breaks a rule: {found['problems'][0]}")
+    if found["budget"] != STANDARD_BUDGET:
+        raise refuse(f"Its runs have the budget {found['budget']}, as a trial has.")
     digests = {key: digest for key, (digest, _) in found["runs"].items()}
     if not training.runs.items() <= digests.items():
         raise refuse("Its runs are not those of the record.")
