@@ -206,6 +206,8 @@ def test_the_table_of_methods_says_which_edition_it_is_and_who_may_train_more(
         ([trained_here("trpo"), KEEPER], "Second edition: the project", "Maintainers train them here"),
     ):
         cards[0]["manifest"]["protocol"]["algorithm"] = "trpo"
-        text = read(document | {"submissions": cards})["index.html"].text
+        pages = read(document | {"submissions": cards})
+        assert all(each in pages[page].ids for page, each in pages["core.html"].links("core.html") if each)
+        text = pages["index.html"].text
         assert text.index(edition) > text.index("Methods")
         assert who in text

@@ -159,6 +159,7 @@ def test_runs_that_were_trained_here_are_shown_before_the_authors_own(document: 
         ]
         assert anchors == [f"{group}-v0-trained-here", f"{group}-v0-sequential"]
         assert f"{group}-v0-trained-here-experts" not in on_group.ids
+        assert page.errors == on_group.errors == []
 
 
 TITLES = ("Trained here", "The author’s own runs")
