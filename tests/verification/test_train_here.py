@@ -212,6 +212,16 @@ def test_a_trial_changes_nothing_and_is_not_taken(folder: Path, monkeypatch: pyt
         train_here.take(read(submission), trial)
 
 
+def test_a_withdrawn_submission_is_not_due(folder: Path) -> None:
+    submission = folder / "main/submissions/new"
+    wanted = train_here.wanted_runs(5)
+    for decision, is_due in (("withdrawn", False), ("accepted", True)):
+        assert (
+            maintain(["decide", str(submission), decision, "--by", "N. N.", "--reason", "asked for it"]) == 0
+        )
+        assert train_here.is_due(read(submission), wanted) == is_due
+
+
 BALANCED = {f"{GROUP}/balanced/run{run}" for run in (0, 1)}
 
 

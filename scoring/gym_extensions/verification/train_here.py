@@ -26,7 +26,7 @@ from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TR
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
 from gym_extensions.submissions.problem import refuse_problems
-from gym_extensions.submissions.review import Training, training_of, training_text
+from gym_extensions.submissions.review import Training, is_withdrawn, training_of, training_text
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import git, limits
@@ -65,8 +65,8 @@ def problems_of(submission: Submission) -> tuple[problem.Problem, ...]:
 
 
 def is_due(submission: Submission, wanted: Collection[str]) -> bool:
-    """Whether a submission has code of which not all runs with these names were trained yet."""
-    if problems_of(submission) or not submission.code:
+    """Whether a submission has code of which not all runs with these names were trained, and stands."""
+    if problems_of(submission) or not submission.code or is_withdrawn(submission.review.decisions):
         return False
     trained = submission.trained
     is_current = trained is not None and trained.training.agent == submission.code
