@@ -26,7 +26,9 @@ def section() -> Template:
     text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
     part = text[text.index("{% if orders %}") : text.index("### The same additions")]
     environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
-    environment.globals.update(fmt=partial(fixed, digits=2), percent=tables.percent, fine_tuning="a")
+    environment.globals.update(
+        fmt=partial(fixed, digits=2), percent=tables.percent, fine_tuning="a", edition=1
+    )
     return environment.from_string(part)
 
 

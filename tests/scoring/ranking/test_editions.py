@@ -68,7 +68,23 @@ def test_the_second_edition_ranks_what_was_trained_here_alone(on_core: OnCore) -
     last = row(board, "verified")
     assert (last.ranked, last.why, board.rows[-1].name) == (False, "Not trained here.", "verified")
     assert last.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(1, 0.95).values())), rel=1e-12)
-    assert not any(pair.exploratory for pair in board.pairs[FINAL])
+
+
+def test_in_the_second_edition_pairs_are_exploratory_that_the_plan_does_not_name(on_core: OnCore) -> None:
+    names = ("trpo", "reset", "cloning-tuned", "stranger")
+    cards = [trained(on_core(name, normal(at, 0.3)), normal(9 + at, 0.3)) for at, name in enumerate(names)]
+    board = board_of(cards)
+    planned = {
+        metric: {frozenset((pair.first, pair.second)) for pair in pairs if not pair.exploratory}
+        for metric, pairs in board.pairs.items()
+    }
+    with_trpo = {name: frozenset((name, "trpo")) for name in names}
+    assert planned == {
+        FINAL: {with_trpo["reset"], with_trpo["cloning-tuned"]},
+        "forgetting": {with_trpo["cloning-tuned"]},
+    }
+    first = board_of([replace(card, trained={}) for card in cards])
+    assert (first.edition, {pair.exploratory for pair in first.pairs[FINAL]}) == (1, {True})
 
 
 def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: OnCore) -> None:

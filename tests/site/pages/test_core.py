@@ -79,6 +79,9 @@ def test_the_statement_says_of_how_many_methods_where_they_lead_and_that_it_is_p
     assert said.startswith("Of 3 methods without task label that ran all 7 groups, Keeper keeps most, 0.82 (")
     assert said.endswith("more than every other, alone first in 7 of 7 groups. 5 runs; preliminary.")
     assert len(said.split()) < 50
+    view = overview_of(KEEPER, LOSER, TWIN)
+    second = replace(view, board=replace(view.board, edition=2)).statement().striptags()
+    assert second.endswith("5 runs; exploratory.")
     lost = statement(KEEPER, method("trpo", 0.8, 0.5))
     assert lost.startswith("Trained task after task, Trpo falls from 0.83 to 0.55 (expert: 1). Of 2 methods")
 
