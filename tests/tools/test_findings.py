@@ -75,10 +75,12 @@ def forgetting(groups: dict[str, Sequence[float]]) -> dict[str, bool]:
 def test_forgetting_is_significant_from_0_after_a_correction_for_the_groups() -> None:
     # The p value of the first, .01696, is above .05 / 3 and below .05 / 2.
     weak, strong, none = (0.1, 0.2, 0.02, 0.2, 0.2), (1.0, 1.1, 1.2, 1.1, 1.0), (0.1, -0.1, 0.2, -0.2, 0.1)
-    found = forgetting({"hopper-wall": weak, "pusher": strong, "hopper-body": none})
-    assert found == {"hopper-wall": True, "pusher": True, "hopper-body": False}
-    found = forgetting({"hopper-wall": weak, "pusher": none, "hopper-body": none})
-    assert found == {"hopper-wall": False, "pusher": False, "hopper-body": False}
+    found = forgetting({"hopper-wall": weak, "walker2d-wall": strong, "hopper-body": none})
+    assert found == {"hopper-wall": True, "walker2d-wall": True, "hopper-body": False}
+    found = forgetting({"hopper-wall": weak, "walker2d-wall": none, "hopper-body": none})
+    assert found == {"hopper-wall": False, "walker2d-wall": False, "hopper-body": False}
+    found = forgetting({"hopper-wall": weak, "pusher": none, "pusher-tracking": none})
+    assert found["hopper-wall"], "groups beyond the core are another family"
 
 
 def test_replay_needs_five_runs_of_both_kinds() -> None:

@@ -169,7 +169,9 @@ def main() -> None:
             group.name: [name for name, values in finals.items() if math.isnan(values[place].mean)]
             for place, group in enumerate(CORE)
         },
-        waiting=[name for name, card in cards.items() if not card.groups],
+        waiting=[
+            name for name, card in cards.items() if not card.groups and of_edition(name, edition) == name
+        ],
         never=[group.name for group in GROUPS.values() if group.id not in trained],
         no_balanced="balanced" not in set(own_metrics["protocol"]),
     )

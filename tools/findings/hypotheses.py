@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gym_extensions.catalog.groups import CORE, CORES
-from gym_extensions.metrics.statistics import holm, interval, summary, zero_mean_p
+from gym_extensions.metrics.statistics import ALPHA, holm_adjusted, interval, summary, zero_mean_p
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair
 from gym_extensions.scoring.ranking.core_board import PLANNED
 from tools.findings.claims import GroupRuns
@@ -59,12 +59,12 @@ def forgetting(lost: GroupRuns) -> list[Verdict]:
     if any(len(lost.get(name, ())) < 2 for name in CORES[CORE]):
         return [Verdict("H7", f"`{FINE_TUNING}` lacks runs", OPEN)]
     parts = {name: summary(lost[name]) for name in CORES[CORE]}
-    p_values = {name: zero_mean_p(part) for name, part in parts.items()}
-    rejected = dict(zip(parts, holm(np.array([*p_values.values()])), strict=True))
+    adjusted = holm_adjusted(np.array([zero_mean_p(part) for part in parts.values()]))
+    p_values = dict(zip(parts, adjusted.tolist(), strict=True))
     found = []
     for name in FORGETTING:
         value, group = Value.of(interval(lost[name])), name.rpartition("-v")[0]
-        verdict = OPEN if not rejected[name] else CONFIRMED if value.mean > 0 else CONTRADICTED
+        verdict = OPEN if p_values[name] > ALPHA else CONFIRMED if value.mean > 0 else CONTRADICTED
         found.append(Verdict("H7", f"{group}: {value}, p = {p_values[name]:.2g}", verdict))
     return found
 

@@ -207,18 +207,20 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
     Args:
         metrics: of ``results.metrics``.
         runs: forgetting of each run, by group id. A t test per group that was learned, with Holm's correction
-            over them, finds where its mean differs from 0. It tests the runs of the last look alone.
+            over those of the core and over the others, finds where its mean differs from 0. It tests the runs
+            of the last look alone.
     """
     found = {}
     for group in GROUPS.values():
         values = tuple(value(metrics, FINE_TUNING, group.id, metric) for metric in COLUMNS)
         if not any(math.isnan(each.mean) for each in values):
             found[group.id] = Forgetting(group, len(runs[group.id]), values, significant=False)
-    learned = [each for each in found.values() if each.is_learned]
-    tested = [runs[each.group.id][: last_look(each.runs)] for each in learned]
-    rejected = holm(np.array([zero_mean_p(summary(part)) for part in tested]))
-    for each, is_significant in zip(learned, rejected, strict=True):
-        found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_significant))
+    for on_core in (True, False):
+        family = [each for each in found.values() if each.is_learned and (each.group in CORE) == on_core]
+        tested = [runs[each.group.id][: last_look(each.runs)] for each in family]
+        rejected = holm(np.array([zero_mean_p(summary(part)) for part in tested]))
+        for each, is_significant in zip(family, rejected, strict=True):
+            found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_significant))
     return sorted(found.values(), key=lambda each: -each.values[2].mean)
 
 
