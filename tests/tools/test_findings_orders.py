@@ -52,6 +52,8 @@ def test_the_section_appears_with_runs_in_other_orders(make_submission: Callable
         ["2. ", "", "2. "],
         ["1. ", "", "3. "],
     ]
+    alone = orders.Orders("hopper-gravity", {"a": found.ends["a"]}, {}, {}, {})
+    assert alone.place("a", 0) == ""
     assert list(found.shares) == ["a"]
     assert found.shares["a"][0][0].mean == pytest.approx(1)
     assert math.isnan(found.ends["a"][1].mean)

@@ -73,6 +73,7 @@ def main() -> None:
     cloning, packnet = (of_edition(name, edition) for name in ("cloning", "packnet"))
     gains, correlated = claims.gains(cards, cloning)
     alone = claims.less_than_alone(board, cards)
+    lacking = hypotheses.lacking(board)
     stated = editions.statements(board, groups, gains, alone)
     if not any(map(is_trained_here, own.values())):
         editions.write_statements(FIRST_EDITION, stated)
@@ -137,7 +138,8 @@ def main() -> None:
         },
         edition=edition,
         outcomes=editions.outcomes(editions.read_statements(FIRST_EDITION), stated),
-        hypotheses=hypotheses.verdicts(board, claims.runs_of(reference, LOST)),
+        lacking=lacking,
+        hypotheses=[] if lacking else hypotheses.verdicts(board, claims.runs_of(reference, LOST)),
         cloning=cloning,
         packnet=packnet,
         gains=gains,
