@@ -64,7 +64,7 @@ def main() -> None:
     assert board is not None
     edition, reference = board.edition, cards[FINE_TUNING]
     core, pairs = core_frame(board), core_pairs_frame(board)
-    metrics, own_metrics = metrics_frame(cards.values()), metrics_frame(own.values())
+    metrics = metrics_frame(cards.values())
     methods = tables.methods(core, pairs)
     names = [name for name in core["name"] if name not in NOT_COMPARED and of_edition(name, edition) == name]
     finals = dict(tables.by_group(metrics, names, FINAL))
@@ -123,7 +123,7 @@ def main() -> None:
         ],
         open_tasks={name: each for name, each in tables.open_tasks().items() if name in scored},
         transfer_titles=[BY_NAME[name].title for name in tables.TRANSFERS],
-        transfers=tables.transfers(own_metrics),
+        transfers=tables.transfers(metrics_frame([own[FINE_TUNING]])),
         practice=tables.practice_by_other_runs(results.evaluations(submissions / FINE_TUNING)),
         replay={
             metric: tables.replay({name: of_runs(cards[name], metric) for name in REPLAY})
@@ -154,8 +154,8 @@ def main() -> None:
             for group in CORE
             if group.id in SUITES["gravity"]
         },
-        orders=orders(own_metrics, results.order_effects(submissions)),
-        turned=turned(list(own.values())),
+        orders=orders(metrics, results.order_effects(submissions)),
+        turned=turned(list(cards.values())),
         bases=bases.base_by_addition(
             {
                 name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}
@@ -175,6 +175,6 @@ def main() -> None:
             name for name, card in cards.items() if not card.groups and of_edition(name, edition) == name
         ],
         never=[group.name for group in GROUPS.values() if group.id not in trained],
-        no_balanced="balanced" not in set(own_metrics["protocol"]),
+        no_balanced="balanced" not in set(metrics["protocol"]),
     )
     write_text(PAGE, text + "\n")
