@@ -22,6 +22,13 @@ def anchors(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
 
 
+def jobs_of(workflow: Path) -> dict[str, str]:
+    """The text of each job of a workflow."""
+    jobs = workflow.read_text("utf-8").partition("\njobs:\n")[2]
+    parts = re.split(r"^  (\w+):$", jobs, flags=re.MULTILINE)[1:]
+    return dict(zip(parts[::2], parts[1::2], strict=True))
+
+
 def test_no_link_is_committed() -> None:
     if not (ROOT / ".git").exists():
         pytest.skip("not a clone")
@@ -91,13 +98,33 @@ def test_a_workflow_that_runs_on_untrusted_input_starts_without_permissions_and_
     assert privileged == {"gate.yml", "gate-comment.yml"}
     assert all("\npermissions: {}\n" in texts[name] for name in privileged)
     for name, writing in (("gate.yml", []), ("train.yml", ["record"]), ("review.yml", ["record"])):
-        parts = re.split(r"^  (\w+):$", texts[name].partition("\njobs:\n")[2], flags=re.MULTILINE)[1:]
-        jobs = dict(zip(parts[::2], parts[1::2], strict=True))
+        jobs = jobs_of(ROOT / ".github/workflows" / name)
         assert ": write" not in texts[name]
         for secret in ("GH_TOKEN", "environment: record", "secrets."):
             assert [job for job, text in jobs.items() if secret in text] == writing
     assert set(re.findall("ref: (.*)", texts["gate.yml"])) == {"${{ github.event.pull_request.base.sha }}"}
     assert "github.event.pull_request.title" not in texts["gate.yml"]
+
+
+@pytest.mark.parametrize(
+    ("command", "reads_old_files"),
+    [("gym-extensions verify", False), ("maintain train-here", True), ("check-pr --base", True)],
+)
+def test_a_job_has_the_history_that_its_command_reads(command: str, reads_old_files: bool) -> None:
+    """A clone with one commit is refused; so is one without the contents of older files, where they count."""
+    jobs = {(path.name, job): text for path in WORKFLOWS for job, text in jobs_of(path).items()}
+    named = {name: text for name, text in jobs.items() if command in text}
+    assert len(named) > 1
+    assert [name for name, text in named.items() if "fetch-depth: 0" not in text] == []
+    assert [name for name, text in named.items() if reads_old_files and "filter: " in text] == []
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=relative)
+def test_a_command_that_fails_fails_its_step(workflow: Path) -> None:
+    """A shell ignores the status of a command inside of another one, unless that only assigns or compares."""
+    lines = [line.strip() for line in workflow.read_text("utf-8").splitlines() if "$(" in line]
+    allowed = r"""(run: )?(\w+=\$\(.*\)|test "\$\(.*\)" = [^)]+)"""
+    assert [line for line in lines if not re.fullmatch(allowed, line)] == []
 
 
 def test_the_comment_follows_only_the_gate_of_the_main_branch() -> None:
@@ -116,3 +143,12 @@ def test_the_tests_that_jobs_name_exist() -> None:
     named = {path for text in texts for path in re.findall(r"tests/[\w/]+(?:\.\w+)?", text)}
     assert len(named) > 5
     assert [path for path in sorted(named) if not (ROOT / path).exists()] == []
+
+
+def test_ci_runs_the_slow_tests_of_what_runs_strangers_code() -> None:
+    text = (ROOT / ".github/workflows/ci.yml").read_text("utf-8")
+    commands = [line for line in text.splitlines() if "--no-skips -m 'slow or not slow'" in line]
+    assert {path for line in commands for path in re.findall(r"tests/[\w/]+", line)} >= {
+        "tests/curation",
+        "tests/baselines/isolated",
+    }

@@ -75,8 +75,8 @@ def differences(tasks: Iterable[Task], path: Path, jobs: int, episodes: int = EP
     """Measures floors and experts again, from seeds and files, and compares them with a references file.
 
     Floors and the planner follow from their seeds, but for rounding. Chaotic episodes of a policy differ
-    with versions of MuJoCo and BLAS kernels, so that its mean may differ by three standard errors; so may
-    everything if less than all episodes are measured.
+    with the version of MuJoCo and from those of the first arithmetic, so that its mean may differ by three
+    standard errors; so may everything if less than all episodes are measured.
 
     Of every agent the first ``episodes`` of 1,000 are used. Returns a sentence for each that differs.
 

@@ -7,7 +7,8 @@ After stage s, a task that was learned has the policy that the source stored rig
 other task has the source's present policy. That is what the agent ``snapshots`` has after it learned as the
 source did. Its policies are deterministic and its evaluation episodes start from the same seeds after every
 stage, so that these episodes are already in the source's log: those of stage j for a learned task j, those
-of stage s for another one. ``gym-extensions verify`` runs the policies and compares.
+of stage s for another one. ``gym-extensions verify`` runs the policies and compares. Where the source has no
+runs of its author, they are those that were trained here.
 """
 
 import argparse
@@ -26,7 +27,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.files import write_text
 from gym_extensions.policies import Policy, load
-from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, POLICIES, run_file
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, POLICIES, run_file, runs_folder
 from gym_extensions.submissions.manifest import parse
 from gym_extensions.submissions.policies.files import (
     AnyPolicy,
@@ -64,10 +65,11 @@ def write_run_of(source: Path, group: TaskGroup, run: int, out: Path) -> None:
     def place(folder: Path, suffix: str) -> Path:
         return folder / run_file(group.name, "sequential", run, suffix)
 
-    document = read_run(place(source, DOCUMENT))
+    runs = runs_folder(source, group.name, "sequential")
+    document = read_run(place(runs, DOCUMENT))
     copy = sum(array.size for array in (*plain[0].weights, *plain[0].biases)) + plain[0].num_actions
     parameters = document.memory.parameters_first + (tasks - 1) * copy
-    log = assembled_log(place(source, LOG).read_text("ascii"), tasks)
+    log = assembled_log(place(runs, LOG).read_text("ascii"), tasks)
     write_policies(place(out, POLICIES), policies)
     digest, size = content_sha256(run_arrays(policies)), place(out, POLICIES).stat().st_size
     document = msgspec.structs.replace(

@@ -3,7 +3,7 @@
     python -m tools.wanted [SUBMISSION …]
 
 Those come first that would decide most comparisons per processor hour. Each is one command, and one pull
-request may bring any of them. The site has the same list.
+request may bring any of them; what is trained here, maintainers train. The site has the same list.
 """
 
 import argparse

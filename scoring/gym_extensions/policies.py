@@ -5,7 +5,7 @@ Example:
     >>> policy = policies.load("submissions/trpo", "hopper-gravity", run=0, stage=5)  # doctest: +SKIP
     >>> policy.act(observation)  # doctest: +SKIP
 
-Plain arrays need only numpy, networks the extra ``onnx``. Experts are such policies, too
+Plain arrays need no extra, networks the extra ``onnx``. Experts are such policies, too
 (:func:`gym_extensions.references.experts.load`).
 """
 

@@ -20,7 +20,7 @@ COMMANDS = {
     "check-pr": ("gym_extensions.curation.cli:check_pr", "check a pull request with a submission"),
     "maintain": (
         "gym_extensions.curation.cli:maintain",
-        "store decisions, measure landscapes and references",
+        "for maintainers: train merged code, store decisions, measure landscapes, …",
     ),
 }
 """The module and function of each sub-command, and what it does."""

@@ -76,6 +76,28 @@ def test_an_agent_that_fails_counts_as_the_floor_and_is_not_tried_again(tell: Te
     assert found["again"].startswith("new: 2 runs trained here.")
 
 
+@pytest.mark.slow
+def test_a_trial_comes_before_the_training_and_is_no_part_of_it(tell: Tell) -> None:
+    found = tell(options=("--short", "--try"))
+    status, output = found["tried"]
+    assert (status, "new: 2 runs tried, in" in output) == (0, True)
+    assert "new: 2 runs trained here." in found["output"]
+    assert "time left" in found["output"], "it trains"
+    assert (found["level"], found["due_again"], found["problems"]) == ("trained here", "[]", [])
+
+
+@pytest.mark.parametrize(
+    "learn", ["", pytest.param("raise ValueError('too late')\n", marks=pytest.mark.slow, id="it fails")]
+)
+def test_runs_in_another_order_are_trained_here_and_are_not_the_core(tell: Tell, learn: str) -> None:
+    found = tell(learn, options=("--short", "--balanced"))
+    assert (found["status"], found["level"], found["problems"]) == (0, "trained here", [])
+    failed = {f"pusher/balanced/run{run}" for run in (0, 1)} if learn else set()
+    assert set(found["training"]["failed"]) == failed
+    assert (max(map(abs, found["scores"])) < 0.05) == bool(learn)
+    assert (found["core_level"], found["ranked"], found["due_again"]) == (None, False, '["new"]')
+
+
 def test_the_gate_refuses_what_it_can_read_or_try(tell: Tell) -> None:
     carried = "W = [\n" + "0.125, -1.5,\n" * 200 + "]\n"
     for text, rule, where in (

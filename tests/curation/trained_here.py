@@ -3,7 +3,8 @@
 ``python trained_here.py FOLDER ENTRY FILES PACKAGES`` prints as JSON what became of it. ``FILES`` are the
 files of agent/ and ``PACKAGES`` what [agent] states, as JSON. A core of one small group and a small budget
 stand for the whole. With ``--interrupt``, the machine dies after the first run; with ``--short``, two runs
-are trained, and the gate does not try the code.
+are trained, and the gate does not try the code; with ``--balanced``, they are balanced ones; with ``--try``,
+a trial comes before them.
 """
 
 import contextlib
@@ -36,6 +37,7 @@ from gym_extensions.verification.git import Repository  # noqa: E402
 
 NEW, FULL = "submissions/new", 5
 RUNS = 2 if "--short" in sys.argv else FULL
+ORDER = ("--protocol", "balanced", "--groups", "pusher") if "--balanced" in sys.argv else ()
 IDENTITY = ("-c", "user.name=Tester", "-c", "user.email=tester@example.org", "-c", "commit.gpgsign=false")
 MANIFEST = """format = 1
 title = "A stranger's agent"
@@ -103,11 +105,11 @@ class Story:
         git(self.main, "merge", "--quiet", "--no-ff", "--no-edit", "refs/gate/head")
         return git(self.main, "rev-parse", "HEAD")
 
-    def train(self) -> tuple[int, str]:
+    def train(self, *more: str) -> tuple[int, str]:
         """The job that trains after a merge, in a clone."""
         if not self.job.exists():
             git(self.main, "clone", "--quiet", str(self.main), str(self.job))
-        return command("maintain", "train-here", str(self.job / NEW), "--runs", str(RUNS))
+        return command("maintain", "train-here", str(self.job / NEW), "--runs", str(RUNS), *ORDER, *more)
 
     def take(self) -> str:
         """The job that checks and commits what the other one wrote; what it changes."""
@@ -138,7 +140,7 @@ class Story:
             "core_level": row and row.level,
             "why": row and row.why,
             "means": {name: row and row.metrics[name].mean for name in CORE_METRICS},
-            "scores": next(iter(card.trained.values())).metrics["final_performance"].runs,
+            "scores": next(iter(card.groups["pusher-v0"].values())).metrics["final_performance"].runs,
             "training": msgspec.to_builtins(card.training),
         }
 
@@ -178,6 +180,8 @@ if __name__ == "__main__":
         found["merge"], found["due"] = story.merge(), story.due()
         kept = interrupted(story) if "--interrupt" in sys.argv else {}
         found["kept"] = len(kept)
+        if "--try" in sys.argv:
+            found["tried"] = story.train("--trial", str(story.job.with_name("trial")))
         found["status"], found["output"] = story.train()
         found["same"] = all(Path(path).read_bytes() == data for path, data in kept.items())
         found["changed"], found["due_again"] = story.take(), story.due()

@@ -19,7 +19,7 @@ from gym_extensions.scoring.output.screen import console, show
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.submissions.review import Decision, Review, read_review, write_review
 
-from ..conftest import MANIFEST, Write
+from ..conftest import MANIFEST, Write, trained_here
 from .made_submissions import Command
 
 GROUP_SCREEN = """\
@@ -32,7 +32,7 @@ Final performance     1.117  1.110 to 1.123
 Learning performance  3.001  2.995 to 3.008
 Forgetting            2.356  2.356 to 2.356
 Asymptotic transfer   2.356  2.356 to 2.356
-Joint gap: none. It needs joint runs, which this submission lacks.
+Joint gap: none. It needs joint runs: there are none with these runs.
                                   Fully  After Env     First       Single
 task, mean ± deviation          Trained   Training      Step          Env
 HopperGravityHalf               178 ± 1   3001 ± 1  1501 ± 1     3001 ± 1
@@ -87,6 +87,27 @@ def test_the_core_score_is_printed_with_its_interval(capsys: pytest.CaptureFixtu
     shown = capsys.readouterr().out
     assert "core, runs 0 to 4 of every group" in shown
     assert re.search(r"Final performance +0\.500  0\.400 to 0\.600", shown)
+
+
+def test_the_core_score_says_that_it_is_of_runs_that_were_trained_here(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    made = {"parent": "a", "look": 5, "next_look": 10, "groups": {}, "cost": {}, "trained_here": True}
+    core = msgspec.convert(made | {"metrics": {}, "notes": ["claim: They agree."]}, CoreScore)
+    show(
+        console(),
+        Scorecard(name="a", title="A", level="verified", manifest=None, groups={}, suites={}, core=core),
+    )
+    assert "of every group, trained here\nnote: They agree.\n" in capsys.readouterr().out
+
+
+def test_a_group_shows_the_runs_that_were_trained_here_before_the_authors_own(
+    make_submission: Write, score: Command
+) -> None:
+    folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'), protocols=("sequential",))
+    trained_here(folder)
+    lines = [line for line in score(folder).out.splitlines() if line.startswith("hopper-gravity-v0")]
+    assert [line.rpartition(", ")[2] for line in lines] == ["trained here", "claimed"]
 
 
 def test_code_without_runs_waits_for_the_merge(tmp_path: Path, score: Command) -> None:

@@ -136,7 +136,7 @@ def test_the_error_of_an_expert_enters_the_interval_of_a_suite_once_per_group(
     ("changes", "metric", "why"),
     [
         ({"protocols": ("sequential",)}, "forward_transfer_auc", "single-task runs and training curves"),
-        ({}, "joint_gap", "It needs joint runs, which this submission lacks."),
+        ({}, "joint_gap", "It needs joint runs: there are none with these runs."),
         ({"curves": 9}, "forward_transfer_auc", "fewer than 10 points"),
     ],
 )
@@ -330,6 +330,7 @@ def test_code_alone_has_the_scores_of_what_was_trained_of_it(make_submission: Wr
     log = card.groups[GROUP]["sequential"]
     assert (card.level, log.level, log.metrics["final_performance"]) == (*["trained here"] * 2, expected)
     assert card.trained[GROUP].metrics == log.metrics
+    assert card.beside == {}
     assert card.training is not None
     assert (card.training.attempts, card.training.outdated) == (1, False)
 
@@ -340,6 +341,8 @@ def test_an_authors_runs_stay_beside_those_that_were_trained_here(make_submissio
     trained_here(folder, version=2)
     card = score_folder(folder)
     assert (card.groups, card.level, card.trained[GROUP].level) == (before, "claimed", "trained here")
+    assert card.beside == {GROUP: {"sequential": card.trained[GROUP]}}
+    assert card.trained[GROUP].stages, "as of the author's runs"
     assert card.training is not None
     assert card.training.attempts == 2
 

@@ -20,6 +20,7 @@ from tools.findings import claims, findings, reproduction, statements, tables
 from tools.findings.figures import write_picture
 
 ROOT = Path(__file__).resolve().parents[2]
+PAGES = ("docs/findings.md", "docs/reproduction.md")
 
 
 def core_row(name: str) -> dict[str, object]:
@@ -30,12 +31,33 @@ def core_row(name: str) -> dict[str, object]:
 @pytest.mark.parametrize(("first", "second", "sign"), [("trpo", "cloning", -1), ("cloning", "trpo", 1)])
 def test_a_method_is_compared_with_fine_tuning_in_this_direction(first: str, second: str, sign: int) -> None:
     pair = {"metric": tables.FINAL, "first": first, "second": second, "verdict": "separated"}
-    pairs = pd.DataFrame([pair | {"mean": 0.2, "low": 0.1, "high": 0.4}])
+    pairs = pd.DataFrame([pair | {"mean": 0.2, "low": 0.1, "high": 0.4, "exploratory": True}])
     trpo, cloning = tables.methods(pd.DataFrame([core_row("trpo"), core_row("cloning")]), pairs)
     expected = (0.2, 0.1, 0.4) if sign == 1 else (-0.2, -0.4, -0.1)
-    assert cloning.against[tables.FINAL] == (expected, "separated")
+    assert cloning.against == {tables.FINAL: tables.Against(tables.Value(*expected), "separated", True)}
     assert trpo.against == {}
     assert cloning.rank == "1–2"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "exploratory", "edition", "said"),
+    [
+        ("separated", True, 1, "significant"),
+        ("open", True, 1, "not significant"),
+        ("separated", False, 2, "**significant**"),
+        ("open", False, 2, "not significant"),
+        ("separated", True, 2, "significant, exploratory"),
+        ("equivalent", True, 2, "equivalent, exploratory"),
+    ],
+)
+def test_bold_is_what_the_plan_names_alone(verdict: str, exploratory: bool, edition: int, said: str) -> None:
+    assert tables.Against(tables.Value(0.2, 0.1, 0.3), verdict, exploratory).said(edition) == said
+
+
+def test_the_findings_of_the_first_edition_have_nothing_in_bold() -> None:
+    readme, *pages = ((ROOT / name).read_text("utf-8") for name in ("README.md", *PAGES))
+    results = readme.partition("Results so far")[2].partition("\n\n|")[0]
+    assert [text for text in (results, *pages) if "**" in text] == []
 
 
 def forgetting(groups: dict[str, Sequence[float]]) -> dict[str, bool]:
@@ -53,10 +75,12 @@ def forgetting(groups: dict[str, Sequence[float]]) -> dict[str, bool]:
 def test_forgetting_is_significant_from_0_after_a_correction_for_the_groups() -> None:
     # The p value of the first, .01696, is above .05 / 3 and below .05 / 2.
     weak, strong, none = (0.1, 0.2, 0.02, 0.2, 0.2), (1.0, 1.1, 1.2, 1.1, 1.0), (0.1, -0.1, 0.2, -0.2, 0.1)
-    found = forgetting({"hopper-wall": weak, "pusher": strong, "hopper-body": none})
-    assert found == {"hopper-wall": True, "pusher": True, "hopper-body": False}
-    found = forgetting({"hopper-wall": weak, "pusher": none, "hopper-body": none})
-    assert found == {"hopper-wall": False, "pusher": False, "hopper-body": False}
+    found = forgetting({"hopper-wall": weak, "walker2d-wall": strong, "hopper-body": none})
+    assert found == {"hopper-wall": True, "walker2d-wall": True, "hopper-body": False}
+    found = forgetting({"hopper-wall": weak, "walker2d-wall": none, "hopper-body": none})
+    assert found == {"hopper-wall": False, "walker2d-wall": False, "hopper-body": False}
+    found = forgetting({"hopper-wall": weak, "pusher": none, "pusher-tracking": none})
+    assert found["hopper-wall"], "groups beyond the core are another family"
 
 
 def test_replay_needs_five_runs_of_both_kinds() -> None:
@@ -95,6 +119,9 @@ def test_a_difference_over_groups_needs_runs_in_all_of_them() -> None:
 def test_what_is_said_of_a_decline_and_of_an_interval() -> None:
     assert statements.falling([259.0, 414.0, 300.0]) == "300 < 414 > 259"
     assert statements.rises([1.0, 2.0, 3.0]) and not statements.rises([1.0, 3.0, 2.0])
+    up, down = statements.steps([(0.0, 1.0, 0.9), (0.0, 1.2, 0.8), (0.1, 1.1, 0.9)])
+    assert [up.mean, down.mean] == pytest.approx([3.2 / 3, -0.7 / 3])
+    assert statements.found(up) == "holds"
     above, around, below = (tables.Value(mean, mean - 1, mean + 1) for mean in (2.0, 0.0, -2.0))
     said = [statements.found(above, each) for each in (above, around, below)]
     assert said == ["holds", "not found", "fails"]

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from jinja2 import Environment, FileSystemLoader
 from scipy import stats
@@ -13,6 +14,7 @@ from gym_extensions.metrics.statistics import subtract, summary, zero_mean_p
 from gym_extensions.site.text import fixed
 from tools.findings import bases, findings
 from tools.findings.bases import GROUPS, base_by_addition, equal_means_p, submission
+from tools.findings.tables import FINAL, LOST, Against, Method, Value
 
 
 def runs(*means: float) -> dict[str, list[float]]:
@@ -46,8 +48,10 @@ def test_an_effect_is_the_mean_difference_from_the_base_over_the_groups() -> Non
     half = table.effects["cloning"]["trpo"].high - 0.2
     assert half == pytest.approx(0.1 * math.sqrt(2 / 3) * 2.447, rel=1e-3)  # t(.975, 6)
     assert table.effects["reset"]["ppo"].mean == pytest.approx(0.2)
-    assert table.smallest("reset") == ("TRPO", table.effects["reset"]["trpo"])
-    assert table.smallest("cloning") == ("PPO", table.effects["cloning"]["ppo"])
+    assert table.smallest("reset") == ("TRPO", table.effects["reset"]["trpo"], ["TRPO", "PPO"])
+    assert table.smallest("cloning") == ("PPO", table.effects["cloning"]["ppo"], ["TRPO", "PPO"])
+    assert base_by_addition(TRPO).smallest("cloning") is None
+    assert [table.addition(name) for name in ("cloning-tuned", "ppo-reset-tuned")] == ["cloning", None]
     # Effects of reset differ by .5, of cloning by .1: t of 12 degrees of freedom, standard error .1 √(4 / 3).
     assert table.same == pytest.approx({"reset": 2 * 0.0009785, "cloning": 0.40346}, rel=1e-3)
     # TRPO: reset < none < cloning; PPO: none < cloning < reset. One pair of three has the same order.
@@ -83,8 +87,28 @@ def test_the_section_names_what_has_no_runs_and_claims_nothing_of_it() -> None:
     assert {line.count("|") for line in rows} == {6}
     assert rows[3].endswith("| – | – | – |")
     assert "`ppo-cloning-tuned`" in one
-    assert "smallest" not in one
     assert "τ" not in one
-    assert "The smallest effect of cloning is 0.10" in two
     assert "Kendall's τ between the orders of the additions on TRPO and PPO" in two
     assert "`ppo-cloning-tuned`" not in two
+
+
+def test_the_sentence_of_a_method_names_its_smallest_effect_over_learners() -> None:
+    text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
+    begin = text.index("{% for method in methods if method.against %}")
+    part = text[begin : text.index("{% for method in methods if method.row[", begin)]
+    environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
+    environment.globals.update(fmt=partial(fixed, digits=2), FINAL=FINAL, LOST=LOST, edition=2)
+    names = ("cloning-tuned", "multi-head")
+    above = Against(Value(0.2, 0.1, 0.3), "separated", True)
+    methods = [Method(pd.Series({"name": name}), {FINAL: above, LOST: above}) for name in names]
+    descriptions = dict.fromkeys(names, "A method.")
+    lines = [
+        environment.from_string(part).render(
+            methods=methods, descriptions=descriptions, bases=base_by_addition(runs)
+        )
+        for runs in (TRPO, TRPO | PPO)
+    ]
+    sentence = "It ends 0.20 above fine-tuning (0.10 to 0.30, significant, exploratory) and forgets 0.20 more"
+    assert [each.count(f"A method. {sentence}") for each in lines] == [2, 2]
+    assert [each.count("Its smallest effect over TRPO, PPO is 0.10 (") for each in lines] == [0, 1]
+    assert [len(each.strip().splitlines()) for each in lines] == [2, 2]

@@ -1,11 +1,14 @@
 """The hypotheses of the second edition: one direction each, and open unless the test of the core decides."""
 
+import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from gym_extensions.catalog.groups import CORES
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair
+from gym_extensions.scoring.ranking.core_board import PLANNED
 from tools.findings import hypotheses
 from tools.findings.tables import FINAL, LOST
 
@@ -55,7 +58,17 @@ def test_a_pair_is_confirmed_in_the_stated_direction_alone(mean: float, kind: st
 def test_the_methods_are_those_of_the_second_edition() -> None:
     assert verdict(board(pair("cloning", "trpo", 0.2, 0.1, "separated")), "H1") == "open"
     assert verdict(board(pair("snapshots", "packnet-tuned", 0.2, 0.1, "separated")), "H5") == "confirmed"
-    assert hypotheses.verdicts(board(edition=1), {}) == []
+
+
+def test_hypotheses_are_tested_when_all_methods_of_the_plan_have_ten_runs() -> None:
+    def of(looks: dict[str, int]) -> CoreBoard:
+        return SimpleNamespace(rows=[SimpleNamespace(name=n, ranked=x > 0, look=x) for n, x in looks.items()])  # type: ignore[return-value]
+
+    names = hypotheses.lacking(of({"stranger": 10}))
+    assert len(names) == 10, "the methods of the plan"
+    ten = dict.fromkeys(names, 10)
+    assert hypotheses.lacking(of(ten)) == []
+    assert hypotheses.lacking(of(ten | {"reset": 5, "l2-tuned": 0})) == ["reset", "l2-tuned"]
 
 
 def penalties(**highest: float) -> CoreBoard:
@@ -87,28 +100,12 @@ def test_forgetting_is_tested_group_by_group_over_all_groups() -> None:
     assert lacking.verdict == "open"
 
 
-def test_a_difference_with_another_verdict_is_withdrawn() -> None:
-    first = board(
-        pair("cloning", "trpo", 0.2, 0.1, "separated"),
-        pair("reset", "trpo", -0.2, 0.1, "separated"),
-        pair("l2", "trpo", 0.0, 0.1, "open"),
-        pair("ppo", "trpo", 0.2, 0.1, "separated"),
-        edition=1,
-    )
-    second = board(
-        pair("cloning-tuned", "trpo", 0.02, 0.1, "open"),
-        pair("trpo", "reset", 0.2, 0.1, "separated"),
-        pair("l2-tuned", "trpo", 0.0, 0.01, "equivalent"),
-        pair("ppo-tuned", "trpo", -0.2, 0.1, "separated"),
-    )
-    found = [each for each in hypotheses.withdrawn(first, second) if each.metric == "at the end"]
-    assert [each.first for each in found] == ["cloning", "ppo"]
-    assert found[0].before == "0.20 (0.10 to 0.30), separated"
-    assert found[0].after == "0.02 (−0.08 to 0.12), open"
-
-
-def test_every_hypothesis_of_the_plan_has_a_verdict() -> None:
-    stated = {
-        line.split("|")[1].strip() for line in PLAN.read_text("utf-8").splitlines() if "| H" in line[:4]
-    }
-    assert stated == {*hypotheses.PAIRS, "H7", "H8"}
+def test_every_hypothesis_of_the_plan_has_a_verdict_on_the_pairs_that_it_names() -> None:
+    rows = [line for line in PLAN.read_text("utf-8").splitlines() if line.startswith("| H")]
+    stated = {row.split("|")[1].strip(): set(re.findall(r"`([\w-]+)`", row)) for row in rows}
+    assert list(stated) == [f"H{number}" for number in range(1, 9)]
+    assert [each.name for each in hypotheses.verdicts(board(), {})] == list(stated)
+    planned: dict[str, set[str]] = {"H7": {"trpo"}}
+    for name, first, second, _ in PLANNED:
+        planned.setdefault(name, set()).update((first.removesuffix("-tuned"), second.removesuffix("-tuned")))
+    assert planned == stated

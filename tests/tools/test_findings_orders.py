@@ -26,7 +26,9 @@ def section() -> Template:
     text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
     part = text[text.index("{% if orders %}") : text.index("### The same additions")]
     environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
-    environment.globals.update(fmt=partial(fixed, digits=2), percent=tables.percent, fine_tuning="a")
+    environment.globals.update(
+        fmt=partial(fixed, digits=2), percent=tables.percent, fine_tuning="a", edition=1
+    )
     return environment.from_string(part)
 
 
@@ -50,6 +52,8 @@ def test_the_section_appears_with_runs_in_other_orders(make_submission: Callable
         ["2. ", "", "2. "],
         ["1. ", "", "3. "],
     ]
+    alone = orders.Orders("hopper-gravity", {"a": found.ends["a"]}, {}, {}, {})
+    assert alone.place("a", 0) == ""
     assert list(found.shares) == ["a"]
     assert found.shares["a"][0][0].mean == pytest.approx(1)
     assert math.isnan(found.ends["a"][1].mean)

@@ -13,11 +13,14 @@ import pytest
 from gym_extensions.baselines import Origin, train
 from gym_extensions.curation.cli import maintain
 from gym_extensions.errors import BenchError
+from gym_extensions.references import load_references
+from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Training, training_of, training_text
 from gym_extensions.verification import train_here
 from gym_extensions.verification.git import Repository
 
+from ..baselines.conftest import digests
 from ..conftest import refused
 from ..curation.repositories import git, make_repository, merge
 from .made_submissions import change_document, network
@@ -54,7 +57,8 @@ def write(trained: Path, training: Training) -> None:
 
 
 @pytest.fixture
-def folder(made: Path, tmp_path: Path, in_this_process: None) -> Path:
+def folder(made: Path, tmp_path: Path, in_this_process: None, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(train_here, "STANDARD_BUDGET", "smoke")
     return Path(shutil.copytree(made, tmp_path / "made"))
 
 
@@ -141,6 +145,13 @@ def test_a_public_value_is_part_of_the_seeds_and_stands(folder: Path) -> None:
         take(folder, "4e" * 20)
 
 
+def test_a_value_that_is_no_such_number_is_named_with_its_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert maintain(["train-here", str(tmp_path), "--value", "zz"]) == 2
+    assert "--value: 'zz'" in capsys.readouterr().err
+
+
 def test_code_that_no_merge_brought_is_not_due(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     main = folder / "main"
     assert maintain(["train-here", str(main / "submissions"), "--due"]) == 0
@@ -181,11 +192,74 @@ def test_half_a_run_is_due_again_and_a_broken_record_is_not_written_over(folder:
     assert read(submission).problems
     assert train_here.present(read(submission), "")[0] == 1
     (submission / "agent/agent.py").write_text("make = 1\n", encoding="utf-8")
-    assert train_here.is_due(read(submission), 5)
+    assert train_here.is_due(read(submission), train_here.wanted_runs(5))
     (submission / "trained/1.toml").write_text("rank = 1\n", encoding="utf-8")
-    assert not train_here.is_due(read(submission), 5)
+    assert not train_here.is_due(read(submission), train_here.wanted_runs(5))
     with pytest.raises(BenchError, match=r"trained/1\.toml"):
         train_here.present(read(submission), "")
+
+
+def test_a_trial_changes_nothing_and_is_not_taken(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    submission, trial = folder / "main/submissions/new", folder / "trial"
+    before = digests(submission)
+    monkeypatch.setattr(train_here, "STANDARD_BUDGET", "300k")
+    monkeypatch.setattr(train_here, "boxed", lambda *_: "random")
+    tried = train_here.train_here(read(submission), 1, groups=[GROUP], trial=trial)
+    assert (list(tried.runs), (trial / f"1/{RUN}.csv").exists()) == ([RUN], True)
+    assert digests(submission) == before
+    assert train_here.is_due(read(submission), [RUN])
+    with refused("bad-training", "the budget smoke"):
+        train_here.take(read(submission), trial)
+
+
+def test_a_withdrawn_submission_is_not_due(folder: Path) -> None:
+    submission = folder / "main/submissions/new"
+    wanted = train_here.wanted_runs(5)
+    for decision, is_due in (("withdrawn", False), ("accepted", True)):
+        assert (
+            maintain(["decide", str(submission), decision, "--by", "N. N.", "--reason", "asked for it"]) == 0
+        )
+        assert train_here.is_due(read(submission), wanted) == is_due
+
+
+BALANCED = {f"{GROUP}/balanced/run{run}" for run in (0, 1)}
+
+
+def train_balanced(folder: Path, monkeypatch: pytest.MonkeyPatch, meanwhile: Change = id) -> Training:
+    """Trains two balanced runs of an agent in the place of the code, and in no box."""
+    submission = folder / "main/submissions/new"
+    monkeypatch.setattr(train_here, "boxed", lambda *_: (meanwhile(submission / "trained"), "random")[1])
+    return train_here.train_here(read(submission), 2, protocol="balanced", groups=[GROUP])
+
+
+def test_runs_in_another_order_are_trained_here_and_taken_and_are_not_the_core(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert train_balanced(folder, monkeypatch).runs.keys() == BALANCED
+    submission = folder / "main/submissions/new"
+    shutil.rmtree(folder / "trained")
+    (submission / "trained").rename(folder / "trained")
+    found = read(take(folder))
+    assert not train_here.is_due(found, BALANCED)
+    assert train_here.is_due(found, train_here.wanted_runs(1))
+    card = score(found, load_references())
+    (log,) = card.groups[f"{GROUP}-v0"].values()
+    assert (card.level, log.level, log.runs, card.trained) == ("trained here", "trained here", (0, 1), {})
+    assert log.order_effects["final_performance"].shares
+
+
+def test_a_record_keeps_what_another_command_adds_in_the_meantime(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = training_of((take(folder) / "trained/1.toml").read_bytes()).runs
+    found = train_balanced(folder, monkeypatch, record(failed={RUN: "too late"}))
+    assert (set(found.runs), found.failed) == (known.keys() | BALANCED, {RUN: "too late"})
+    assert read(folder / "main/submissions/new").problems == ()
+
+
+def test_an_unknown_group_is_refused_before_anything_is_trained() -> None:
+    with refused("unknown-group", "pushr", "pusher"):
+        train_here.wanted_runs(1, "balanced", ["pushr"])
 
 
 def test_code_that_is_not_committed_has_no_seeds(folder: Path) -> None:

@@ -82,3 +82,7 @@ def test_the_runs_of_an_author_come_first(code: Path) -> None:
     assert set(results.episodes(code)["protocol"]) == {"sequential", "single"}
     shutil.copytree(code / "trained/1" / GROUP / "sequential", code / GROUP / "sequential")
     assert layout.runs_folder(code, GROUP, "sequential") == code
+    beside = results.episodes(code / "trained/1")
+    assert set(beside["protocol"]) == {"sequential"}
+    own, made = (policies.load(folder, GROUP, run=1) for folder in (code, code / "trained/1"))
+    assert np.array_equal(own.flat_weights(), made.flat_weights())

@@ -1,7 +1,9 @@
 """A submission is verified: its episodes are repeated, its policies run on new seeds, and that decides."""
 
 import math
+import os
 import platform
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -330,6 +332,36 @@ def test_several_processes_find_the_same(verified: Path, tmp_path: Path) -> None
     assert verify(submission, "--write", "--jobs", "2") == 0
     (once,), (again,) = (read_review(each).verifications for each in (verified, submission))
     assert msgspec.structs.replace(again, date=once.date) == once
+
+
+@pytest.mark.slow
+def test_an_older_processor_prints_and_records_the_same_bytes(tmp_path: Path) -> None:
+    """Each episode differs where numpy multiplies the float32 matrices that trained policies have."""
+    submission = copy(honest(runs=1), tmp_path / "mine")
+    rng, shapes = np.random.default_rng(0), ((21, 64), (64, 64), (64, 3))
+    policies = {
+        key: Policy(
+            np.zeros(3, "f4"),
+            np.ones(3, "f4"),
+            weights=tuple(rng.normal(0, 0.3, shape).astype("f4") for shape in shapes),
+            biases=tuple(np.zeros(width, "f4") for _, width in shapes),
+            activation="tanh",
+        )
+        for key in policy_keys("sequential", group(GROUP))
+    }
+    submissions.write_run_files(submission, "sequential", 0, policies)
+    features = np.show_config("dicts")["SIMD Extensions"]["found"]  # those that numpy chooses at run time
+    older = {"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": " ".join(features)}
+    found = []
+    for folder, variables in ((tmp_path / "here", {}), (tmp_path / "older", older)):
+        command = [sys.executable, "-m", "gym_extensions", "verify", str(submission), "--seeds", VALUE]
+        command += ["--record", str(folder), "--cache", str(folder / "cache")]
+        done = subprocess.run(
+            command, env=os.environ | variables, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        found.append((done.stdout, (folder / "mine.toml").read_bytes()))
+    assert found[0] == found[1]
 
 
 def test_a_later_run_with_the_policy_of_an_earlier_one_is_refused(submission: Path, tmp_path: Path) -> None:

@@ -72,11 +72,19 @@ class BaseByAddition:
     agreement: Mapping[tuple[str, str], float]
     missing: tuple[str, ...]
 
-    def smallest(self, addition: str) -> tuple[str, Value] | None:
-        """The base on which an addition has its smallest effect, if two or more bases have it."""
-        known = [(value, base) for base, value in self.effects[addition].items() if value.mean == value.mean]
+    def addition(self, name: str) -> str | None:
+        """The addition to TRPO that a submission is."""
+        return next((each for each in ADDITIONS if submission("trpo", each) == name), None)
+
+    def smallest(self, addition: str) -> tuple[str, Value, list[str]] | None:
+        """The base on which an addition has its smallest effect, the effect, and all bases that have it; None
+        if fewer than two have it.
+        """
+        known = [
+            (value, BASES[base]) for base, value in self.effects[addition].items() if value.mean == value.mean
+        ]
         value, base = min(known, default=(NONE, ""))
-        return (BASES[base], value) if len(known) > 1 else None
+        return (base, value, [each for _, each in known]) if len(known) > 1 else None
 
 
 def base_by_addition(finals: Mapping[str, GroupRuns]) -> BaseByAddition:

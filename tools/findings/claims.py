@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from statistics import NormalDist, fmean
 
 import numpy as np
-import pandas as pd
 from scipy.integrate import quad
 
 from gym_extensions.catalog.groups import CORE, CORES, SUITES
@@ -18,7 +17,7 @@ from gym_extensions.metrics.statistics import mean_of_groups, subtract, summary,
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import core_logs, last_look, verified_runs
-from tools.findings.tables import FINAL, FINE_TUNING, LEARNED, LOST, Value, of_edition
+from tools.findings.tables import FINAL, FINE_TUNING, LEARNED, LOST, Value
 
 ALONE = METRICS["single"][0].name
 SNAPSHOTS = "snapshots"
@@ -60,13 +59,16 @@ class Gain:
 
 
 def gains(cards: Mapping[str, Scorecard], cloning: str) -> tuple[list[Gain], Value]:
-    """The gains of cloning by group, and their correlation with what fine-tuning forgets, over groups.
+    """The gains of cloning by group, and their correlation with what fine-tuning forgets, over groups; none
+    without runs.
 
     In the correlation the gains are over the first half of fine-tuning's runs, and what is forgotten is of
     the second half: errors of the same runs would be in both.
     """
     cloned, tuned = (runs_of(cards[name], FINAL) for name in (cloning, FINE_TUNING))
     lost = runs_of(cards[FINE_TUNING], LOST)
+    if not (cloned and tuned):
+        return [], Value(math.nan, math.nan, math.nan)
     rows, pairs = [], []
     for name in CORES[CORE]:
         rows.append(Gain(name.rpartition("-v")[0], minus(cloned, tuned, (name,)), fmean(lost[name])))
@@ -74,12 +76,6 @@ def gains(cards: Mapping[str, Scorecard], cloning: str) -> tuple[list[Gain], Val
         pairs.append((fmean(cloned[name]) - fmean(tuned[name][:half]), fmean(lost[name][half:])))
     first, second = zip(*pairs, strict=True)
     return rows, correlation(first, second)
-
-
-def positions(scores: pd.DataFrame) -> list[Value]:
-    """The score at the end by position of the task, from ``results.scores`` of the last stage."""
-    by_task = scores.groupby("task", sort=False)["normalized"]
-    return [Value.of(to_interval(summary(list(values)))) for _, values in by_task]
 
 
 def best_of(number: int) -> float:
@@ -134,21 +130,3 @@ def is_learned_score(cards: Mapping[str, Scorecard]) -> bool:
     """Whether the snapshots end, in every run, to the last bit where fine-tuning was after each training."""
     ends, learned = runs_of(cards[SNAPSHOTS], FINAL), runs_of(cards[FINE_TUNING], LEARNED)
     return bool(ends) and all(values == learned[name][: len(values)] for name, values in ends.items())
-
-
-def facts(board: CoreBoard, cards: Mapping[str, Scorecard]) -> dict[str, object]:
-    """What the page says of these cards, by the names that its template uses."""
-    cloning, packnet = (of_edition(name, board.edition) for name in ("cloning", "packnet"))
-    rows, correlated = gains(cards, cloning)
-    second, fourth = (board.lists[0].rows[place].metrics[FINAL].mean or 0.0 for place in (1, 3))
-    return {
-        "cloning": cloning,
-        "packnet": packnet,
-        "gains": rows,
-        "correlated": correlated,
-        "differences": differences(cards, cloning, packnet),
-        "less_than_alone": less_than_alone(board, cards),
-        "is_learned_score": is_learned_score(cards),
-        "selections": selections(board, cards),
-        "second_minus_fourth": second - fourth,
-    }

@@ -5,7 +5,6 @@ Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -14,71 +13,85 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from gym_extensions import results
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
+from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.metrics.formulas import BY_NAME
-from gym_extensions.scoring import score_folder
-from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame
+from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame, metrics_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board
-from gym_extensions.scoring.submission.suites import core_logs, core_score, retention
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.suites import core_logs, is_trained_here, retention
 from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank
 from gym_extensions.submissions.landscapes import best, landscapes_of
-from gym_extensions.submissions.review import TRAINED_HERE
-from tools.findings import bases, claims, hypotheses, tables
+from tools.findings import bases, claims, editions, hypotheses, tables
 from tools.findings.figures import draw_groups, draw_retention, write_picture
-from tools.findings.orders import orders, turned
-from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY
+from tools.findings.orders import ends_by_task, orders, turned
+from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY, of_edition
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
 IMAGES = ROOT / "docs" / "images"
+FIRST_EDITION = FOLDER / "first-edition.json"
+TRAINED_SNAPSHOTS = "TRPO with a copy of its policy per learned task, picked by the task label."
+"""The description of the runs of ``snapshots`` that were trained here; its author's were assembled."""
 NOT_COMPARED = {"random", "zero", *IN_OTHER_WAYS, "trpo-2017", "trpo-2017-paper", "trpo-2017-paper-hopper"}
 
 
-def of_runs(folder: Path, metric: str = LOST) -> dict[str, Sequence[float]]:
-    """A metric of every run of a submission, by group id."""
-    groups = score_folder(folder).groups
-    logs = {group: protocols.get("sequential") for group, protocols in groups.items()}
+def of_runs(card: Scorecard, metric: str = LOST) -> dict[str, Sequence[float]]:
+    """A metric of every sequential run of a submission, by group id."""
+    logs = {group: protocols.get("sequential") for group, protocols in card.groups.items()}
     return {group: log.metrics[metric].runs for group, log in logs.items() if log and metric in log.metrics}
 
 
 def landscape(submissions: Path, *names: str, group: str = "hopper-gravity") -> View:
-    """The landscape on a group of the first of these submissions that has one."""
+    """The landscape on a group of the first of these submissions that has one; ``BenchError`` without."""
     found = {folder.name: landscapes_of(folder) for folder in submissions.iterdir() if folder.is_dir()}
-    shown = next(each for name in names if (each := found[name].get(GROUPS[group].id)))
-    return View(GROUPS[group], shown, best(found))
+    for name in names:
+        if shown := found.get(name, {}).get(GROUPS[group].id):
+            return View(GROUPS[group], shown, best(found))
+    hint = f"Run: gym-extensions maintain landscapes submissions/{names[0]} --groups {group}"
+    raise BenchError("no-landscape", f"{names[0]} has no landscape.", str(submissions), hint)
 
 
 def main() -> None:
-    """Writes the page and its figures."""
+    """Writes the page and its figures, and in the first edition the file of its statements."""
     submissions = ROOT / "submissions"
-    cards = list(valid_scorecards(submissions, make_scorer(only=("core",))).values())
-    board = core_board(cards)
-    own = [replace(card, trained={}) for card in cards]  # the runs of the first edition
-    own = [card for card in own if all(log.level != TRAINED_HERE for log in core_logs(card).values())]
-    before = core_board([replace(card, core=core_score(card)) for card in own])
-    core, metrics = core_frame(board), results.metrics(submissions)
-    pairs = core_pairs_frame(board)
-    methods = tables.methods(core, pairs)
-    names = [name for name in core["name"] if name not in NOT_COMPARED]
-    finals = dict(tables.by_group(metrics, names, FINAL))
-    groups = tables.fine_tuning(metrics, of_runs(submissions / FINE_TUNING))
-    learned = [row for row in groups if row.is_learned]
-    other_ways = [tables.Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()]
+    own = {folder.name: card for folder, card in valid_scorecards(submissions, make_scorer()).items()}
+    cards = {name: editions.as_compared(card) for name, card in own.items()}
+    board = core_board(list(own.values()))
     assert board is not None
+    edition, reference = board.edition, cards[FINE_TUNING]
+    core, pairs = core_frame(board), core_pairs_frame(board)
+    metrics = metrics_frame(cards.values())
+    methods = tables.methods(core, pairs)
+    names = [name for name in core["name"] if name not in NOT_COMPARED and of_edition(name, edition) == name]
+    finals = dict(tables.by_group(metrics, names, FINAL))
+    groups = tables.fine_tuning(metrics, of_runs(reference))
+    learned = [row for row in groups if row.is_learned]
+    cloning, packnet = (of_edition(name, edition) for name in ("cloning", "packnet"))
+    gains, correlated = claims.gains(cards, cloning)
+    alone = claims.less_than_alone(board, cards)
+    lacking = hypotheses.lacking(board)
+    stated = editions.statements(board, groups, gains, alone)
+    if not any(map(is_trained_here, own.values())):
+        editions.write_statements(FIRST_EDITION, stated)
+
     write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
     draw_groups(list(finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
-    evaluations = results.evaluations(submissions / FINE_TUNING)
-    scores = tables.as_scores(evaluations)
+    scores = tables.scores_by_stage(reference)
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
-    (axis,) = landscape(submissions, tables.of_edition("cloning", board.edition), "cloning").axes
+    (axis,) = landscape(submissions, cloning, "cloning").axes
     write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
+
     policies = results.policies([submissions / name for name in names])
     policies = policies[policies["group"].isin([group.id for group in CORE])]
     trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
     scored = {row.group.name for row in groups}
+    descriptions = {name: card.manifest.description for name, card in cards.items() if card.manifest}
+    if is_trained_here(own[claims.SNAPSHOTS]):
+        descriptions[claims.SNAPSHOTS] = TRAINED_SNAPSHOTS
     templates = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
     )
@@ -91,11 +104,10 @@ def main() -> None:
         fine_tuning=FINE_TUNING,
         core=[group.name for group in CORE],
         methods=methods,
-        descriptions={card.name: card.manifest.description for card in cards if card.manifest},
-        improvements=tables.improvements(methods, {card.name: card for card in cards}),
-        other_ways=other_ways,
+        descriptions=descriptions,
+        improvements=tables.improvements(methods, cards),
+        other_ways=[tables.Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()],
         incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
-        VERDICTS={"separated": "**significant**", "equivalent": "equivalent", "open": "not significant"},
         LEARNED=LEARNED,
         FINAL=FINAL,
         LOST=LOST,
@@ -111,34 +123,43 @@ def main() -> None:
         ],
         open_tasks={name: each for name, each in tables.open_tasks().items() if name in scored},
         transfer_titles=[BY_NAME[name].title for name in tables.TRANSFERS],
-        transfers=tables.transfers(metrics),
-        practice=tables.practice_by_other_runs(evaluations),
+        transfers=tables.transfers(metrics_frame([own[FINE_TUNING]])),
+        practice=tables.practice_by_other_runs(results.evaluations(submissions / FINE_TUNING)),
         replay={
-            metric: tables.replay({name: of_runs(submissions / name, metric) for name in REPLAY})
+            metric: tables.replay({name: of_runs(cards[name], metric) for name in REPLAY})
             for metric in (LEARNED, FINAL, LOST)
         },
-        tuning={card.name: card.manifest.tuning for card in cards if card.manifest},
+        tuning={name: card.manifest.tuning for name, card in cards.items() if card.manifest},
         variants=board.variants,
         kept={
             group: tables.Value.of(retention([log], len(log.runs)))
-            for group, logs in score_folder(submissions / FINE_TUNING).groups.items()
+            for group, logs in reference.groups.items()
             if (log := logs.get("sequential")) and log.metrics[LOST].runs
         },
-        edition=board.edition,
-        withdrawn=hypotheses.withdrawn(before, board) if before and board.edition > 1 else [],
-        hypotheses=hypotheses.verdicts(board, {card.name: claims.runs_of(card, LOST) for card in cards}),
-        **claims.facts(board, {card.name: card for card in cards}),
+        edition=edition,
+        outcomes=editions.outcomes(editions.read_statements(FIRST_EDITION), stated),
+        lacking=lacking,
+        hypotheses=[] if lacking else hypotheses.verdicts(board, claims.runs_of(reference, LOST)),
+        cloning=cloning,
+        packnet=packnet,
+        gains=gains,
+        correlated=correlated,
+        differences=claims.differences(cards, cloning, packnet),
+        less_than_alone=alone,
+        is_learned_score=claims.is_learned_score(cards),
+        selections=claims.selections(board, cards),
+        ends=[row.metrics[FINAL].mean for row in board.lists[0].rows if row.ranked],
         positions={
-            group.name: claims.positions(results.scores(submissions / FINE_TUNING, group, stage=-1))
+            group.name: ends_by_task(reference.groups[group.id]["sequential"])
             for group in CORE
             if group.id in SUITES["gravity"]
         },
         orders=orders(metrics, results.order_effects(submissions)),
-        turned=turned(cards),
+        turned=turned(list(cards.values())),
         bases=bases.base_by_addition(
             {
-                card.name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}
-                for card in cards
+                name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}
+                for name, card in cards.items()
             }
         ),
         BASES=bases.BASES,
@@ -150,6 +171,10 @@ def main() -> None:
             group.name: [name for name, values in finals.items() if math.isnan(values[place].mean)]
             for place, group in enumerate(CORE)
         },
+        waiting=[
+            name for name, card in cards.items() if not card.groups and of_edition(name, edition) == name
+        ],
         never=[group.name for group in GROUPS.values() if group.id not in trained],
+        no_balanced="balanced" not in set(metrics["protocol"]),
     )
     write_text(PAGE, text + "\n")

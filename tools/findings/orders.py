@@ -37,10 +37,10 @@ class Orders:
     shares: Mapping[str, Sequence[Sequence[Value]]]
 
     def place(self, method: str, at: int) -> str:
-        """The place of a method by its mean in one order, among those that have it; empty without."""
+        """The place of a method by its mean in one order, among two or more that have it; empty without."""
         mean = self.ends[method][at].mean
-        above = sum(each[at].mean > mean for each in self.ends.values())
-        return "" if math.isnan(mean) else f"{1 + above}. "
+        known = [found for each in self.ends.values() if not math.isnan(found := each[at].mean)]
+        return "" if math.isnan(mean) or len(known) < 2 else f"{1 + sum(each > mean for each in known)}. "
 
 
 def agreement(names: Sequence[str], rows: Sequence[Sequence[float]]) -> dict[tuple[str, str], float]:

@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from gym_extensions import results
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.files import write_text
@@ -25,9 +25,13 @@ from gym_extensions.metrics.statistics import (
     zero_mean_p,
 )
 from gym_extensions.scoring.pipeline import make_scorer
-from gym_extensions.scoring.scorecard import PaperCell, PaperRow
+from gym_extensions.scoring.scorecard import PaperCell, PaperRow, Scorecard
 from gym_extensions.scoring.submission.stages import task_name
+from gym_extensions.scoring.submission.suites import is_trained_here
 from gym_extensions.site.text import fixed, interval
+from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.submission import scored_group
+from tools.findings import editions
 from tools.findings.figures import draw_reproduction
 from tools.findings.statements import Statement, statements
 from tools.findings.tables import FINE_TUNING
@@ -147,7 +151,7 @@ def gap(each: Interval) -> str:
 
 def gap_in_words(each: Change) -> str:
     """A change with its interval and verdict."""
-    return f"{gap(each.gap)}, {'**significant**' if each.is_significant else 'not significant'}"
+    return f"{gap(each.gap)}, {'significant' if each.is_significant else 'not significant'}"
 
 
 def verdict(group: Group, shown: Table) -> str:
@@ -181,6 +185,16 @@ def page(groups: Sequence[Group], further: Sequence[Statement]) -> str:
     )
 
 
+def episodes(folder: Path, card: Scorecard) -> dict[str, pd.DataFrame]:
+    """The episodes of the sequential runs of a submission, of the same runs as its scorecard, by group id."""
+    submission = read(folder)
+    groups = submission.shown_groups
+    if submission.trained and is_trained_here(card):
+        groups |= submission.trained.runs.groups
+    logs = {name: scored_group(each).logs.get("sequential") for name, each in groups.items()}
+    return {name: log.rows for name, log in logs.items() if log}
+
+
 def main() -> None:
     """Writes the page and its figure."""
     submissions = ROOT / "submissions"
@@ -206,6 +220,8 @@ def main() -> None:
         )
     shown = [(group.name, group.printed.rows, group.reproduced.rows) for group in groups]
     draw_reproduction(shown, FOLDER / "reproduction.svg")
-    episodes = results.episodes(submissions / FINE_TUNING)
-    further = statements(cards[PRINTED], cards[CLAIMS[0][2]], cards[FINE_TUNING], episodes)
+    tuned = editions.as_compared(cards[FINE_TUNING])
+    further = statements(
+        cards[PRINTED], cards[CLAIMS[0][2]], tuned, episodes(submissions / FINE_TUNING, tuned)
+    )
     write_text(PAGE, page(groups, further))

@@ -4,7 +4,7 @@ Ours are runs of ``trpo`` with 300,000 steps per task, in scores, with 95 % inte
 stated otherwise.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import fmean
@@ -15,8 +15,8 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.metrics.statistics import difference, interval, standard_deviation
 from gym_extensions.scoring.scorecard import GroupScore, PaperRow, Scorecard
-from gym_extensions.site.text import fixed
-from tools.findings.tables import FINAL, LEARNED, Value
+from gym_extensions.site.text import fixed, interval as interval_text
+from tools.findings.tables import FINAL, LEARNED, LOST, Value
 
 TRANSFER = ("walker2d-gravity", "halfcheetah-gravity", "walker2d-body", "halfcheetah-body")
 NAVIGATION = ("nav-state", "nav-range")
@@ -57,6 +57,16 @@ def falling(values: Sequence[float]) -> str:
     return " ".join(parts)
 
 
+def steps(ends: Sequence[Sequence[float]]) -> list[Value]:
+    """The value of each task minus that of the task before, over runs, from the values by run and task."""
+    return [Value.of(interval([run[at + 1] - run[at] for run in ends])) for at in range(len(ends[0]) - 1)]
+
+
+def in_returns(value: Value) -> str:
+    """A value in returns, without decimals."""
+    return f"{fixed(value.mean, 0)} ({interval_text(value.low, value.high, 0)})"
+
+
 def decline(printed: Scorecard, repeated: Scorecard, tuned: Scorecard) -> Statement:
     """That the return of Hopper at the end falls the further one goes back in its sequence."""
     gravity, body = (finals(log_of(printed, f"hopper-{kind}").paper_table) for kind in ("gravity", "body"))
@@ -64,14 +74,18 @@ def decline(printed: Scorecard, repeated: Scorecard, tuned: Scorecard) -> Statem
     assert total is not None and total.fully_trained is not None
     implied = total.fully_trained.mean * len(gravity) - sum(gravity[1:])
     repaired, ours = [implied, *gravity[1:]], finals(log_of(repeated, "hopper-gravity").paper_table)
-    tuned_body = finals(log_of(tuned, "hopper-body").paper_table)
+    log = log_of(tuned, "hopper-body")
+    rising = steps([run[-1] for run in log.return_matrix])
+    at, lowest = min(enumerate(rising, 1), key=lambda step: step[1].high)
     return Statement(
         "Hopper: performance decreases monotonically going back in the sequence",
         f"gravity: {verdict(rises(gravity))} as printed ({falling(gravity)}), "
         f"{verdict(rises(repaired))} with the cell that the total implies ({falling(repaired)}); "
         f"body parts: {verdict(rises(body))} ({falling(body)})",
         f"gravity, one run at the paper's budget: {verdict(rises(ours))} ({falling(ours)}); "
-        f"body parts, means over runs: {verdict(rises(tuned_body))} ({falling(tuned_body)})",
+        f"body parts, means of {len(log.runs)} runs: {found(*rising)} ({falling(finals(log.paper_table))}); "
+        f"the lowest step is {in_returns(lowest)}, task {at + 1} minus task {at}, "
+        f"and forgetting {Value.of(log.metrics[LOST])}",
     )
 
 
@@ -98,8 +112,8 @@ def transfer(printed: Scorecard, tuned: Scorecard) -> Statement:
     )
 
 
-def spread(printed: Scorecard, episodes: pd.DataFrame) -> Statement:
-    """That the final policy has the higher variance, for example on Walker2d."""
+def spread(printed: Scorecard, episodes: Mapping[str, pd.DataFrame]) -> Statement:
+    """That the final policy has the higher variance, for example on Walker2d. ``episodes``: rows by group."""
     own, here = [], []
     for name in ("walker2d-gravity", "walker2d-body"):
         rows = log_of(printed, name).paper_table
@@ -110,8 +124,7 @@ def spread(printed: Scorecard, episodes: pd.DataFrame) -> Statement:
         own.append(
             f"{name}: {verdict(end > after)}, mean deviation {fixed(end, 0)} against {fixed(after, 0)}"
         )
-        tasks = GROUPS[name].task_ids
-        frame = episodes[(episodes["group"] == GROUPS[name].id) & (episodes["protocol"] == "sequential")]
+        tasks, frame = GROUPS[name].task_ids, episodes[GROUPS[name].id]
         deviations = frame.groupby(["run", "stage", "task"])["return"].agg(
             lambda x: standard_deviation(list(x))
         )
@@ -123,8 +136,7 @@ def spread(printed: Scorecard, episodes: pd.DataFrame) -> Statement:
             for run in sorted(set(frame["run"]))
         ]
         gap = Value.of(interval(gaps))
-        ends = f"{fixed(gap.low, 0)} to {fixed(gap.high, 0)}"
-        here.append(f"{name}: {found(gap)}, {fixed(gap.mean, 0)} ({ends}) in returns")
+        here.append(f"{name}: {found(gap)}, {in_returns(gap)} in returns")
     return Statement(
         "The final policy has a higher variance, for example on Walker2d",
         "its totals mix two rules (pooled for Fully Trained, means of deviations for the other columns); "
@@ -179,7 +191,7 @@ def found(*gaps: Value) -> str:
 
 
 def statements(
-    printed: Scorecard, repeated: Scorecard, tuned: Scorecard, episodes: pd.DataFrame
+    printed: Scorecard, repeated: Scorecard, tuned: Scorecard, episodes: Mapping[str, pd.DataFrame]
 ) -> list[Statement]:
     """The five of them: from the printed tables, the repetition at the paper's budget, and ``trpo``."""
     return [

@@ -39,6 +39,8 @@ TRANSFERS = (
 )
 TUNED = ("cloning", "l2", "l2-init", "online-ewc", "packnet", "ppo")
 """Methods that have other settings in the second edition of the core, as submissions of their own."""
+VERDICTS = {"separated": "significant", "equivalent": "equivalent", "open": "not significant"}
+"""The verdicts of the core in words."""
 CORE = [GROUPS[name.removesuffix("-v0")] for name in CORES["core-v1"]]
 
 
@@ -79,10 +81,20 @@ def percent(share: Value) -> str:
 
 
 class Against(NamedTuple):
-    """A method minus fine-tuning, over the core: the adjusted interval and the verdict."""
+    """A method minus another one, over the core: the adjusted interval, the verdict, and whether no plan
+    named the pair.
+    """
 
     value: Value
     verdict: str
+    exploratory: bool
+
+    def said(self, edition: int) -> str:
+        """The verdict in words. Bold is what a plan named alone, of which the first edition has nothing."""
+        word = VERDICTS[self.verdict]
+        if self.exploratory:
+            return word if edition == 1 else f"{word}, exploratory"
+        return f"**{word}**" if self.verdict == "separated" else word
 
 
 @dataclass(frozen=True)
@@ -108,27 +120,27 @@ class Method:
         return f"{first}" if first == last else f"{first}–{last}"
 
 
-def against(pairs: pd.DataFrame, metric: str, name: str, other: str) -> Against:
-    """A method minus another one. Raises ``IndexError`` if they are not compared."""
+def against(pairs: pd.DataFrame, metric: str, name: str, other: str) -> Against | None:
+    """A method minus another one; None if they are not compared."""
     both = pairs[
         (pairs["metric"] == metric) & pairs["first"].isin([name, other]) & pairs["second"].isin([name, other])
     ]
-    pair = both.iloc[0]
-    mean, low, high = pair["mean"], pair["low"], pair["high"]
-    value = Value(mean, low, high) if pair["first"] == name else Value(-mean, -high, -low)
-    return Against(value, pair["verdict"])
+    for _, pair in both.iterrows():
+        mean, low, high = pair["mean"], pair["low"], pair["high"]
+        value = Value(mean, low, high) if pair["first"] == name else Value(-mean, -high, -low)
+        return Against(value, pair["verdict"], pair["exploratory"])
+    return None
 
 
 def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
     """The ranked methods of the core, best first."""
-    compared = {(row["metric"], row[side]) for _, row in pairs.iterrows() for side in ("first", "second")}
     return [
         Method(
             row,
             {
-                metric: against(pairs, metric, row["name"], FINE_TUNING)
-                for metric in pairs["metric"].unique()
-                if row["name"] != FINE_TUNING and (metric, row["name"]) in compared
+                metric: found
+                for metric in (FINAL, LOST)
+                if (found := against(pairs, metric, row["name"], FINE_TUNING))
             },
         )
         for _, row in core[core["ranked"]].iterrows()
@@ -195,18 +207,20 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
     Args:
         metrics: of ``results.metrics``.
         runs: forgetting of each run, by group id. A t test per group that was learned, with Holm's correction
-            over them, finds where its mean differs from 0. It tests the runs of the last look alone.
+            over those of the core and over the others, finds where its mean differs from 0. It tests the runs
+            of the last look alone.
     """
     found = {}
     for group in GROUPS.values():
         values = tuple(value(metrics, FINE_TUNING, group.id, metric) for metric in COLUMNS)
         if not any(math.isnan(each.mean) for each in values):
             found[group.id] = Forgetting(group, len(runs[group.id]), values, significant=False)
-    learned = [each for each in found.values() if each.is_learned]
-    tested = [runs[each.group.id][: last_look(each.runs)] for each in learned]
-    rejected = holm(np.array([zero_mean_p(summary(part)) for part in tested]))
-    for each, is_significant in zip(learned, rejected, strict=True):
-        found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_significant))
+    for on_core in (True, False):
+        family = [each for each in found.values() if each.is_learned and (each.group in CORE) == on_core]
+        tested = [runs[each.group.id][: last_look(each.runs)] for each in family]
+        rejected = holm(np.array([zero_mean_p(summary(part)) for part in tested]))
+        for each, is_significant in zip(family, rejected, strict=True):
+            found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_significant))
     return sorted(found.values(), key=lambda each: -each.values[2].mean)
 
 
@@ -349,9 +363,16 @@ def most_forgotten(rows: Sequence[Forgetting], panels: int = 4) -> list[str]:
     return [name for name in lows if name in chosen]
 
 
-def as_scores(evaluations: pd.DataFrame) -> pd.DataFrame:
-    """Evaluations with scores in the column ``return``, without the tasks that have none."""
-    scored = {name: each for name, each in load_references().tasks.items() if not each.open}
-    frame = evaluations[evaluations["task"].isin(scored)]
-    pairs = zip(frame["task"], frame["return"], strict=True)
-    return frame.assign(**{"return": [scored[task].normalize(each) for task, each in pairs]})
+def scores_by_stage(card: Scorecard) -> pd.DataFrame:
+    """The score on every task after every stage of the sequential runs, as ``plot_retention`` expects it."""
+    rows = [
+        (card.name, group, "sequential", run, stage, task, 0, float(stage), score)
+        for group, protocols in card.groups.items()
+        if (log := protocols.get("sequential"))
+        for run, matrix in zip(log.runs, log.return_matrix, strict=True)
+        for stage, means in enumerate(matrix)
+        for task, mean in zip(log.tasks, means, strict=True)
+        if (score := log.reference[task].normalize(mean)) is not None
+    ]
+    columns = ("submission", "group", "protocol", "run", "stage", "task", "step", "trained", "return")
+    return pd.DataFrame(rows, columns=list(columns))

@@ -184,9 +184,9 @@ def record(
     """Evaluates a policy that was trained elsewhere and records it as a stage of a submission.
 
     The policy is evaluated as :func:`train` evaluates agents. A run is written to the submission when all of
-    its stages (``sequential``) or tasks (``single``) have been recorded, in any order, by one process or
-    several; until then they are in the folder ``.progress``, where recording a stage again replaces it. The
-    manifest says that the training steps are claimed, not recorded.
+    its stages or tasks (``single``) have been recorded, in any order, by one process or several; until then
+    they are in the folder ``.progress``, where recording a stage again replaces it. The run's document says
+    that the training steps were not counted.
 
     Args:
         policy: a function from observations (n, …) to actions (n, …), an object with such a method ``act``,
@@ -198,8 +198,8 @@ def record(
             :class:`gym_extensions.envs.TaskGroup`.
         protocol: ``"sequential"``, ``"single"`` or another one (docs/concepts.md).
         run: the number of the run, 0 to 99.
-        stage: sequential: the number of tasks that the policy has been trained on, 0 to T. 0 is the policy
-            before training.
+        stage: sequential, descending, balanced: the number of tasks that the policy has been trained on, 0
+            to T. 0 is the policy before training.
         task: single: the name or id of the task that the policy was trained on.
         out: the submission's folder.
         budget: ``"smoke"``, ``"100k"``, ``"300k"``, ``"1M"`` or ``"paper"``: the training steps per task.

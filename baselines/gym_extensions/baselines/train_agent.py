@@ -5,6 +5,7 @@ import shlex
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
@@ -103,7 +104,8 @@ def train(
 
     def unfinished() -> list[runner.PendingJob]:
         missing = [submission.missing_jobs(path, *log, request.runs) for log in request.logs()]
-        return [runner.PendingJob(job, settings, path) for job in chain.from_iterable(missing)]
+        pending = (runner.PendingJob(job, settings, path) for job in chain.from_iterable(missing))
+        return [_limited(each) for each in pending]
 
     titles = dict.fromkeys(each.job.run_title for each in unfinished())
     if titles:
@@ -119,6 +121,15 @@ def train(
         raise workers.jobs_failed(failures, len(pending), hint)
     runs_of = [(group.name, protocol, run) for group, protocol in request.logs() for run in request.runs]
     return [path / layout.run_file(*each, layout.LOG) for each in runs_of]
+
+
+def _limited(pending: runner.PendingJob) -> runner.PendingJob:
+    """The job, whose agent, if it lives in a box, has the limits of this job alone."""
+    spec = pending.settings.agent
+    if not isinstance(spec.factory, IsolatedAgent):
+        return pending
+    factory = spec.factory.for_job(pending.job.group, pending.steps)
+    return replace(pending, settings=replace(pending.settings, agent=replace(spec, factory=factory)))
 
 
 def _run(

@@ -8,7 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import get_args
 
-from gym_extensions.catalog.protocol import BUDGETS, STANDARD_BUDGET
+from gym_extensions.baselines.cli import parse_names
+from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.curation import gate
 from gym_extensions.curation.gate_report import comment, read_report
 from gym_extensions.errors import BenchError, reports_mistakes, working
@@ -23,7 +24,8 @@ def gate_parser() -> argparse.ArgumentParser:
     """The arguments of ``check-pr``."""
     command = argparse.ArgumentParser(
         prog="gym-extensions check-pr",
-        description="Check a pull request with a submission. Its files are read from git and never executed.",
+        description="Check a pull request with a submission. Its files are read from git, and only "
+        "--try-code executes any.",
         epilog="Exit status: 0 passed or code alone, 1 refused, 2 wrong usage.",
     )
     add = command.add_argument
@@ -108,11 +110,15 @@ def maintain_parser() -> argparse.ArgumentParser:
     )
     add = train.add_argument
     add("submission", type=Path, metavar="SUBMISSION", help="a submission's folder; with --due, all of them")
+    add("--protocol", default=IN_ORDER[0], choices=IN_ORDER, help="order of the tasks (default: %(default)s)")
+    names, core = "comma-separated names of groups (default: those of the core)", train_here.CORE_GROUPS
+    add("--groups", type=parse_names, default=core, metavar="NAMES", help=names)
     add("--runs", type=verification.positive, default=5, metavar="N", help="runs per group (default: 5)")
     value = "hexadecimal digits that became public after the merge, such as a beacon's randomness"
     add("--value", default="", metavar="HEX", help=value)
     add("--jobs", type=verification.positive, default=1, metavar="N", help="processes (default: 1)")
-    add("--budget", default=STANDARD_BUDGET, choices=BUDGETS, help="of a trial (default: %(default)s)")
+    trial = "a trial: train with the budget smoke into this folder; the submission stays as it is"
+    add("--trial", type=Path, metavar="DIR", help=trial)
     only = train.add_mutually_exclusive_group().add_argument
     only("--due", action="store_true", help="only print which submissions have something to train")
     only("--take", type=Path, metavar="DIR", help="check and add what another job wrote into trained/")
@@ -150,11 +156,11 @@ def maintain(argv: Sequence[str] | None = None) -> int:
 
 
 def _train_here(options: argparse.Namespace) -> int:
-    value = new_seeds.require_value(options.value) if options.value else ""
+    value = new_seeds.require_value(options.value, "--value") if options.value else ""
     if options.due:
-        due = []
+        wanted, due = train_here.wanted_runs(options.runs, options.protocol, options.groups), []
         for each in map(reader.read, _existing([options.submission])):
-            if train_here.is_due(each, options.runs):
+            if train_here.is_due(each, wanted):
                 try:
                     train_here.present(each, value)
                 except BenchError as error:
@@ -171,12 +177,17 @@ def _train_here(options: argparse.Namespace) -> int:
         return 0
     try:
         found = train_here.train_here(
-            submission, options.runs, value, budget=options.budget, jobs=options.jobs
+            *(submission, options.runs, value),
+            protocol=options.protocol,
+            groups=options.groups,
+            trial=options.trial,
+            jobs=options.jobs,
         )
     except KeyboardInterrupt:
         print("Interrupted. What is finished is kept: repeat the command.", file=sys.stderr)
         return 130
-    print(f"{submission.name}: {count(len(found.runs), 'run')} trained here.")
+    where = f"tried, in {options.trial}" if options.trial else "trained here"
+    print(f"{submission.name}: {count(len(found.runs), 'run')} {where}.")
     for key, why in found.failed.items():
         print(f"{key} counts as the floor: {why}")
     return 0

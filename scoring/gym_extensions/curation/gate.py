@@ -49,8 +49,8 @@ def check_pull_request(
 ) -> reports.GateReport:
     """The report on a pull request, by two branches or commits and its number on the code host.
 
-    Its files are read from git and never checked out or executed. With ``try_code``, code that keeps to the
-    rules is trained twice in a box; whether the bytes are the same is a note.
+    Its files are read from git and never checked out. Only with ``try_code`` is any executed: code that keeps
+    to the rules is trained twice in a box; whether the bytes are the same is a note.
 
     Raises:
         BenchError: a branch does not exist, the folder is not in git, the clone cannot be read, or no box can

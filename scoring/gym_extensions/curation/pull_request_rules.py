@@ -354,7 +354,8 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def same_title(pull_request: PullRequest) -> Iterator[Finding]:
-    """The title looks like that of no other submission: Unicode's skeletons of both differ."""
+    """The title looks like that of no other submission, whatever its letter case and letters that look
+    alike."""
     others = {
         skeleton(title): path
         for path, title in pull_request.base_titles.items()

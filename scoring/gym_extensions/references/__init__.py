@@ -1,6 +1,7 @@
 """Frozen floors and experts that normalize returns: 0 ignores observations, 1 is the task's expert.
 
-``<version>.json`` beside this module has those of a benchmark version. ``maintain references`` measures them.
+``<version>.json`` beside this module has those of a benchmark version, which ``tools.references`` writes;
+``maintain references`` measures those of custom groups.
 """
 
 import hashlib

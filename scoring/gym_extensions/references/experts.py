@@ -1,4 +1,4 @@
-"""The experts: for a MuJoCo task one frozen policy that numpy evaluates, and a card of its origin.
+"""The experts: for a MuJoCo task one frozen policy as plain arrays, and a card of its origin.
 
 Example:
     >>> from gym_extensions.references import experts

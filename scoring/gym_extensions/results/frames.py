@@ -70,8 +70,8 @@ def episodes(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     fingerprint  str      fingerprint of the task
     ===========  =======  ==========================================================================
 
-    Where the author of code has no runs, they are those that the project trained. Reported submissions have
-    no episodes.
+    Where the author of code has no runs, they are those that the project trained. Beside an author's own,
+    those are read as ``submissions/NAME/trained/N``, of version N. Reported submissions have no episodes.
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.

@@ -197,7 +197,9 @@ class RunProvenance:
     commit: Annotated[str, about("of the code; empty if it is not known")]
     by: Annotated[str, about("who donated the run; empty if the authors of the submission trained it")]
     date: Annotated[str | None, about("YYYY-MM-DD; null if it is not known")]
-    versions: Annotated[dict[str, str], about("of packages, Python, platform and BLAS kernels")]
+    versions: Annotated[
+        dict[str, str], about("of packages, Python and platform, and the BLAS kernels of the training")
+    ]
     processor: Annotated[str, about("of the machine; empty if it is not known")]
     steps: Annotated[int, about("training steps over all stages")]
     cpu_seconds: Annotated[float | None, about("processor time; null if it is not known")]
@@ -397,7 +399,7 @@ class Scorecard:
     training: Annotated[TrainingSummary | None, about("of its code; null without")] = None
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]
     trained: Annotated[
-        dict[str, GroupScore], about("by group id, the sequential runs that the project trained; on the core")
+        dict[str, GroupScore], about("by group id, the sequential runs that the project trained")
     ] = field(default_factory=dict)
     suites: Annotated[dict[str, dict[str, SuiteScore]], about("of complete suites, by suite and protocol")]
     core: Annotated[CoreScore | None, about("on the core; null without runs there, and if withdrawn")] = None
@@ -421,6 +423,12 @@ class Scorecard:
         """The challenges since the last acceptance or withdrawal."""
         standing = [index for index, part in enumerate(self.decisions, 1) if part.action != "challenged"]
         return self.decisions[max(standing, default=0) :]
+
+    @property
+    def beside(self) -> dict[str, dict[str, GroupScore]]:
+        """Runs that were trained here, by group id and protocol, where ``groups`` has the author's own."""
+        pairs = ((name, log, self.groups[name]["sequential"]) for name, log in self.trained.items())
+        return {name: {"sequential": log} for name, log, shown in pairs if shown.level != log.level}
 
     @property
     def doubts(self) -> tuple[str, ...]:

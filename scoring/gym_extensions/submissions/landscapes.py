@@ -61,7 +61,10 @@ class Landscape(JsonDocument):
     group: Annotated[str, about("group id")]
     episodes: Annotated[int, about("number of episodes at every point")]
     policies: Annotated[dict[str, str], about("digest of the policies of every run, by run")]
-    versions: Annotated[dict[str, str], about("of packages, and the arithmetic of policies")]
+    versions: Annotated[
+        dict[str, str],
+        about("of packages, and the arithmetic of policies; older files name the BLAS kernels instead"),
+    ]
     axes: Annotated[tuple[MeasuredAxis, ...], about("what is varied")]
 
     @property

@@ -108,7 +108,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         steps: training steps over all stages.
         steps_counted: whether the training loop counted them; false for policies that ``record`` evaluated.
         fingerprints: of every task of the group, by task id.
-        arithmetic: of the plain policies in the evaluation; 1 is repeated by the same kind of machine.
+        arithmetic: of plain deterministic policies in the log; 1 is repeated by the same kind of machine.
         log: SHA-256 of the run's log.
         date: the day on which the training ended (ISO).
         packages: versions of the packages that the agent uses besides those of ``versions``.

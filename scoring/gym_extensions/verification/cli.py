@@ -250,7 +250,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         command.error("--take is about one submission")
     acts = ("seeds", "write", "record", "take", "fetch", "due")
     is_trial = not any(getattr(options, name) for name in acts)
-    value = secrets.token_hex(32) if is_trial else require_value(options.seeds) if options.seeds else ""
+    value = secrets.token_hex(32) if is_trial else ""
+    if options.seeds:
+        value = require_value(options.seeds, "--seeds")
     if options.due:
         waiting = {}
         for submission in map(reader.read, folders):

@@ -77,11 +77,12 @@ class Draw:
         return [self.seed(group_id, task_id, episode) for episode in range(EVALUATION_EPISODES)]
 
 
-def require_value(value: str) -> str:
-    """The value in lower case. Raises ``BenchError`` unless it has 40 to 128 hexadecimal digits."""
+def require_value(value: str, option: str) -> str:
+    """The value in lower case. Raises ``BenchError``, which names the option, unless it has 40 to 128
+    hexadecimal digits."""
     if not VALUE.fullmatch(value.lower()):
-        hint = "Pass the id of the merge commit, or the randomness of a public beacon: 40 to 128 digits."
-        raise BenchError("bad-seeds", f"{value[:80]!r} is not such a number.", "--seeds", hint)
+        hint = "Pass 40 to 128 digits that nobody can choose, such as the randomness of a public beacon."
+        raise BenchError("bad-seeds", f"{value[:80]!r} is not such a number.", option, hint)
     return value.lower()
 
 

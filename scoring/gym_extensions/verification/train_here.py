@@ -5,7 +5,7 @@ gate calls :func:`repeats` before the merge.
 """
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from datetime import UTC, datetime
 from fnmatch import fnmatch
 from pathlib import Path
@@ -19,25 +19,25 @@ from gym_extensions.baselines import agent, cli, submission as written, workers
 from gym_extensions.baselines.training.progress import Event, JobFailed
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
-from gym_extensions.errors import BenchError
+from gym_extensions.errors import BenchError, require_known
 from gym_extensions.files import write_bytes, write_text
 from gym_extensions.submissions import layout, problem, reader
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
 from gym_extensions.submissions.log import read_log
 from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
 from gym_extensions.submissions.problem import refuse_problems
-from gym_extensions.submissions.review import Training, training_of, training_text
+from gym_extensions.submissions.review import Training, is_withdrawn, training_of, training_text
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import git, limits
 from gym_extensions.versions import version
 
-COMMAND, PROTOCOL, FLOOR = "train-here", "sequential", "zero"
+COMMAND, SEQUENTIAL, FLOOR = "train-here", "sequential", "zero"
 AGENT_ERRORS = frozenset(
     [
         *("agent-cpu", "agent-ended", "agent-failed", "agent-frames", "agent-output", "agent-slow"),
         *("bad-action", "bad-actions", "bad-agent", "bad-card", "bad-observations", "bad-policies"),
-        *("bad-policy", "bad-reset-mask", "batch-dependent", "budget-exceeded", "needs-context"),
+        *("bad-policy", "bad-reset-mask", "budget-exceeded", "needs-context"),
         *("no-generator", "onnx-failed", "policy-differs", "single-task-agent"),
         *("slow-policy", "too-many-resets", "unknown-agent", "unsupported-policy"),
     ]
@@ -46,9 +46,16 @@ AGENT_ERRORS = frozenset(
 CORE_GROUPS = tuple(group.name for group in GROUPS.values() if group.id in CORES[CORE])
 
 
-def wanted_runs(runs: int) -> dict[str, tuple[str, int]]:
-    """The group and number of the runs 0 to ``runs`` − 1 of every group of the core, by their names."""
-    return {run_key(group, PROTOCOL, run): (group, run) for group in CORE_GROUPS for run in range(runs)}
+def wanted_runs(
+    runs: int, protocol: str = SEQUENTIAL, groups: Collection[str] = CORE_GROUPS
+) -> dict[str, tuple[str, str, int]]:
+    """The group, protocol and number of the runs 0 to ``runs`` − 1 of every group, by their names.
+
+    Raises ``BenchError`` for a group that is not published.
+    """
+    for group in groups:
+        require_known("group", group, GROUPS)
+    return {run_key(group, protocol, run): (group, protocol, run) for group in groups for run in range(runs)}
 
 
 def problems_of(submission: Submission) -> tuple[problem.Problem, ...]:
@@ -57,13 +64,13 @@ def problems_of(submission: Submission) -> tuple[problem.Problem, ...]:
     return tuple(each for each in submission.problems if not fnmatch(each.where, f"{TRAINED}/*/*"))
 
 
-def is_due(submission: Submission, runs: int) -> bool:
-    """Whether a submission has code that was not trained yet, or not as often."""
-    if problems_of(submission) or not submission.code:
+def is_due(submission: Submission, wanted: Collection[str]) -> bool:
+    """Whether a submission has code of which not all runs with these names were trained, and stands."""
+    if problems_of(submission) or not submission.code or is_withdrawn(submission.review.decisions):
         return False
     trained = submission.trained
     is_current = trained is not None and trained.training.agent == submission.code
-    return not (trained and is_current and wanted_runs(runs).keys() <= trained.training.runs.keys())
+    return not (trained and is_current and trained.training.runs.keys() >= set(wanted))
 
 
 def present(submission: Submission, value: str) -> tuple[int, Training]:
@@ -91,13 +98,26 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
     return trained.version, trained.training
 
 
-def boxed(submission: Path, entry: str, budget: str) -> agent.Factory:
+def boxed(
+    submission: Path,
+    entry: str,
+    budget: str,
+    protocol: str = SEQUENTIAL,
+    groups: Collection[str] = CORE_GROUPS,
+) -> agent.Factory:
     """The factory of a submission's code, whose agents live in boxes. Raises ``BenchError`` without boxes."""
-    return cli.isolated(f"{submission / AGENT}/{entry}", list(CORE_GROUPS), [PROTOCOL], budget)
+    return cli.isolated(f"{submission / AGENT}/{entry}", list(groups), [protocol], budget)
 
 
 def train_here(
-    submission: Submission, runs: int, value: str = "", *, budget: str = STANDARD_BUDGET, jobs: int = 1
+    submission: Submission,
+    runs: int,
+    value: str = "",
+    *,
+    protocol: str = SEQUENTIAL,
+    groups: Collection[str] = CORE_GROUPS,
+    trial: Path | None = None,
+    jobs: int = 1,
 ) -> Training:
     """Trains the runs 0 to ``runs`` − 1 of a submission's code that are missing, and records them.
 
@@ -108,27 +128,34 @@ def train_here(
         submission: with code.
         runs: number of runs of each group.
         value: hexadecimal digits that became public after the merge and that nobody could choose.
-        budget: only the standard one has a rank.
+        protocol: one in which a policy learns the tasks in order. The core ranks sequential runs alone.
+        groups: names of published groups.
+        trial: a folder for runs with the budget for trials, in place of the submission, which stays as it is.
         jobs: worker processes.
 
     Raises:
         BenchError: no box can be started, the code is not committed, or something else than the agent failed.
     """
+    wanted = wanted_runs(runs, protocol, groups)
     number, training = present(submission, value)
-    folder, wanted = submission.path / TRAINED / str(number), wanted_runs(runs)
+    folder, budget = submission.path / TRAINED / str(number), STANDARD_BUDGET
+    if trial:
+        training, folder, budget = replace(training, runs={}, failed={}), trial / str(number), "smoke"
     assert submission.manifest and submission.manifest.agent, "it has code"
-    factory = boxed(submission.path, submission.manifest.agent.entry, budget)
-    titles = {f"{group} {PROTOCOL}-run{run}": key for key, (group, run) in wanted.items()}
+    factory = boxed(submission.path, submission.manifest.agent.entry, budget, protocol, groups)
+    titles = {f"{group} {protocol}-run{run}": key for key, (group, _, run) in wanted.items()}
 
     def missing() -> list[str]:
         return [key for key in wanted if not (folder / f"{key}{LOG}").exists()]
 
-    def keep(failed: Mapping[str, str]) -> None:
+    def keep(failed: Mapping[str, str], digests: dict[str, str] | None = None) -> None:
+        """Adds to the record, to which a command with another protocol may have added in the meantime."""
         nonlocal training
-        training = replace(
-            training, failed=training.failed | {key: problem.cut(why) for key, why in failed.items()}
-        )
-        write_text(folder.with_suffix(".toml"), training_text(training))
+        record, cut = folder.with_suffix(".toml"), {key: problem.cut(why) for key, why in failed.items()}
+        with written.lock_runs(folder, ["record"], seconds=60):
+            known = training_of(record.read_bytes()) if record.exists() else training
+            training = replace(known, runs=known.runs | (digests or {}), failed=known.failed | cut)
+            write_text(record, training_text(training))
 
     def listen(event: Event) -> None:
         if isinstance(event, JobFailed) and event.code in AGENT_ERRORS:
@@ -136,7 +163,7 @@ def train_here(
 
     def replace_failed() -> None:
         for key in training.failed.keys() & missing():
-            _write_floor(folder, *wanted[key], budget, training.seeds)
+            _write_floor(folder, wanted[key], budget, training.seeds, submission.path / MANIFEST)
 
     keep({})
     replace_failed()
@@ -144,7 +171,7 @@ def train_here(
     try:
         if missing():
             baselines.train(
-                *(factory, CORE_GROUPS, PROTOCOL, budget, range(runs)),
+                *(factory, groups, protocol, budget, range(runs)),
                 out=folder,
                 jobs=jobs,
                 progress=baselines.Monitor(callback=listen),
@@ -158,24 +185,24 @@ def train_here(
         error = raised
     replace_failed()
     digests = {key: read_run(folder / f"{key}{DOCUMENT}").digest for key in wanted if key not in missing()}
-    training = replace(training, runs=training.runs | digests)
-    keep({})
+    keep({}, digests)
     if error and missing():
         raise error
     return training
 
 
-def _write_floor(folder: Path, group: str, run: int, budget: str, seeds: str) -> None:
+def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: str, manifest: Path) -> None:
     """Writes, in the place of a failed run, that of the agent that does nothing.
 
     If no run has a manifest yet, it is that of the submission, with the budget of the training.
     """
+    group, protocol, run = place
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "floor"
         origin = baselines.Origin(seeds=seeds)
-        (log,) = baselines.train(FLOOR, group, PROTOCOL, budget, run, out=out, progress=False, origin=origin)
+        (log,) = baselines.train(FLOOR, group, protocol, budget, run, out=out, progress=False, origin=origin)
         if not (folder / MANIFEST).exists():
-            tables = written.read_manifest(folder.parents[1] / MANIFEST)
+            tables = written.read_manifest(manifest)
             tables["protocol"]["budget"] = budget
             tables.pop("agent")
             write_text(folder / MANIFEST, tomli_w.dumps(tables))
@@ -189,12 +216,13 @@ LIMITS = limits.Limits(cpu_seconds=600, wall_seconds=600)
 
 
 def judge(request: dict[str, Any]) -> Iterator[Any]:
-    """The job of that process: the problems of a folder of runs, and the digest and command of each run."""
+    """The job of that process: problems and budget of a folder of runs, and each one's digest and command."""
     runs = reader.read(Path(request["folder"]), policies=True)
     found = {name: (document.digest, document.command) for name, document in runs.documents.items()}
     broken = (each for each in runs.problems if each.rule not in reader.NOT_OF_TRAINED)
     problems = [f"{each.where}: {each.message}" for each in broken]
-    yield {"problems": problems, "runs": found}
+    budget = runs.manifest.protocol.budget if runs.manifest else ""
+    yield {"problems": problems, "runs": found, "budget": budget}
 
 
 def take(submission: Submission, folder: Path, value: str = "") -> None:
@@ -222,6 +250,8 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     (found,) = limits.answers(JOB, {"folder": str(source.resolve())}, LIMITS)
     if found["problems"]:
         raise refuse(f"It breaks a rule: {found['problems'][0]}")
+    if found["budget"] != STANDARD_BUDGET:
+        raise refuse(f"Its runs have the budget {found['budget']}, as a trial has.")
     digests = {key: digest for key, (digest, _) in found["runs"].items()}
     if not training.runs.items() <= digests.items():
         raise refuse("Its runs are not those of the record.")
@@ -245,7 +275,7 @@ def repeats(folder: Path, entry: str) -> str:
         first, second = Path(scratch, "first"), Path(scratch, "second")
         for name in CORE_GROUPS:  # one job alone raises its own error
             for out in (first, second):
-                baselines.train(factory, name, PROTOCOL, "smoke", 0, out=out, progress=False)
+                baselines.train(factory, name, SEQUENTIAL, "smoke", 0, out=out, progress=False)
             made = written.read_manifest(first / MANIFEST)
             made["protocol"]["budget"] = written.read_manifest(folder / MANIFEST)["protocol"]["budget"]
             written.require_same(folder / MANIFEST, made)  # what it states is what the code says
@@ -256,9 +286,9 @@ def repeats(folder: Path, entry: str) -> str:
 
 def _first_difference(first: Path, second: Path, name: str) -> int | None:
     """The first stage whose episodes or policies differ; None if none does."""
-    path = layout.run_file(name, PROTOCOL, 0, LOG)
+    path = layout.run_file(name, SEQUENTIAL, 0, LOG)
     one, other = (read_log(folder / path) for folder in (first, second))
-    arrays = [read_arrays(folder, GROUPS[name], PROTOCOL, 0) for folder in (first, second)]
+    arrays = [read_arrays(folder, GROUPS[name], SEQUENTIAL, 0) for folder in (first, second)]
     for stage in range(len(GROUPS[name].tasks) + 1):
         start = prefix((stage, None))
         own = [{key: each for key, each in part.items() if key.startswith(start)} for part in arrays]

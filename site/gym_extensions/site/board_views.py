@@ -11,7 +11,7 @@ from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics import formulas, values
 from gym_extensions.references import References
 from gym_extensions.scoring.ranking import boards as model, group_board
-from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.site.submission_results import SEQUENTIAL, SubmissionResult, group_order
 from gym_extensions.submissions.review import REPORTED
 
@@ -21,14 +21,14 @@ def shortened(card: Scorecard) -> Scorecard:
 
     It lacks success rates of runs, training curves, provenance and the README.
     """
-    groups = {
-        group: {
-            protocol: replace(score, success_rates=(), curves=(), provenance=())
-            for protocol, score in scores.items()
+
+    def part(scores: Mapping[str, GroupScore]) -> dict[str, GroupScore]:
+        return {
+            key: replace(score, success_rates=(), curves=(), provenance=()) for key, score in scores.items()
         }
-        for group, scores in card.groups.items()
-    }
-    return replace(card, readme="", groups=groups)
+
+    groups = {group: part(scores) for group, scores in card.groups.items()}
+    return replace(card, readme="", groups=groups, trained=part(card.trained))
 
 
 @dataclass(frozen=True)

@@ -40,11 +40,12 @@ class SubmissionResult:
     group: str
     protocol: str
     score: GroupScore | SuiteScore
+    is_beside: bool = False  # whether it was trained here, and the page shows the author's own runs, too
 
     @property
     def id(self) -> str:
         """Its anchor on the page of the submission."""
-        return f"{self.group}-{self.protocol}"
+        return f"{self.group}-{'trained-here' if self.is_beside else self.protocol}"
 
     @property
     def detail(self) -> GroupScore:
@@ -142,12 +143,21 @@ def group_order(group_id: str) -> tuple[int, str]:
     return (ids.index(group_id) if group_id in ids else len(ids), group_id)
 
 
-def results_of(found: Mapping[str, Mapping[str, GroupScore | SuiteScore]]) -> tuple[SubmissionResult, ...]:
+def results_of(
+    found: Mapping[str, Mapping[str, GroupScore | SuiteScore]], *, beside: bool = False
+) -> tuple[SubmissionResult, ...]:
     """The scores of every group, or of every suite, of a scorecard, and every protocol."""
     results = [
-        SubmissionResult(name, p, score) for name, scores in found.items() for p, score in scores.items()
+        SubmissionResult(name, p, score, beside)
+        for name, scores in found.items()
+        for p, score in scores.items()
     ]
     return tuple(sorted(results, key=lambda each: (group_order(each.group), PROTOCOLS.index(each.protocol))))
+
+
+def on_groups(card: Scorecard) -> tuple[SubmissionResult, ...]:
+    """The results of a submission on groups; first those that were trained here beside the author's own."""
+    return results_of(card.beside, beside=True) + results_of(card.groups)
 
 
 def shown_columns(found: Sequence[SubmissionResult]) -> tuple[str, ...]:
@@ -176,6 +186,8 @@ def page_of(card: Scorecard, group: str) -> str:
 def origins(submission: str, result: SubmissionResult) -> tuple[experts.Origin, ...]:
     """The policies of a log that are experts or their ancestors, by run and stage."""
     group = result.group.rpartition("-v")[0]
+    if result.detail.level == TRAINED_HERE:  # experts are from authors' own runs
+        return ()
     return tuple(
         sorted(experts.origins().get((submission, group, result.protocol), ()), key=lambda each: each[1:3])
     )
@@ -315,7 +327,8 @@ def checked(card: Scorecard) -> str:
     whole = [found for found in passed if found.current == found.runs]  # episodes are not counted by run
     episodes, repeated = (sum(getattr(found, name) for found in whole) for name in ("episodes", "repeated"))
     runs = sum(found.current for found in passed)
-    text = f"Verified: the policies of {count(runs, 'run')} were run on new seeds and agree with the logs"
+    policies = f"the policies of {count(runs, 'run')}{' of the author' if card.beside else ''}"
+    text = f"Verified: {policies} were run on new seeds and agree with the logs"
     if episodes:
         text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
     if card.arithmetic == 1:

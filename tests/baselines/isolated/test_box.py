@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.baselines import algorithms, train
 from gym_extensions.baselines.cli import main
 from gym_extensions.baselines.isolated import box, confine, contents, frames
 from gym_extensions.baselines.isolated.confine import ALLOW, FAIL, KILL, Limits, seccomp_program
@@ -108,6 +109,23 @@ class TestLimits:
         assert Limits.of([(hopper, 1_500_000)]).cpu_seconds == 60 + 825
         assert Limits.of([(hopper, 1_500_000), (humanoid, 1_500_000)]).cpu_seconds == 60 + 3353
         assert Limits.of([(group("pusher"), 1000)]).cpu_seconds == 60 + 3
+
+    def test_each_job_has_those_of_its_own_group_and_steps(
+        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ) -> None:
+        given = []
+
+        def outside(factory: IsolatedAgent, *arguments: Any) -> Any:
+            given.append(factory.limits)
+            return algorithms.factory("zero")(*arguments)
+
+        monkeypatch.setattr(IsolatedAgent, "__call__", outside)
+        limits = Limits(cpu_seconds=100, memory=confine.MEBIBYTE)
+        agent, protocols = IsolatedAgent("zero", limits), ["sequential", "single"]
+        train(agent, "pusher", protocols, "smoke", 0, out=tmp_path / "mine", progress=False)
+        assert [each.cpu_seconds for each in given] == [100, 100, 60 + 5, 60 + 3, 60 + 3]
+        assert {each.memory for each in given} == {confine.MEBIBYTE}
+        assert agent.for_job(group("nav-state"), 30_000).limits == limits
 
     def test_the_world_waits_four_times_as_long(self) -> None:
         assert Limits(cpu_seconds=100).longest_wait == 460

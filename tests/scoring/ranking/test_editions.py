@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gym_extensions.scoring.submission.suites import claim_of, core_score, run_cost
+from gym_extensions.scoring.scorecard import TrainingSummary
+from gym_extensions.scoring.submission.suites import claim_of, core_logs, core_score, own_logs, run_cost
 
 from .conftest import (
     FINAL,
@@ -67,7 +68,23 @@ def test_the_second_edition_ranks_what_was_trained_here_alone(on_core: OnCore) -
     last = row(board, "verified")
     assert (last.ranked, last.why, board.rows[-1].name) == (False, "Not trained here.", "verified")
     assert last.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(1, 0.95).values())), rel=1e-12)
-    assert not any(pair.exploratory for pair in board.pairs[FINAL])
+
+
+def test_in_the_second_edition_pairs_are_exploratory_that_the_plan_does_not_name(on_core: OnCore) -> None:
+    names = ("trpo", "reset", "cloning-tuned", "stranger")
+    cards = [trained(on_core(name, normal(at, 0.3)), normal(9 + at, 0.3)) for at, name in enumerate(names)]
+    board = board_of(cards)
+    planned = {
+        metric: {frozenset((pair.first, pair.second)) for pair in pairs if not pair.exploratory}
+        for metric, pairs in board.pairs.items()
+    }
+    with_trpo = {name: frozenset((name, "trpo")) for name in names}
+    assert planned == {
+        FINAL: {with_trpo["reset"], with_trpo["cloning-tuned"]},
+        "forgetting": {with_trpo["cloning-tuned"]},
+    }
+    first = board_of([replace(card, trained={}) for card in cards])
+    assert (first.edition, {pair.exploratory for pair in first.pairs[FINAL]}) == (1, {True})
 
 
 def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: OnCore) -> None:
@@ -79,6 +96,19 @@ def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: O
     first = whole[GROUPS[0]]
     for other in (replace(first, level="claimed"), replace(first, budget="smoke")):
         assert core_score(replace(card, trained=whole | {GROUPS[0]: other})) == core_score(card)
+
+
+@pytest.mark.parametrize(("protocol", "noted"), [("sequential", 1), ("balanced", 0)])
+def test_the_failures_of_the_core_are_those_of_its_sequential_runs(
+    on_core: OnCore, protocol: str, noted: int
+) -> None:
+    failed = {f"hopper-gravity/{protocol}/run0": "too late"}
+    made = TrainingSummary(
+        attempts=1, date="", version="", commit="", value="", agent="", failed=failed, outdated=False
+    )
+    core = core_score(replace(trained(on_core("new", normal(1, 0.5)), normal(2, 0.5)), training=made))
+    assert core is not None
+    assert sum(note.startswith("failed-runs: 1") for note in core.notes) == noted
 
 
 @pytest.mark.parametrize(("claimed", "note"), [(0.5, "agree with these"), (0.9, "claim 0.40 more")])
@@ -103,3 +133,13 @@ def test_the_test_of_a_claim_by_hand() -> None:
     assert found.difference == pytest.approx(0.15)
     assert found.p_value == pytest.approx(stats.t.sf(0.15 / math.sqrt(error), df))
     assert claim_of([((0.0, 0.1), (1.0, 1.1))]).p_value > 0.5
+
+
+def test_the_claim_is_about_the_authors_own_runs(on_core: OnCore) -> None:
+    card = on_core("new", normal(1, 0.5))
+    ours = trained(card, normal(2, 0.7))
+    assert own_logs(ours) == core_logs(card) != core_logs(ours)
+    assert (
+        own_logs(replace(ours, groups={name: {"sequential": log} for name, log in ours.trained.items()}))
+        == {}
+    )

@@ -6,7 +6,7 @@ positions of the humanoids to 0.02 and their rewards to 0.1; their velocities an
 """
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import mujoco
 import numpy as np
@@ -18,6 +18,7 @@ from gym_extensions.catalog.variations import Wall
 from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.references import experts
 from gym_extensions.site.play.assets import policy_file
+from gym_extensions.submissions.policies.files import npz_bytes
 
 from ...submissions.policies.test_arithmetic import policies, seen
 from ..play.test_assets import hopper_policy
@@ -145,11 +146,15 @@ def test_an_expert_returns_what_it_returns_in_python(loaded: Page, name: str) ->
     assert np.mean(seen) == pytest.approx(np.mean(returns), rel=0.02)
 
 
+@pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("name", policies())
-def test_actions_have_the_bits_of_python(loaded: Page, name: str) -> None:
+def test_actions_have_the_bits_of_python_in_both_orders_of_an_array(
+    loaded: Page, name: str, order: Literal["C", "F"]
+) -> None:
     policy, observations = policies()[name], seen(30)
+    file = npz_bytes({key: np.array(each, order=order) for key, each in policy.arrays().items()})
     for index in (0, 1, 4):
-        given = [list(policy_file(policy.arrays())), observations.tolist(), index]
+        given = [list(file), observations.tolist(), index]
         assert loaded.evaluate(ACT, given) == policy.act(observations, task=index).tolist()
 
 

@@ -13,7 +13,7 @@ from .test_core import GROUPS, LABELLED, method
 ATOM = "{http://www.w3.org/2005/Atom}"
 PART = {
     "date": "2026-11-24", "version": "1.0.0", "value": "0f", "logs": ["hopper-gravity/single"], "runs": 5,
-    "current": 5, "episodes": 600, "repeated": 600, "difference": "", "kernels": "", "cells": 5,
+    "current": 5, "episodes": 600, "repeated": 600, "difference": "", "cells": 5,
     "p_value": 0.5, "second_p_value": None, "passed": True, "retrained": [],
 }  # fmt: skip
 ACCEPTED = {"action": "accepted", "by": "M.", "date": "2026-11-25", "reason": "<All> of it."}

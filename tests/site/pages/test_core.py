@@ -27,6 +27,14 @@ def method(
     return make_submission(name, logs, name.title())
 
 
+def trained_here(name: str) -> dict[str, Any]:
+    """A submission with five runs of its author on the core, and five that the project trained."""
+    card, other = method(name, 0.8, 0.5), method(name, 0.7, 0.5)
+    logs = {each: of["sequential"] | {"level": "trained here"} for each, of in other["groups"].items()}
+    facts = {"date": "2026-01-02", "version": "1.0.0", "commit": "3f" * 20, "value": "", "agent": "4e" * 32}
+    return card | {"trained": logs, "training": facts | {"attempts": 2, "outdated": False, "failed": {}}}
+
+
 def _runs(name: str, strength: float, keeps: float) -> list[list[list[float]]]:
     count = len(group(name).tasks)
     return [
@@ -71,6 +79,9 @@ def test_the_statement_says_of_how_many_methods_where_they_lead_and_that_it_is_p
     assert said.startswith("Of 3 methods without task label that ran all 7 groups, Keeper keeps most, 0.82 (")
     assert said.endswith("more than every other, alone first in 7 of 7 groups. 5 runs; preliminary.")
     assert len(said.split()) < 50
+    view = overview_of(KEEPER, LOSER, TWIN)
+    second = replace(view, board=replace(view.board, edition=2)).statement().striptags()
+    assert second.endswith("5 runs; exploratory.")
     lost = statement(KEEPER, method("trpo", 0.8, 0.5))
     assert lost.startswith("Trained task after task, Trpo falls from 0.83 to 0.55 (expert: 1). Of 2 methods")
 
@@ -187,3 +198,19 @@ def test_a_cost_is_steps_and_where_some_runs_state_it_a_time() -> None:
     assert core.cost(tiny_card) == ("5\N{NARROW NO-BREAK SPACE}000 steps in 1 group", "2 s")
     (bare,) = typed({**everything(), "submissions": [make_submission("bare", {})]}).submissions
     assert core.cost(bare) == ("–", "")
+
+
+def test_the_table_of_methods_says_which_edition_it_is_and_who_may_train_more(
+    document: dict[str, Any],
+) -> None:
+    """In the second edition, runs that the public trains would not be compared."""
+    for cards, edition, who in (
+        ([method("trpo", 0.8, 0.5, GROUPS[1:]), KEEPER], "First edition: verified", "Anybody may train them"),
+        ([trained_here("trpo"), KEEPER], "Second edition: the project", "Maintainers train them here"),
+    ):
+        cards[0]["manifest"]["protocol"]["algorithm"] = "trpo"
+        pages = read(document | {"submissions": cards})
+        assert all(each in pages[page].ids for page, each in pages["core.html"].links("core.html") if each)
+        text = pages["index.html"].text
+        assert text.index(edition) > text.index("Methods")
+        assert who in text

@@ -10,7 +10,7 @@ import pytest
 from gym_extensions.site.paths import number_file
 
 from ..browser import Reader, files
-from .test_core import GROUPS, method
+from .test_core import GROUPS, method, trained_here
 
 BOARD = number_file("agile", "hopper-gravity-v0", "sequential", "100k")
 
@@ -68,3 +68,14 @@ def test_a_method_of_the_core_has_a_badge_with_its_score_and_rank(document: dict
     said = ElementTree.fromstring(texts["submissions/loser/badge.svg"]).get("aria-label")
     assert re.fullmatch(r"gym-extensions: kept 0\.\d\d \(0\.\d\d to 0\.\d\d\), rank 2", said or "")
     assert 'src="../submissions/loser/badge.svg"' in texts["submissions/loser.html"]
+
+
+def test_a_number_of_the_core_opens_the_runs_that_were_trained_here(document: dict[str, Any]) -> None:
+    document["submissions"] = [trained_here("trpo"), method("keeper", 0.8, 0.98)]
+    texts, path = dict(files(document)), number_file("trpo")
+    found = opened(texts, path)
+    assert "runs 0 to 4 of every group, trained here" in found.text
+    anchors = {anchor: target for target, anchor in found.links(path) if anchor.endswith("trained-here")}
+    assert list(anchors) == [f"{group}-v0-trained-here" for group in GROUPS]
+    assert all(anchor in Reader(texts[target]).ids for anchor, target in anchors.items())
+    assert "below" not in found.text, "on a group's board are the author's own runs"

@@ -9,6 +9,7 @@ import pytest
 from ..browser import files, read
 from ..conftest import make_submission, scores_of
 from .test_changes import PART
+from .test_core import GROUPS, trained_here
 
 GROUP = "groups/hopper-gravity-v0.html"
 
@@ -22,7 +23,7 @@ def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any
     )
     cell = page.split('data-label="Transfer"')[1].split("</td>")[0]
     (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+"><sup>1</sup></a>', cell)
-    assert f'<li id="{note}">It needs single-task runs, which' in page
+    assert f'<li id="{note}">It needs single-task runs: there' in page
 
 
 def test_the_readme_of_a_submission_has_its_paragraphs_and_line_breaks(document: dict[str, Any]) -> None:
@@ -137,3 +138,37 @@ def test_what_the_project_trained_is_shown_with_attempts_seeds_and_failures(docu
         *("code 4e4e4e4e4e", "run2 failed, counts as the floor learn(), stage 1: <b>too late</b>"),
     ):
         assert fact in text
+
+
+def test_runs_that_were_trained_here_are_shown_before_the_authors_own(document: dict[str, Any]) -> None:
+    document["submissions"] = [trained_here("trpo")]
+    pages = read(document)
+    board = "the author’s own runs, beside those trained here"
+    page = pages["submissions/trpo.html"]
+    assert board in pages[GROUP].text
+    first, second = (page.text.index(f"{title}, group by group") for title in TITLES)
+    assert first < second
+    assert "by the project on 2026-01-02; the core score is of these runs" in page.text
+    assert "policies.load('submissions/trpo/trained/2', 'hopper-gravity', run=0" in page.text
+    for group in GROUPS:
+        on_group = pages[f"submissions/trpo/{group}-v0.html"]
+        for title in ("Sequential, trained here", "Sequential, the author’s own runs"):
+            assert f"{title} budget 300k (standard)" in on_group.text
+        anchors = [
+            each for each in on_group.ids if each in (f"{group}-v0-trained-here", f"{group}-v0-sequential")
+        ]
+        assert anchors == [f"{group}-v0-trained-here", f"{group}-v0-sequential"]
+        assert f"{group}-v0-trained-here-experts" not in on_group.ids
+        assert page.errors == on_group.errors == []
+
+
+TITLES = ("Trained here", "The author’s own runs")
+
+
+def test_of_too_few_runs_that_were_trained_here_there_is_no_core_score(document: dict[str, Any]) -> None:
+    card = trained_here("trpo")
+    card["trained"].pop(f"{GROUPS[0]}-v0")
+    document["submissions"] = [card]
+    assert "by the project on 2026-01-02; not yet all groups of the core" in text_of(
+        document, "submissions/trpo.html"
+    )

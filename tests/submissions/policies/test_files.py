@@ -89,11 +89,11 @@ def archive(*members: tuple[str, bytes], comment: bytes = b"") -> bytes:
     return content.getvalue()
 
 
-def with_header(header: str) -> bytes:
+def with_header(header: str, size: int = 118) -> bytes:
     """A zip file with one array, whose header is this text."""
-    content, member = io.BytesIO(), np.lib.format.magic(1, 0) + struct.pack("<H", 118)
+    content, member = io.BytesIO(), np.lib.format.magic(1, 0) + struct.pack("<H", size)
     with zipfile.ZipFile(content, "w") as file:
-        file.writestr("bias_0.npy", member + header.encode().ljust(118))
+        file.writestr("bias_0.npy", member + header.encode().ljust(size))
     return content.getvalue()
 
 
@@ -122,6 +122,10 @@ def test_missing_policies_are_named(tmp_path: Path) -> None:
         (b"", "cannot be read"),
         (b"not a zip", "cannot be read"),
         (arrays(a=[Trap()]), "is a pickle"),
+        (with_header(NUMBERS.format("'O'", 1)), "is a pickle"),
+        (with_header(NUMBERS.format("'object'", 1)), "is a pickle"),
+        (with_header(NUMBERS.format("[('a', 'O')]", 1)), "is a pickle"),
+        (with_header(" " * 400 + NUMBERS.format("'|O'", 1), 460), "cannot be read"),
         (files.npz_bytes({"a": np.zeros(MAX_POLICY_BYTES // 8 + 1)}), "unpacks to"),
         (files.npz_bytes(SMALL.arrays())[:-40], "cannot be read"),
         (with_header("{'descr': ("), "cannot be read"),
@@ -135,7 +139,8 @@ def test_missing_policies_are_named(tmp_path: Path) -> None:
         (archive(("bias_0.npy", b""), comment=b"b"), "a comment"),
     ],
     ids=[
-        *("nothing", "no archive", "a pickle", "a bomb", "cut", "half a header", "another header"),
+        *("nothing", "no archive", "a pickle", "objects", "objects by another name", "records of objects"),
+        *("a long header", "a bomb", "cut", "half a header", "another header"),
         *("less data than stated", "a negative shape", "a program", "twice", "another member", "commented"),
         "a comment",
     ],

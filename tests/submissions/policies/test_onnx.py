@@ -1,7 +1,7 @@
 """A policy as an ONNX network: which files are refused and why, and how it acts."""
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -106,8 +106,9 @@ def broken(kind: int, **content: Any) -> bytes:
     return linear(constants=[tensor(np.eye(3, 2, dtype=np.float32), "weights"), odd])
 
 
-def doing(operator: str, domain: str = "") -> bytes:
-    return linear(nodes=[node(operator, ["observation"], ["action"], domain=domain)])
+def doing(operator: str, domain: str = "", inputs: int = 1, **attributes: Any) -> bytes:
+    nodes = [node(operator, ["observation"] * inputs, ["action"], domain=domain, **attributes)]
+    return linear(nodes=nodes, outputs=[named("action")])
 
 
 def given(*inputs: Any) -> bytes:
@@ -129,7 +130,7 @@ REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
         lambda: given(named("observation", "width")),
         "'observation' has a dynamic shape",
     ),
-    "fixed batch": (lambda: given(named("observation", batch=1)), "has no batch"),
+    "fixed batch": (lambda: given(named("observation", batch=20)), "must be 1 or symbolic; export it"),
     "unknown input": (lambda: given(named("observation"), named("clock")), "Unexpected input 'clock'"),
     "no next state": (lambda: given(named("observation"), named("state")), "'next_state' is missing"),
     "text": (lambda: given(TEXT), "another type"),
@@ -149,63 +150,70 @@ def test_what_a_network_may_not_contain_is_named(case: str) -> None:
         OnnxPolicy(data())
 
 
-def talking(axes: Sequence[int] | None, *, as_input: bool = False) -> bytes:
-    """A network whose actions are a maximum over these axes, or all, added to the observation."""
-    stated = {} if as_input or axes is None else {"axes": list(axes)}
-    names = ["observation", *(["axes"] if as_input else [])]
+def through_a_state() -> bytes:
+    """The action is what any episode saw a step before; the state holds it times a ten-thousandth."""
     return linear(
         nodes=[
-            node("ReduceSum" if as_input else "ReduceMax", names, ["most"], keepdims=1, **stated),
-            node("Add", ["observation", "most"], ["action"]),
+            node("Transpose", ["observation"], ["columns"], perm=[1, 0]),
+            node("ReduceMax", ["columns"], ["most"], keepdims=0, axes=[1]),
+            node("Mul", ["observation", "zero"], ["rows"]),
+            node("Mul", ["most", "small"], ["hidden"]),
+            node("Add", ["rows", "hidden"], ["next_state"]),
+            node("Mul", ["state", "large"], ["action"]),
         ],
-        outputs=[named("action")],
-        constants=[tensor(np.array(axes), "axes")] if as_input else [],
+        inputs=[named("observation"), named("state")],
+        outputs=[named("action"), named("next_state")],
+        constants=[
+            tensor(np.array(number, np.float32), name)
+            for name, number in {"zero": 0, "small": 1e-4, "large": 1e4}.items()
+        ],
     )
 
 
-@pytest.mark.parametrize("as_input", [False, True])
-def test_a_reduction_over_the_batch_is_refused_and_others_are_not(as_input: bool) -> None:
-    for axes in ([0], [1, 0]) if as_input else ([0], [0, 1], None):
-        assert "reduces axis 0, the batch" in error_of(talking(axes, as_input=as_input))
-    assert OnnxPolicy(talking([1], as_input=as_input)).act(np.ones((4, 3))).shape == (4, 3)
+def in_groups_of_ten() -> bytes:
+    nodes = [
+        node("Reshape", ["observation", "groups"], ["grouped"]),
+        node("ReduceMax", ["grouped"], ["most"], axes=[1]),
+        node("Add", ["grouped", "most"], ["sums"]),
+        node("Reshape", ["sums", "rows"], ["action"]),
+    ]
+    shapes = [tensor(np.array([-1, 10, 3]), "groups"), tensor(np.array([-1, 3]), "rows")]
+    return linear(nodes=nodes, outputs=[named("action")], constants=shapes)
+
+
+def by_a_maximum() -> bytes:
+    nodes = [
+        node("ReduceMax", ["observation"], ["most"], axes=[0]),
+        node("Add", ["observation", "most"], ["action"]),
+    ]
+    return linear(nodes=nodes, outputs=[named("action")])
+
+
+@pytest.mark.parametrize("data", [by_a_maximum, through_a_state])
+def test_what_an_episode_sees_changes_no_action_of_another_one(data: Callable[[], bytes]) -> None:
+    policies, seen = [OnnxPolicy(data()) for _ in range(2)], np.ones((20, 3))
+    other = seen + 5 * (np.arange(20) == 3)[:, None]
+    for _ in range(2):
+        actions, others = (policy.act(each) for policy, each in zip(policies, (seen, other), strict=True))
+    assert np.flatnonzero((actions != others).any(axis=1)).tolist() == [3]
 
 
 @pytest.mark.parametrize(
-    ("stated", "is_refused"),
+    ("data", "why"),
     [
-        ({"value": tensor(np.array([1]))}, False),
-        ({"value_ints": [1]}, False),
-        ({"value_int": 1}, False),
-        ({"value_ints": [0, 1]}, True),
-        ({}, True),
+        (in_groups_of_ten, "Reshape"),
+        (lambda: doing("Concat", inputs=2, axis=0), "cannot reshape array of size 6"),
     ],
+    ids=["it needs other rows", "it gives other rows"],
 )
-def test_axes_may_be_a_constant_of_any_kind(stated: dict[str, Any], is_refused: bool) -> None:
-    axes = node("Constant", [], ["axes"], **stated)
-    least = node("ReduceSum", ["observation", "axes"], ["action"], keepdims=1)
-    error = error_of(linear(nodes=[axes, least], outputs=[named("action", 1)], constants=[]))
-    assert ("reduces axis 0, the batch" in error) == is_refused
-    assert bool(error) == is_refused
+def test_a_network_that_fails_for_one_episode_is_named(data: Callable[[], bytes], why: str) -> None:
+    with pytest.raises(BenchError, match=f"The network failed: .*{why}"):
+        OnnxPolicy(data()).act(np.zeros((20, 3)))
 
 
-def with_constant(operator: str, name: str, values: Any) -> OnnxPolicy:
-    """The policy that applies an operator to the observation and a constant."""
-    nodes = [node(operator, ["observation", name], ["action"])]
-    return OnnxPolicy(
-        linear(nodes=nodes, outputs=[named("action")], constants=[tensor(np.array(values), name)])
-    )
-
-
-def test_a_network_whose_rows_see_each_other_in_another_way_is_refused() -> None:
-    policy = with_constant("CumSum", "axis", 0)
-    assert policy.act(np.zeros((4, 3))).tolist() == np.zeros((4, 3)).tolist()
-    with pytest.raises(BenchError, match="another one of the batch"):
-        policy.act(np.ones((4, 3)))
-
-
-def test_a_network_that_fails_is_named() -> None:
-    with pytest.raises(BenchError, match=r"The network failed: .*Reshape"):
-        with_constant("Reshape", "shape", [7, 7]).act(np.zeros((1, 3)))
+def test_a_file_may_state_a_batch_of_one() -> None:
+    data = linear(inputs=[named("observation", batch=1)], outputs=[named("action", 2, batch=1)])
+    assert OnnxPolicy(data).act(np.ones((4, 3))).tolist() == [[1, 1]] * 4
 
 
 def test_a_file_beyond_the_limit_is_not_parsed(monkeypatch: pytest.MonkeyPatch) -> None:

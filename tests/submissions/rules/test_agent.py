@@ -11,7 +11,7 @@ from gym_extensions.submissions.review import code_digest
 from ..examples import GROUP, TOML, Change, CopySubmission, Table, all_of, put
 
 ROOT = Path(__file__).parents[3]
-ALGORITHMS = sorted(ROOT.glob("baselines/*/baselines/algorithms/*.py"))
+ALGORITHMS = sorted(ROOT.glob("baselines/*/baselines/algorithms/[!_]*.py"))
 CODE = "agent/agent.py"
 HEADER = '\n[agent]\nentry = "agent.py:make"\npackages = {}\n'
 MAKE = "def make(observation_space, action_space, seed):\n    return None\n"
@@ -80,6 +80,14 @@ EXAMPLES: Table = {
         ("not stated", code(f"import torch\n{MAKE}"), LINE_1, "'torch'"),
         ("a simulator", code(f"from mujoco.x import y\n{MAKE}"), LINE_1, "mujoco"),
     ],
+    "hidden-import": [
+        ("a module", after_make("import importlib as x; x.import_module('numba')"), LINE_3, "import_module"),
+        ("its function", after_make("from importlib import import_module as x"), LINE_3, "import_module"),
+        ("a builtin", after_make("X = __import__('numba')"), LINE_3, "__import__"),
+        ("in another name", after_make("X = [__import__][0]"), LINE_3, "__import__"),
+        ("a text that runs", after_make("exec('import ' + 'numba')"), LINE_3, "exec"),
+        ("the builtins", after_make("import builtins"), LINE_3, "builtins"),
+    ],
     "bad-value": [
         ("packages in a text", code(MAKE, '"torch"'), f"{TOML}, [agent] packages", "'torch'"),
         ("packages in a number", code(MAKE, "3"), f"{TOML}, [agent] packages", "3"),
@@ -95,6 +103,7 @@ EXAMPLES: Table = {
         (f"import torch\nfrom stable_baselines3 import PPO\n{MAKE}", '["torch", "stable-baselines3"]'),
         ("from gym_extensions.baselines.algorithms.trpo import make\n", "[]"),
         ("class Agent: ...\nmake = Agent\n", "[]"),
+        (f"import re\n{MAKE}    return re.compile('x'), seed.eval()\n", "[]"),
         ("class Agent: ...\nmake: type = Agent\n", "[]"),
         ("if True:\n    other, make = 1, len\n", "[]"),
     ],

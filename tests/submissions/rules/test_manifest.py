@@ -91,7 +91,19 @@ EXAMPLES: Table = {
         ("a manifest alone", alone, "submission", "no group folder"),
         ("a table with logs", reported("henderson2017"), GROUP, "cannot contain", ("unknown-report",)),
     ],
-    "mixed-scripts": [("Cyrillic letters", title("ТRPО"), TITLE, "look alike")],
+    "script": [
+        ("Cyrillic letters", title("ТRPО"), TITLE, "of several scripts"),
+        ("a Hebrew letter", title("TRPס"), TITLE, "of several scripts"),
+        ("Lisu letters", title("ꓔꓣꓑꓳ"), TITLE, "of another script"),
+        ("one Lisu letter", title("TRPꓳ"), TITLE, "of another script"),
+        ("Cherokee letters", title("ᏚᎪᏟ"), TITLE, "of another script"),
+        (
+            "Coptic letters of an algorithm",
+            value('"formula"', '"ⲢⲢⲞ"'),
+            f"{TOML}, algorithm",
+            "of another script",
+        ),
+    ],
     "empty-title": [
         ("spaces", title("   "), TITLE, "no visible character"),
         ("no glyph", title("\u3164"), TITLE, "visible", ("control-character",)),
@@ -131,6 +143,17 @@ def test_a_byte_order_mark_before_the_manifest_is_read_over(good: CopySubmission
 
 
 LANGUAGES = ["強化学習とTRPO", "تعلّم", "می‌خواهم", "क्षत्रिय", "β-VAE", "Обучение с TRPO", "Việt", "🧗‍♀️ climb"]
+LANGUAGES += [
+    "佐々木コーチ",
+    "ハワイʻi",
+    "한국어 모델",
+    "שלום",
+    "ตัวแทน",
+    "தமிழ்",
+    "አማርኛ",
+    "ქართული",
+    "ℝ² ¹ªº № ™ µ",
+]
 
 
 @pytest.mark.parametrize("text", LANGUAGES)

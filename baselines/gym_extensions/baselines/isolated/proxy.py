@@ -1,6 +1,8 @@
 """The agent that the training loop sees when the real one is in a box."""
 
 from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from gym_extensions.baselines.agent import NEEDS, Array, Card, Context, VectorEn
 from gym_extensions.baselines.isolated import confine, frames
 from gym_extensions.baselines.isolated.box import Box
 from gym_extensions.baselines.training.environment import SPACES
+from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_bytes
 from gym_extensions.submissions import manifest, problem
@@ -30,7 +33,7 @@ class IsolatedAgent:
     Args:
         name: ``path/agent.py:factory``, ``folder:factory`` of a package, or an agent of this project. No file
             is imported here.
-        limits: of each box.
+        limits: of each box; in a job, also those of the job.
 
     Raises ``BenchError`` if there is no such file or agent.
     """
@@ -43,6 +46,12 @@ class IsolatedAgent:
             raise BenchError("unknown-agent", message, name, algorithms.NAME_A_FILE)
         self.written = f"{self.path.name}:{self.attribute}" if self.path else name  # in the commands of runs
         self.__name__ = algorithms.name_of(name)
+
+    def for_job(self, group: TaskGroup, steps: int) -> "IsolatedAgent":
+        """The same factory with at most the processor time of a job with this group and training steps."""
+        found, own = copy(self), confine.Limits.of([(group, steps)])
+        found.limits = replace(self.limits, cpu_seconds=min(self.limits.cpu_seconds, own.cpu_seconds))
+        return found
 
     def __call__(self, observation_space: gym.Space[Any], action_space: gym.Space[Any], seed: int) -> "Proxy":
         box = Box(self.__name__, self.path, self.limits)

@@ -17,6 +17,7 @@ from gym_extensions.metrics.values import Estimate
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.submission.stages import task_name
 from gym_extensions.submissions.problem import count
+from gym_extensions.submissions.review import TRAINED_HERE
 
 if TYPE_CHECKING:
     from gym_extensions.scoring.ranking.boards import Comparison
@@ -90,7 +91,7 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
     hint = ""
     if chosen or len(card.groups) == 1:
         for name, protocols in card.groups.items():
-            for protocol, score in protocols.items():
+            for protocol, score in (*card.beside.get(name, {}).items(), *protocols.items()):
                 _group(out, name, protocol, score)
     else:
         _overview(out, card)
@@ -120,6 +121,7 @@ def show_line(out: Console, card: scorecard.Scorecard) -> None:
 def _core(out: Console, core: scorecard.CoreScore) -> None:
     """The core score: means over the groups of the core, or why there are none."""
     runs = f", runs 0 to {core.look - 1} of every group" if core.look else ""
+    runs += f", {TRAINED_HERE}" if core.trained_here else ""
     out.print()
     out.print(Text.assemble(("core", "bold"), runs))
     if any(value.mean is not None for value in core.metrics.values()):
@@ -129,6 +131,8 @@ def _core(out: Console, core: scorecard.CoreScore) -> None:
         out.print(table)
     if core.why:
         out.print(core.why)
+    for note in core.notes:
+        out.print(f"note: {note.partition(': ')[2]}")
 
 
 def _group(out: Console, name: str, protocol: str, score: scorecard.GroupScore) -> None:

@@ -231,7 +231,7 @@ class CorePair:
     high: Annotated[float, about("upper end of the interval, adjusted for all pairs and looks")]
     p_value: Annotated[float, about("adjusted for all pairs (Holm) and looks; at most .05 if separated")]
     verdict: Annotated[Verdict, about("`separated`, `equivalent` (interval inside the margin), or `open`")]
-    exploratory: Annotated[bool, about("whether runs had been seen before the test was chosen: in edition 1")]
+    exploratory: Annotated[bool, about("all in edition 1; later, whether the plan does not name the pair")]
     next_look: Annotated[int | None, about("the look that may decide it; null if decided or after the last")]
 
 
@@ -240,7 +240,7 @@ class CoreBoard:
     """One row per method, over all groups of the core, in two lists, and every pair of ranked methods."""
 
     suite: Annotated[str, about("name of the list of groups, with its version")]
-    edition: Annotated[int, about("of the comparisons; those of 1 are exploratory")]
+    edition: Annotated[int, about("of the comparisons: 1 of verified runs, 2 of runs that were trained here")]
     groups: Annotated[tuple[str, ...], about("group ids")]
     budget: Annotated[str, about("name of the budget")]
     looks: Annotated[tuple[int, ...], about("numbers of runs at which submissions are compared")]

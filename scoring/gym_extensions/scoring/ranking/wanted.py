@@ -12,6 +12,7 @@ from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import LOOK_LEVELS, core_logs
+from gym_extensions.submissions.review import TRAINED_HERE
 
 NORMAL = NormalDist()
 
@@ -28,6 +29,7 @@ class Wanted:
         runs: their numbers by group.
         decides: about how many open comparisons they would separate; None for a submission without a rank.
         hours: processor time of all, by what a step of its other runs took; None if that is not known.
+        trained_here: whether only maintainers can train them: others would not be compared.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Wanted:
     runs: dict[str, list[int]]
     decides: float | None
     hours: float | None
+    trained_here: bool
 
     @property
     def count(self) -> int:
@@ -51,6 +54,9 @@ class Wanted:
     def commands(self, folder: str = "") -> list[str]:
         """What trains them into the submission's folder: a command for each set of numbers."""
         out, by_numbers = folder or str(PurePosixPath("submissions", self.name)), dict[str, list[str]]()
+        if self.trained_here:
+            words = ["gym-extensions", "maintain", "train-here", out, "--runs", str(self.look)]
+            return [shlex.join(words)]
         for name, runs in self.runs.items():
             is_range = runs == list(range(runs[0], runs[-1] + 1)) and len(runs) > 2
             numbers = f"{runs[0]}-{runs[-1]}" if is_range else ",".join(map(str, runs))
@@ -64,29 +70,31 @@ class Wanted:
 
 
 def wanted(cards: Sequence[Scorecard], board: CoreBoard | None, agents: Collection[str]) -> list[Wanted]:
-    """What the submissions of this project's agents, given by name, need for their next look.
+    """What submissions of this project's agents, given by name, or trained here, need for their next look.
 
-    First what decides most open comparisons per hour of processor time, then submissions without a rank.
+    First what decides most open comparisons per hour of processor time, then submissions without a rank. In
+    the second edition, all are trained here.
     """
     by_name, found = {card.name: card for card in cards}, []
     for row in board.rows if board else ():
-        manifest, runs = by_name[row.name].manifest, _missing(row, by_name[row.name], agents)
-        if board and manifest and row.next_look and runs:
+        card = by_name[row.name]
+        is_here = any(log.level == TRAINED_HERE for log in core_logs(card).values())
+        manifest, runs = card.manifest, _missing(row, card, agents, is_here)
+        if board and manifest and row.next_look and runs and (is_here or board.edition == 1):
             protocol, decides = manifest.protocol, decided_by(row, board) if row.ranked else None
-            hours = _hours(by_name[row.name], runs)
-            facts = (protocol.algorithm, protocol.budget, row.next_look, runs, decides, hours)
-            found.append(Wanted(row.name, *facts))
+            facts = (protocol.algorithm, protocol.budget, row.next_look, runs, decides, _hours(card, runs))
+            found.append(Wanted(row.name, *facts, is_here))
     return sorted(found, key=lambda each: (each.decides is None, -each.rate, each.name))
 
 
-def _missing(row: CoreRow, card: Scorecard, agents: Collection[str]) -> dict[str, list[int]]:
+def _missing(row: CoreRow, card: Scorecard, agents: Collection[str], is_here: bool) -> dict[str, list[int]]:
     """The sequential runs by group that a submission lacks; none if none can be donated or compared.
 
     A run after a gap is not scored, and counts as lacking; the command skips it.
     """
     protocol = card.manifest.protocol if card.manifest else None
     is_own = protocol is not None and card.steps_counted and protocol.algorithm in agents
-    if not is_own or not (row.ranked or row.look == 0):
+    if not (is_own or is_here) or not (row.ranked or row.look == 0):
         return {}
     logs, needed = core_logs(card), set(range(row.next_look or 0))
     lacking = {each: needed - set(logs[each].runs if each in logs else ()) for each in CORES[CORE]}

@@ -69,10 +69,11 @@ def score(
                     sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
                 )
         if of_code:
-            trained = trained_logs(of_code, references)
-            for name, log in trained.items():  # where the author has no runs that count
+            made = trained_logs(of_code, references)
+            trained = {name: logs["sequential"] for name, logs in made.items() if "sequential" in logs}
+            for name, logs in made.items():  # where the author has no runs that count
                 own = groups.get(name, {}) if BUDGETS[budget].on_boards else {}
-                groups[name] = {"sequential": log} | own
+                groups[name] = logs | own
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=None if only else level)
     runs_documented = submission.documents.values()
@@ -126,27 +127,28 @@ def manifest_summary(submission: submissions.Submission) -> scorecard.ManifestSu
     return filled(scorecard.ManifestSummary, manifest, memory=memory)
 
 
-def trained_logs(trained: submissions.Trained, references: References) -> dict[str, scorecard.GroupScore]:
-    """The scores of the runs that the project trained, by group id. Failed ones count as the floor."""
-    runs, found = trained.runs, dict[str, scorecard.GroupScore]()
+def trained_logs(
+    trained: submissions.Trained, references: References
+) -> dict[str, dict[str, scorecard.GroupScore]]:
+    """The scores of the runs that the project trained, by group id and protocol. Failed ones count as the
+    floor."""
+    runs, found = trained.runs, dict[str, dict[str, scorecard.GroupScore]]()
     if runs.manifest is None or runs.problems:
         return found
     budget = runs.manifest.protocol.budget
     for name, each in runs.groups.items():
         submitted = submissions.scored_group(each)
-        if not submitted.logs.get("sequential"):
-            continue
-        is_recorded = submitted.digests("sequential").items() <= trained.training.runs.items()
-        found[name] = score_group(
-            *(normalization.group_returns(submitted, budget), references, "sequential", budget),
-            level=TRAINED_HERE if is_recorded else CLAIMED,
-            why="" if is_recorded else "The record of its training has other runs.",
-            provenance=[
-                scorecard.RunProvenance.of(submitted.runs["sequential"][run])
-                for run in submitted.logs["sequential"].runs
-            ],
-            sketches=run_sketches(submitted, "sequential"),
-        )
+        returns = normalization.group_returns(submitted, budget)
+        for protocol, numbers in returns.runs.items():
+            is_recorded = submitted.digests(protocol).items() <= trained.training.runs.items()
+            documents = [submitted.runs[protocol][run] for run in numbers]
+            found.setdefault(name, {})[protocol] = score_group(
+                *(returns, references, protocol, budget),
+                level=TRAINED_HERE if is_recorded else CLAIMED,
+                why="" if is_recorded else "The record of its training has other runs.",
+                provenance=list(map(scorecard.RunProvenance.of, documents)),
+                sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
+            )
     return found
 
 
@@ -156,7 +158,11 @@ def completed(card: scorecard.Scorecard) -> scorecard.Scorecard:
         name: {protocol: with_stages(each, protocol, of.get("single")) for protocol, each in of.items()}
         for name, of in card.groups.items()
     }
-    card = replace(card, groups=groups)
+    trained = {
+        name: with_stages(each, "sequential", groups[name].get("single"))
+        for name, each in card.trained.items()
+    }
+    card = replace(card, groups=groups, trained=trained)
     card = replace(card, core=core_score(card))
     return replace(card, cost=run_cost(card))
 
@@ -223,7 +229,7 @@ def metric_values(
     values: dict[str, MetricValue] = {}
     for metric in METRICS[protocol]:
         if lacking := [NEEDS[name] for name in metric.needs if name in NEEDS and name not in present]:
-            value = MetricValue(why=f"It needs {' and '.join(lacking)}, which this submission lacks.")
+            value = MetricValue(why=f"It needs {' and '.join(lacking)}: there are none with these runs.")
         elif metric is JOINT_GAP:
             joint = over_runs(FINAL, normalization.normalized_runs(results, references, "joint"), experts)
             value = joint_gap(values[FINAL.name], joint, experts)

@@ -127,15 +127,21 @@ def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[s
     return {name: log for name, log in logs.items() if log is not None and log.runs}
 
 
+def own_logs(card: scorecard.Scorecard) -> dict[str, scorecard.GroupScore]:
+    """The scores of the author's own sequential runs on the groups of the core, by group id, in its order."""
+    logs = {name: card.groups.get(name, {}).get("sequential") for name in CORES[CORE]}
+    return {name: log for name, log in logs.items() if log is not None and log.level != TRAINED_HERE}
+
+
 def claim(card: scorecard.Scorecard) -> scorecard.Claim | None:
     """The author's own runs on the core against those that were trained here, if there are both."""
-    own = [card.groups.get(name, {}).get("sequential") for name in CORES[CORE]]
-    if not is_trained_here(card) or any(log is None or log.level == TRAINED_HERE for log in own):
+    own = own_logs(card)
+    if not is_trained_here(card) or len(own) < len(CORES[CORE]):
         return None
     pairs = []
-    for log, trained in zip(own, core_logs(card).values(), strict=True):
-        first, second = (each.metrics[FINAL.name].runs if each else () for each in (log, trained))
-        if min(len(first), len(second)) < 2 or (log and log.budget != trained.budget):
+    for log, trained in zip(own.values(), core_logs(card).values(), strict=True):
+        first, second = (each.metrics[FINAL.name].runs for each in (log, trained))
+        if min(len(first), len(second)) < 2 or log.budget != trained.budget:
             return None
         pairs.append((first, second))
     return claim_of(pairs)
@@ -292,8 +298,9 @@ def _notes(
         yield f"claim: The author's own runs {says}."
     if card.training and card.training.attempts > 1:
         yield f"attempts: {card.training.attempts} versions of its code were trained; this is the last."
-    if card.training and card.training.failed:
-        yield f"failed-runs: {len(card.training.failed)} runs failed and count as the floor."
+    failed = [key for key in card.training.failed if "/sequential/" in key] if card.training else []
+    if failed:
+        yield f"failed-runs: {len(failed)} runs failed and count as the floor."
 
 
 def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.lib.format import magic, read_array_header_1_0
 
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import stages
@@ -25,6 +26,10 @@ NPZ_ERRORS = (
     *(TypeError, tokenize.TokenError, zipfile.BadZipFile, zlib.error),
 )
 """What numpy and zipfile raise for a file that is not an .npz file."""
+MAGIC = magic(1, 0)
+"""What an array begins with whose header has at most 65,535 bytes. numpy writes others for records alone."""
+HEAD = 256
+"""Bytes of a member that have its header: numpy writes one of 128 for arrays of numbers."""
 SKETCH = 128
 """Numbers of a sketch of parameters: that of independent ones correlates by 0 ± .09."""
 UNTRAINED = "stage0"
@@ -89,8 +94,8 @@ def npz_bytes(arrays: Arrays) -> bytes:
 def npz_error(data: bytes) -> str:
     """What is wrong with a file as an .npz file, from its directory and the beginnings of its members.
 
-    Nothing is unpacked but 128 bytes of each member, so that also the process that scores may ask. A member
-    twice would be two arrays of one name, of which another reader may take the other.
+    Nothing is unpacked but the first ``HEAD`` bytes of each member, so that also the process that scores may
+    ask. A member twice would be two arrays of one name, of which another reader may take the other.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -103,12 +108,13 @@ def npz_error(data: bytes) -> str:
         for info in members:
             lengths = struct.unpack_from("<HH", data, info.header_offset + 26)
             start = info.header_offset + 30 + sum(lengths)
-            head = data[start : start + 256]
+            head = data[start : start + HEAD]
             if info.compress_type == zipfile.ZIP_DEFLATED:
-                head = zlib.decompressobj(-zlib.MAX_WBITS).decompress(head, 128)
-            if not (info.filename.endswith(".npy") and head.startswith(np.lib.format.MAGIC_PREFIX)):
-                return f"its member {info.filename[:80]!r} is no array"
-            if b"'|O'" in head[:128]:
+                head = zlib.decompressobj(-zlib.MAX_WBITS).decompress(head, HEAD)
+            if not (info.filename.endswith(".npy") and head.startswith(MAGIC)):
+                return f"its member {info.filename[:80]!r} is no array of format 1.0"
+            _, _, dtype = read_array_header_1_0(io.BytesIO(head[len(MAGIC) :]))
+            if dtype.hasobject:
                 return f"its member {info.filename[:80]!r} is a pickle"
     except (*NPZ_ERRORS, struct.error) as error:
         return str(error)

@@ -24,8 +24,6 @@ RUNTIME = "onnxruntime"
 MISSING = "missing-extra"
 """The code of the error if a package is not installed, which says nothing about the policy."""
 HINT = "docs/policies.md says what a network may contain."
-ROWS = 1e-3
-"""Tolerance, absolute and relative, within which a batch has the outputs of its halves."""
 MAX_STEP_SECONDS = 5.0
 """Longest time for the actions of one step."""
 FAILURES: tuple[type[Exception], ...] = (RuntimeError, ValueError, MemoryError)
@@ -160,29 +158,6 @@ def _value_errors(main: Any) -> Iterator[str]:
             unreadable.append(tensor.name)
     for name in unreadable[:3]:
         yield f"The tensor {quote(name)} cannot be read as numbers of its type and shape."
-    for node in [] if unreadable else list(_reductions_of_rows(main))[:3]:
-        what = f"{node.op_type} reduces axis 0, the batch, whose rows are other episodes."
-        yield f"{what} State other, constant axes."
-
-
-def _reductions_of_rows(main: Any) -> Iterator[Any]:
-    """The reductions over axis 0, the batch: of it, of all axes, or of axes that are not constant."""
-    to_array, constants = required("onnx").numpy_helper.to_array, dict[str, Any]()
-    for graph in _graphs(main):
-        constants |= {tensor.name: tensor for tensor in graph.initializer}
-        for each in graph.node:
-            if each.op_type == "Constant" and len(each.attribute) == len(each.output) == 1:
-                stated = each.attribute[0]
-                whole = stated.t if stated.HasField("t") else []
-                kinds = {"value": whole, "value_ints": stated.ints, "value_int": [stated.i]}
-                constants[each.output[0]] = kinds.get(stated.name, [])
-    for node in (node for graph in _graphs(main) for node in graph.node if node.op_type.startswith("Reduce")):
-        axes = [axis for attribute in node.attribute if attribute.name == "axes" for axis in attribute.ints]
-        if len(node.input) > 1 and node.input[1] in constants:
-            value = constants[node.input[1]]
-            axes = to_array(value).ravel().tolist() if hasattr(value, "dims") else list(value)
-        if not axes or 0 in axes:
-            yield node
 
 
 def _graphs(graph: Any) -> Iterator[Any]:
@@ -208,8 +183,8 @@ def _tensor(value: Any) -> Tensor | str:
     if kind.elem_type not in DTYPES:
         return "is of another type than the allowed ones."
     dims = list(kind.shape.dim)
-    if not dims or dims[0].HasField("dim_value"):
-        return "has no batch: its first dimension must be symbolic, because 20 episodes run at once."
+    if not dims or (dims[0].HasField("dim_value") and dims[0].dim_value != 1):
+        return "has no batch of one: its first dimension must be 1 or symbolic; export it with such a batch."
     if not all(dim.HasField("dim_value") and dim.dim_value > 0 for dim in dims[1:]):
         return "has a dynamic shape: all dimensions but the first must be fixed."
     return Tensor(DTYPES[kind.elem_type], tuple(dim.dim_value for dim in dims[1:]))
@@ -243,7 +218,8 @@ def _signature_errors(network: Network) -> Iterator[str]:
 class OnnxPolicy:
     """A policy of any architecture as an ONNX network, which onnxruntime runs on one core.
 
-    Inputs and outputs, where k is the batch:
+    It acts for each observation of a batch by itself, so that episodes cannot see each other. Inputs and
+    outputs, where k is 1 or symbolic:
 
     * ``observation`` (k, …): float32, float64 or uint8.
     * ``action`` (k, a), an output: float32 or float64, not clipped to the action space.
@@ -322,8 +298,8 @@ class OnnxPolicy:
         task in the group, for policies that read them.
 
         Raises:
-            BenchError: the observations have another size, the network fails, its rows depend on each other,
-                a step takes longer than ``MAX_STEP_SECONDS``, or onnxruntime is not installed.
+            BenchError: the observations have another size, the network fails, a step takes longer
+                than ``MAX_STEP_SECONDS``, or onnxruntime is not installed.
         """
         values = np.asarray(observations)
         if values.ndim == len(self.network.inputs["observation"].shape):
@@ -347,12 +323,6 @@ class OnnxPolicy:
                     message = f"There are {size} observations; the states are of {len(feeds[name])}."
                     raise BenchError("bad-observations", message, "act()", "Call reset() before.")
         outputs = dict(zip(self.network.outputs, self.run(feeds), strict=True))
-        for half in (slice(0, size // 2), slice(size // 2, size)) if size > 1 else ():
-            parts = self.run({name: values[half] for name, values in feeds.items()})
-            pairs = zip(outputs.values(), parts, strict=True)
-            if not all(np.allclose(whole[half], part, ROWS, ROWS, equal_nan=True) for whole, part in pairs):
-                message = "An observation changes the action for another one of the batch."
-                raise BenchError("batch-dependent", message, "act()", HINT)
         if outputs["action"].shape != (size, self.num_actions):
             message = f"The actions have the shape {outputs['action'].shape} for {size} observations."
             raise BenchError("onnx-failed", message, "act()", HINT)
@@ -360,7 +330,9 @@ class OnnxPolicy:
         return outputs["action"]
 
     def run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
-        """The outputs for these inputs, in the order of the network; :meth:`act` calls it."""
+        """The outputs for inputs (k, …), in the order of the network: those of each row by itself."""
+        size = len(next(iter(feeds.values())))
+        outputs = [np.empty((size, *each.shape), each.dtype) for each in self.network.outputs.values()]
         runtime = required(RUNTIME)
         # The exceptions of onnxruntime have no common base.
         own = vars(runtime.capi.onnxruntime_pybind11_state).values()
@@ -373,7 +345,11 @@ class OnnxPolicy:
             if self._session is None:
                 self._session = _session(runtime, self._data)
             timer.start()
-            results: Sequence[Array] = self._session.run(list(self.network.outputs), feeds, options)
+            for row in range(size):
+                one = {name: values[row : row + 1] for name, values in feeds.items()}
+                results = self._session.run(list(self.network.outputs), one, options)
+                for output, result in zip(outputs, results, strict=True):
+                    output[row] = result.reshape(output.shape[1:])
         except failures + FAILURES as error:
             if options.terminate:
                 message = f"A step took more than {MAX_STEP_SECONDS:g} seconds."
@@ -382,7 +358,7 @@ class OnnxPolicy:
             raise BenchError("onnx-failed", f"The network failed: {reason}.", "act()", HINT) from error
         finally:
             timer.cancel()
-        return results
+        return outputs
 
 
 def _session(runtime: Any, data: bytes) -> Any:

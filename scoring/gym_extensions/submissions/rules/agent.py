@@ -28,6 +28,13 @@ MAX_BYTES, MAX_LINE = 100_000, 150
 MAX_NUMBERS, MAX_DIGITS = 300, 30
 MAX_STRING, MAX_STRINGS = 200, 10_000
 """Largest text; numbers and characters of one; characters of a string, and of all strings together."""
+BY_TEXT = frozenset(
+    [
+        *("__import__", "import_module", "exec_module", "load_module", "run_module", "run_path"),
+        *("exec", "eval", "builtins", "__builtins__"),
+    ]
+)
+"""What imports, or runs, what a text says."""
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 REFUSED = (SyntaxError, ValueError, RecursionError, MemoryError)
 """What Python raises for a text that it does not compile."""
@@ -169,3 +176,21 @@ def foreign_package(sources: Sources, stated: Stated) -> Iterator[Finding]:
                     message = f"It imports {quote(top)}, which [agent] does not state."
                     hint = f"State it in packages, if it is one of {', '.join(BOX_PACKAGES)}."
                     yield Finding(f"{path}, line {node.lineno}", message, hint)
+
+
+@rule("agent")
+def hidden_import(sources: Sources, stated: Stated) -> Iterator[Finding]:
+    """The code imports by statements alone: it names no ``import_module``, ``__import__`` or the like, nor
+    ``exec`` and ``eval``, which run a text. (Methods of these two names are free.)"""
+    for path, tree in parsed(sources).items():
+        for node in ast.walk(tree):
+            match node:
+                case ast.Name(id=name) | ast.alias(name=name):
+                    is_used = name in BY_TEXT
+                case ast.Attribute(attr=name):
+                    is_used = name in BY_TEXT - {"exec", "eval"}
+                case _:
+                    continue
+            if is_used:
+                message = f"It names {quote(name)}, which imports or runs what a text says."
+                yield Finding(f"{path}, line {node.lineno}", message, "Write an import statement.")

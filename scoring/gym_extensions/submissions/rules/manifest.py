@@ -20,14 +20,23 @@ JOINERS = frozenset("\u200c\u200d")
 """Format characters that Persian, Hindi and emoji need."""
 BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")
 """Letters and marks without a glyph, with which one text can look like another."""
-ALPHABETS = frozenset(("LATIN", "CYRILLIC", "GREEK", "ARMENIAN", "CHEROKEE", "COPTIC"))
-"""Scripts with letters that look like those of another one."""
+SCRIPTS = (
+    *("LATIN", "CYRILLIC", "GREEK", "ARMENIAN", "GEORGIAN", "HEBREW", "ARABIC", "THAANA", "ETHIOPIC"),
+    *("DEVANAGARI", "BENGALI", "GURMUKHI", "GUJARATI", "ORIYA", "TAMIL", "TELUGU", "KANNADA", "MALAYALAM"),
+    *("SINHALA", "THAI", "LAO", "TIBETAN", "MYANMAR", "KHMER", "MONGOLIAN"),
+)
+"""Scripts of which a word may have one, as Unicode's names of letters begin. Some others, such as Lisu and
+Cherokee, have letters that look like Latin ones."""
+BESIDE = frozenset(
+    ("CJK", "IDEOGRAPHIC", "HIRAGANA", "KATAKANA", "KATAKANA-HIRAGANA", "BOPOMOFO", "HANGUL", "MODIFIER")
+)
+"""Beginnings of the names of letters that may stand in a word with any of them."""
 LOOKALIKES = str.maketrans(
     "АВЕЅІЈКМНОРСТУХаеѕіјорсухһԁԛԝΑΒΕΖΗΙΚΜΝΟΡΤΥΧαονριυχօսհոցı",
     "ABESIJKMHOPCTYXaesijopcyxhdqwABEZHIKMNOPTYXaovpiuxouhngi",
 )
-"""Letters that look like those of ASCII: of Unicode's table of confusables
-(https://www.unicode.org/reports/tr39/#Confusable_Detection) those of European scripts."""
+"""Some letters that look like those of ASCII, from Unicode's table of confusables
+(https://www.unicode.org/reports/tr39/#Confusable_Detection)."""
 MAX_MARKS = 5
 """Most combining marks in a row: more leave the line and cover other texts."""
 MULTILINE = ("description", HYPERPARAMETERS)
@@ -242,18 +251,22 @@ def skeleton(text: str) -> str:
 
 
 @rule("manifest")
-def mixed_scripts(folder: Folder, tables: Tables) -> Iterator[Finding]:
-    """No word of the title, of an author or of the algorithm mixes the letters of scripts that look alike,
-    such as Latin and Cyrillic. (A Greek symbol is a word of its own: β-VAE.)"""
+def script(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """Each word of the title, of an author and of the algorithm has letters of one script that is widely
+    used, such as Latin, Cyrillic or Thai; Chinese, Japanese and Korean letters may stand beside them. (A
+    Greek symbol is a word of its own: β-VAE.)"""
     shown = {name: tables.get(name) for name in ("title", "authors")}
     protocol = tables.get("protocol")
     shown |= {"algorithm": protocol.get("algorithm") if isinstance(protocol, dict) else None}
     for where, value, _ in _strings(shown, MANIFEST):
         text = unicodedata.normalize("NFKC", value)
         for word in "".join(char if char.isalpha() else " " for char in text).split():
-            scripts = {unicodedata.name(char, "").split(" ")[0] for char in word}
-            if len(scripts & ALPHABETS) > 1:
-                message = f"{quote(word)} has letters that look alike, of several scripts."
+            scripts = {unicodedata.name(char, "").split(" ")[0] for char in word} - BESIDE
+            if not scripts.issubset(SCRIPTS):
+                hint = f"Write it in letters of {', '.join(SCRIPTS).title()}, Chinese, Japanese or Korean."
+                yield Finding(where, f"{quote(word)} has letters of another script.", hint)
+            elif len(scripts) > 1:
+                message = f"{quote(word)} has letters of several scripts, which may look alike."
                 yield Finding(where, message, "Write each word in letters of one script.")
 
 

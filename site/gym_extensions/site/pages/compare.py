@@ -7,6 +7,7 @@ from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.scoring.ranking.group_board import MAX_PAIRED, pairs_across
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import board_views, paths, text
+from gym_extensions.site.pages.core import EXPLORATORY
 from gym_extensions.site.pages.page import File, Render
 
 
@@ -44,9 +45,10 @@ def index(site: board_views.Leaderboard, render: Render) -> str:
         for board, *others in contests(site.boards)
     ]
     board = site.scored.core
+    remark = EXPLORATORY[board.edition] if board else ""
     pairs = {
         metric: [
-            [p.first, p.second, p.mean, p.low, p.high, p.p_value, p.verdict, p.look, p.exploratory]
+            [p.first, p.second, p.mean, p.low, p.high, p.p_value, p.verdict, p.look, p.exploratory and remark]
             for p in found
         ]
         for metric, found in (board.pairs if board else {}).items()

@@ -19,6 +19,8 @@ EDITIONS = {
     "nobody knew before.",
 }
 """What the core ranks, by edition."""
+EXPLORATORY = {1: "preliminary", 2: "exploratory"}
+"""What a significant difference is called that no plan named before its runs existed, by edition."""
 FIRST = 20
 """Methods in a figure."""
 MOST_ROWS = 200

@@ -56,7 +56,8 @@ COLUMNS = {
     "tuning": ("Tuning", "Training steps spent on choosing the settings."),
     "level": (
         "Level",
-        "Verified: its policies ran again on seeds that nobody knew before. Claimed: not yet.",
+        "Trained here: by the project, on seeds that nobody knew before. Verified: its policies ran again on "
+        "such seeds. Claimed: not yet.",
     ),
 }
 """Name and definition of the columns of the table, in which a column for each group stands in one's place."""
@@ -175,7 +176,9 @@ class Overview:
             "every other" if is_clear else f"{len(won)} of {len(others)} others",
             f", alone first in {alone} of {count(len(found), 'group')}" if found else "",
             " to ".join(map(str, dict.fromkeys((looks[0], looks[-1])))),
-            PRELIMINARY if any(pair.exploratory for pair in won) else ".",
+            EXPLORATORY.format(core.EXPLORATORY[self.board.edition])
+            if any(pair.exploratory for pair in won)
+            else ".",
         )
 
     def limits(self) -> dict[str, Any]:
@@ -228,7 +231,7 @@ class Overview:
 
 
 NAME = Markup("<strong><bdi>{}</bdi></strong>")
-PRELIMINARY = Markup('; <a href="metrics.html#core">preliminary</a>.')
+EXPLORATORY = Markup('; <a href="metrics.html#core">{}</a>.')
 ALONE = "{} is the only method with all runs of the core suite so far; it keeps {}."
 FALLS = "Trained task after task, {} falls from {} to {} (expert: 1). "
 LEADS = "{}, {}: significantly more than {}{}. {} runs{}"

@@ -13,6 +13,7 @@ from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import watches
 from gym_extensions.site.text import ends, mean, split_version
+from gym_extensions.submissions.layout import TRAINED
 from gym_extensions.submissions.poses import load_submission
 from gym_extensions.submissions.review import TRAINED_HERE
 
@@ -115,7 +116,7 @@ def commands(card: Scorecard) -> str:
             "# repeat the logged episodes with the published policies, and run these on new seeds",
             f"gym-extensions verify {shlex.quote(folder)}",
         ]
-    results = [result for result in submission_results.results_of(card.groups) if result.detail.provenance]
+    results = [result for result in submission_results.on_groups(card) if result.detail.provenance]
     for result in results[:1]:
         made = result.detail.provenance[0]
         where = f", in {folder}/agent" if result.detail.level == TRAINED_HERE else ""
@@ -126,10 +127,12 @@ def commands(card: Scorecard) -> str:
     )
     if sequential and sequential.detail.provenance[0].policies:
         group = split_version(sequential.group)[0]
+        trained = card.training if sequential.is_beside else None
+        runs = f"{folder}/{TRAINED}/{trained.attempts}" if trained else folder
         lines += [
             "# a policy, in Python: of a run, after any stage",
             "from gym_extensions import policies",
-            f"policy = policies.load({folder!r}, {group!r}, run={sequential.runs[0]}, "
+            f"policy = policies.load({runs!r}, {group!r}, run={sequential.runs[0]}, "
             f"stage={len(sequential.tasks)})",
         ]
     lines += [

@@ -14,12 +14,12 @@ const fixed = (value, digits = 2) => {
 const range = (low, high) => `${fixed(low)} to ${fixed(high)}`;
 const pText = (p) => (p === null ? "\u2013" : p < 0.001 ? "< 0.001" : fixed(p, p >= 0.0495 && p < 0.0505 ? 4 : 3));
 
-/* first − second on the core, in one sentence; [a, b, mean, low, high, p, verdict, runs, preliminary] per pair. */
+/* first − second on the core, in one sentence; [a, b, mean, low, high, p, verdict, runs, remark or false] per pair. */
 function verdict(pairs, first, second) {
   const found = (pairs || []).find(([a, b]) => (a === first && b === second) || (a === second && b === first));
   if (!found) return null;
   const sign = found[0] === first ? 1 : -1, [low, high] = sign > 0 ? [found[3], found[4]] : [-found[4], -found[3]];
-  return { mean: sign * found[2], low, high, p: found[5], verdict: found[6], runs: found[7], preliminary: found[8] };
+  return { mean: sign * found[2], low, high, p: found[5], verdict: found[6], runs: found[7], remark: found[8] };
 }
 
 /* first − second of a column of a board: [mean, low, high]; null where the scorer has none. */
@@ -48,7 +48,7 @@ function answer(first, second, boards) {
     ["forgetting", "forgets more", "forgets less", "forgetting"]]) {
     const found = verdict(index.core[metric], first, second);
     if (!found) continue;
-    const words = `${found.verdict === "separated" && found.preliminary ? "preliminary " : ""}${VERDICTS[found.verdict] ?? found.verdict}`;
+    const words = `${found.verdict === "separated" && found.remark ? `${found.remark} ` : ""}${VERDICTS[found.verdict] ?? found.verdict}`;
     const is = found.verdict === "separated" ? `${found.mean > 0 ? more : less} than ${title(second)}, a ${words} in `
       : `and ${title(second)}: ${words} in `;
     list.append(make("p", {}, make("strong", {}, title(first)), ` ${is}`, link(what, `metrics.html#${metric}`),

@@ -26,11 +26,24 @@ const NAMES = ["activation", "output_activation", "squash", "head", "observation
 const FORMAT = 1;
 const latin = (bytes) => String.fromCharCode(...bytes);
 
-// An array of numpy, {shape, values}.
+const HEADER = /^\{'descr': '([^']*)', 'fortran_order': (True|False), 'shape': \(([^)]*)\), \}\s*$/;
+
+// An array of numpy, {shape, values}, with the values in the order of C. Throws if numpy did not write its header.
 function readArray(buffer) {
-  const size = new DataView(buffer).getUint16(8, true), head = latin(new Uint8Array(buffer, 10, size));
-  const [, type] = head.match(/'descr': '([^']*)'/), [, shape] = head.match(/'shape': \(([^)]*)\)/);
-  return { shape: shape.split(",").filter((n) => n.trim()).map(Number), values: new TYPES[type](buffer, 10 + size) };
+  const size = new DataView(buffer).getUint16(8, true);
+  const [, type, isFortran, axes] = latin(new Uint8Array(buffer, 10, size)).match(HEADER);
+  const shape = axes.split(",").filter((n) => n.trim()).map(Number), values = new TYPES[type](buffer, 10 + size);
+  return { shape, values: isFortran === "True" ? inOrderOfC(values, shape) : values };
+}
+
+// Values in Fortran's order, in which the first index changes fastest.
+function inOrderOfC(values, shape) {
+  const strides = shape.map((_, axis) => shape.slice(0, axis).reduce((a, b) => a * b, 1));
+  return values.map((_, at) => {
+    let from = 0;
+    for (let axis = shape.length - 1; axis >= 0; at = Math.floor(at / shape[axis]), axis--) from += (at % shape[axis]) * strides[axis];
+    return values[from];
+  });
 }
 
 // The arrays of an .npz file by name: a ZIP archive without a comment, whose directory is at its end.

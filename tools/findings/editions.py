@@ -1,0 +1,161 @@
+"""The two editions of the core: what the first one stated, and whose runs the page reads.
+
+``docs/findings/first-edition.json`` has the statements of the first edition, so that its runs may leave the
+tree. It is written with the page until a run of the core was trained here, and only read from then on.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+
+from gym_extensions.files import write_text
+from gym_extensions.scoring.ranking.boards import CoreBoard
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.suites import core_logs, suite_scores
+from tools.findings.claims import Gain
+from tools.findings.tables import (
+    CORE,
+    FINAL,
+    FINE_TUNING,
+    LEARNED,
+    LOST,
+    VERDICTS,
+    Forgetting,
+    Value,
+    of_edition,
+)
+
+OPEN, SEPARATED = "open", "separated"
+ALONE = "each task alone"
+WORDS = {FINAL: "at the end", LEARNED: "learned", LOST: "forgetting"}
+
+
+def as_compared(card: Scorecard) -> Scorecard:
+    """The scorecard whose sequential runs on the core are those that the core compares."""
+    logs = core_logs(card)
+    groups = card.groups | {
+        name: {**card.groups.get(name, {}), "sequential": log} for name, log in logs.items()
+    }
+    return replace(card, groups=groups, suites=suite_scores(groups))
+
+
+class Statement(msgspec.Struct, frozen=True):
+    """A value with its interval and verdict.
+
+    Attributes:
+        of: two names, whose difference it is, or one.
+        metric: name of the metric.
+        group: name of the group; empty for the mean over the core.
+        verdict: ``separated`` (from 0), ``equivalent`` or ``open``.
+    """
+
+    of: tuple[str, ...]
+    metric: str
+    group: str
+    value: Value
+    verdict: str
+
+    @property
+    def subject(self) -> str:
+        """What it is about, in words."""
+        names = " − ".join(name if name == ALONE else f"`{name}`" for name in self.of)
+        return f"{names}, {WORDS[self.metric]}{f' on {self.group}' if self.group else ''}"
+
+    @property
+    def direction(self) -> tuple[str, bool]:
+        """The verdict, and whether a separated value is above 0."""
+        return self.verdict, self.verdict == SEPARATED and self.value.mean > 0
+
+    def turned(self) -> "Statement":
+        """The same about the second name minus the first."""
+        mean, low, high = self.value
+        return Statement(self.of[::-1], self.metric, self.group, Value(-mean, -high, -low), self.verdict)
+
+    def __str__(self) -> str:
+        return f"{self.value}, {VERDICTS[self.verdict]}"
+
+
+def statements(
+    board: CoreBoard, forgetting: Sequence[Forgetting], gains: Sequence[Gain], alone: Mapping[str, Value]
+) -> list[Statement]:
+    """What the page states of the core.
+
+    Args:
+        board: its pairs.
+        forgetting: what fine-tuning forgets by group, with the verdict of the page's table.
+        gains: of cloning over fine-tuning by group; separated are those whose interval does not contain 0.
+        alone: by method, what it learned minus each task alone; separated are those that learned little.
+    """
+
+    def verdict(is_separated: bool) -> str:
+        return SEPARATED if is_separated else OPEN
+
+    found = [
+        Statement((pair.first, pair.second), metric, "", Value(pair.mean, pair.low, pair.high), pair.verdict)
+        for metric, pairs in board.pairs.items()
+        for pair in pairs
+    ]
+    for row in forgetting:
+        if row.group in CORE:
+            of = (FINE_TUNING,)
+            found.append(Statement(of, LOST, row.group.name, row.values[2], verdict(row.significant)))
+    both = (of_edition("cloning", board.edition), FINE_TUNING)
+    for each in gains:
+        is_separated = not each.gain.low <= 0 <= each.gain.high
+        found.append(Statement(both, FINAL, each.group, each.gain, verdict(is_separated)))
+    notes = {row.name: row.metrics[LOST].rank_note for row in board.rows}
+    for name, value in alone.items():
+        found.append(Statement((name, ALONE), LEARNED, "", value, verdict(bool(notes[name]))))
+    return found
+
+
+def write_statements(path: Path, found: Sequence[Statement]) -> None:
+    """Writes statements as JSON, one per line, with six decimals."""
+    rounded = (
+        msgspec.structs.replace(each, value=Value(*(round(x, 6) for x in each.value))) for each in found
+    )
+    lines = (msgspec.json.encode(each).decode() for each in rounded)
+    write_text(path, "[\n" + ",\n".join(lines) + "\n]\n")
+
+
+def read_statements(path: Path) -> list[Statement]:
+    """The statements in such a file."""
+    return msgspec.json.decode(path.read_bytes(), type=list[Statement])
+
+
+class Outcomes(NamedTuple):
+    """The statements of the first edition, each with that of the second.
+
+    Attributes:
+        kept: with the same verdict, but those that are open in both.
+        withdrawn: with another verdict, or another direction.
+        untested: whose methods or runs are not compared in the second edition, but those that were open.
+        open: the number of those that are open in both.
+    """
+
+    kept: list[tuple[Statement, Statement]]
+    withdrawn: list[tuple[Statement, Statement]]
+    untested: list[Statement]
+    open: int
+
+
+def outcomes(first: Sequence[Statement], second: Sequence[Statement]) -> Outcomes:
+    """What became of the statements of the first edition."""
+    # A statement about one name has one key, under which its own form comes last.
+    known = {(form.of, form.metric, form.group): form for each in second for form in (each.turned(), each)}
+    found = Outcomes([], [], [], 0)
+    for before in first:
+        names = tuple(of_edition(name, 2) for name in before.of)
+        after = known.get((names, before.metric, before.group))
+        if after is None and before.verdict != OPEN:
+            found.untested.append(before)
+        elif after is not None and after.direction != before.direction:
+            found.withdrawn.append((before, after))
+        elif after is not None and before.verdict != OPEN:
+            found.kept.append((before, after))
+        elif after is not None:
+            found = found._replace(open=found.open + 1)
+    return found
