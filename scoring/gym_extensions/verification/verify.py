@@ -1,7 +1,6 @@
 """Verifies a submission: repeats logged episodes with the stored policies, and runs these on new seeds."""
 
 import contextlib
-import platform
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,7 +20,7 @@ from gym_extensions.submissions.policies import files, onnx
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument, read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import episodes as episodess, limits, new_seeds
-from gym_extensions.versions import blas_kernels, version
+from gym_extensions.versions import processor, version
 
 SAMPLED = "sampled"
 UNDECIDED = "undecided: too slow, with {:g} hours of processor time in all and {} s a cell; publish smaller "
@@ -104,16 +103,18 @@ class LoggedRun:
 
         ``runtime`` is what ran its networks here. Without networks, what the document says does not matter:
         the engine is the published one everywhere, and plain policies have one arithmetic. Networks have
-        other last bits with another runtime or processor, of which the kernels of the BLAS tell.
+        other last bits on another system or processor, or with another version of the runtime, if the
+        document states one.
         """
-        if not runtime:
-            return fingerprinting.other_platform()
-        made = self.document.versions
-        name = f"{platform.system()}-{platform.machine()}"
-        here = {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
-        pairs = {name: (getattr(made, name), value) for name, value in here.items()}
-        pairs[onnx.RUNTIME] = (self.document.packages.get(onnx.RUNTIME), runtime.rpartition(" ")[2])
-        text = differing(pairs)
+        why, document = fingerprinting.other_platform(), self.document
+        if why or not runtime:
+            return why
+        pairs = {
+            "platform": (document.versions.platform, fingerprinting.PLATFORM),
+            "processor": (document.machine and document.machine.processor, processor()),
+            onnx.RUNTIME: (document.packages.get(onnx.RUNTIME), runtime.rpartition(" ")[2]),
+        }
+        text = differing({name: pair for name, pair in pairs.items() if pair[0]})
         return text and f"Made elsewhere (run / here): {text}."
 
 
