@@ -280,8 +280,17 @@ def verify(
         compared = player.play(list(others.values()))
         fresh = {name: each.outcomes[len(prescribed[name]) :] for name, each in first.items()}
         failed = _failure(first)
+        repetitions = {}
+        for name in repeatable:
+            result = replace(first[name], outcomes=first[name].outcomes[: len(prescribed[name])])
+            repetitions[name] = repetition(runs[name], prescribed[name], result)
+        differences = [(name, each) for name, each in repetitions.items() if each.difference]
+        here = [f"{name}: {each.difference}" for name, each in differences if not each.machine]
+        sketches = {name: each.sketches for name, each in first.items()}
+        sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
+        twins = _twins(runs, sketches)
         p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]
-        if not failed and not new_seeds.agrees(p_values[0]):
+        if not (failed or here or twins or new_seeds.agrees(p_values[0])):
             again = play({name: run.tested(second) for name, run in runs.items()})
             outcomes, failed = {name: each.outcomes for name, each in again.items()}, _failure(again)
             p_values.append(0.0 if failed else _p_value(runs, second, outcomes))
@@ -291,15 +300,6 @@ def verify(
         why = UNDECIDED.format(player.hours, episodess.SECONDS_PER_CELL)
         found = review.Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
         return replace(report, verification=found)
-    repetitions = {}
-    for name in repeatable:
-        result = replace(first[name], outcomes=first[name].outcomes[: len(prescribed[name])])
-        repetitions[name] = repetition(runs[name], prescribed[name], result)
-    sketches = {name: each.sketches for name, each in first.items()}
-    sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
-    twins = _twins(runs, sketches)
-    differences = [(name, each) for name, each in repetitions.items() if each.difference]
-    here = [f"{name}: {each.difference}" for name, each in differences if not each.machine]
     elsewhere = [f"{name}: {each.difference} [{each.machine}]" for name, each in differences if each.machine]
     return replace(
         report,
