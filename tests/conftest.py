@@ -201,8 +201,9 @@ def write_run(
     write_log(log, episodes, members.task_ids)
     if policies:
         files.write_policies(npz, policies)
-        digest = files.content_sha256(files.run_arrays(policies))
-        facts["policies"] = documents.PolicyFile(sha256=digest, size=npz.stat().st_size)
+        arrays = files.run_arrays(policies)
+        size = sum(map(len, files.policy_files(arrays).values()))
+        facts["policies"] = documents.PolicyFile(sha256=files.content_sha256(arrays), size=size)
     document = documents.RunDocument(
         group=members.id,
         protocol=protocol,  # type: ignore[arg-type]

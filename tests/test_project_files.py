@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from gym_extensions.verification.episodes import HOURS
+
 ROOT = Path(__file__).resolve().parent.parent
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 GUIDES = [path for folder in (".", "docs", "docs/adr") for path in sorted((ROOT / folder).glob("*.md"))]
@@ -125,6 +127,12 @@ def test_a_command_that_fails_fails_its_step(workflow: Path) -> None:
     lines = [line.strip() for line in workflow.read_text("utf-8").splitlines() if "$(" in line]
     allowed = r"""(run: )?(\w+=\$\(.*\)|test "\$\(.*\)" = [^)]+)"""
     assert [line for line in lines if not re.fullmatch(allowed, line)] == []
+
+
+def test_the_step_that_verifies_is_longer_than_the_hours_of_a_submission() -> None:
+    text = (ROOT / ".github/workflows/review.yml").read_text("utf-8")
+    (minutes,) = re.findall(r"name: Verify.*\n +timeout-minutes: (\d+)", text)
+    assert int(minutes) >= 60 * HOURS + 20
 
 
 def test_the_comment_follows_only_the_gate_of_the_main_branch() -> None:

@@ -1,8 +1,11 @@
-"""The versions of installed packages, and the BLAS kernels of this process."""
+"""The versions of installed packages, the processor, and the BLAS kernels of this process."""
 
 import functools
+import platform
 from importlib import metadata
+from pathlib import Path
 
+CPU_INFO = Path("/proc/cpuinfo")
 UNNAMED = "unnamed"
 """The BLAS kernels of a library that does not name them, such as Accelerate."""
 
@@ -19,6 +22,16 @@ def version_or_none(package: str) -> str | None:
         return version(package)
     except metadata.PackageNotFoundError:
         return None
+
+
+def processor() -> str:
+    """The name of the processor, such as ``Intel(R) Xeon(R) CPU``; the architecture if it has no other."""
+    try:
+        lines = CPU_INFO.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return (names or [platform.processor()])[0] or platform.machine() or "unknown"
 
 
 def blas_kernels() -> str:

@@ -22,7 +22,7 @@ from gym_extensions.submissions.policies.files import AnyPolicy, Key, read_polic
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Review, write_review
-from gym_extensions.submissions.run import PolicyFile, Versions, read_run
+from gym_extensions.submissions.run import Machine, PolicyFile, Versions, read_run
 from gym_extensions.verification.episodes import Player
 from gym_extensions.verification.verify import verify
 
@@ -30,6 +30,7 @@ from ..submissions.examples import TOML, edit
 from ..verification import made_submissions as submissions
 from ..verification.made_submissions import (
     GROUP,
+    ONNX,
     Row,
     change_documents,
     change_log,
@@ -81,6 +82,10 @@ def returns(change: Callable[[float], float], where: Callable[[Row], bool] = lam
 
 def is_zero_shot(row: Row) -> bool:
     return bool(row["stage"] == [task.id for task in TASKS].index(row["task"]) > 0)
+
+
+def is_just_trained(row: Row) -> bool:
+    return bool(row["stage"] == [task.id for task in TASKS].index(row["task"]) + 1)
 
 
 def first_row(**values: object) -> Forge:
@@ -167,11 +172,15 @@ def invented_without_policies(submission: Path) -> None:
     without_policies(submission)
 
 
-def stated(**values: object) -> Forge:
-    """Raises all returns a little, and changes what the documents state of the machine or the evaluation."""
+RAISED = returns(lambda value: value * (1 + 1e-7))
+LOWERED = returns(lambda value: value - 9, is_just_trained)
+
+
+def stated(first: Forge = RAISED, **values: object) -> Forge:
+    """Changes returns, and what the documents state of the machine or the evaluation."""
 
     def forged(submission: Path) -> None:
-        returns(lambda value: value * (1 + 1e-7))(submission)
+        first(submission)
         versions = {name: value for name, value in values.items() if name in Versions.__struct_fields__}
         own = {name: value for name, value in values.items() if name not in versions}
         change_documents(
@@ -189,7 +198,7 @@ ATTACKS = (
     ),
     Attack(
         "All returns are raised by a ten-millionth, less than the tolerance of replay.",
-        returns(lambda value: value * (1 + 1e-7)),
+        RAISED,
         REPETITION,
     ),
     Attack(
@@ -206,6 +215,20 @@ ATTACKS = (
         "All returns are raised by a ten-millionth, and the documents name a runtime of networks.",
         stated(packages={"onnxruntime": "0.1"}),
         REPETITION,
+    ),
+    *(
+        Attack(
+            f"Returns of networks right after training are lowered; the documents state another {what}.",
+            stated(LOWERED, **{key: value}),
+            stop,
+            head=ONNX,
+        )
+        for what, stop, key, value in (
+            ("BLAS", REPETITION, "blas", "openblas Zen"),
+            ("processor", VERIFIED, "machine", Machine(processor="Zen", cores=1)),
+            ("system", VERIFIED, "platform", "Darwin-arm64"),
+            ("version of onnxruntime", VERIFIED, "packages", {"onnxruntime": "0.1"}),
+        )
     ),
     Attack(
         "The returns of the last stage are raised.",
@@ -319,6 +342,8 @@ def stop_of(submission: Path) -> str:
 @pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.title)
 def test_an_attack_stops_where_its_row_says(attack: Attack, tmp_path: Path) -> None:
+    for package in ("torch", "onnx", "onnxruntime") if attack.head == ONNX else ():
+        pytest.importorskip(package, reason="needs the extra onnx")
     submission = copy(honest(attack.head, attack.runs), tmp_path / "attack")
     if attack.reviewed:
         report = verify(read(submission), VALUE, *STORES)

@@ -15,6 +15,7 @@ from gym_extensions.submissions.policies.files import read_policies
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.run import RunDocument, read_run
+from gym_extensions.versions import processor
 
 from ..conftest import refused
 from .conftest import QUICK_GROUP, digests, log_rows
@@ -76,10 +77,16 @@ def test_the_logs_are_those_of_the_training_loop(recorded: Path, tmp_path: Path)
 def test_the_document_states_what_was_claimed_and_not_counted_or_measured(recorded: Path) -> None:
     claimed = document(recorded, "single")
     assert (claimed.steps, claimed.steps_counted) == (2000, False)
-    assert (claimed.machine, claimed.cpu_seconds) == (None, None)
+    assert claimed.cpu_seconds is None
     assert [(each.task, each.steps, each.returns) for each in claimed.curves] == [
         (task.id, [500, 1000], [-10.0, -9.0]) for task in TASKS
     ]
+
+
+def test_the_document_states_the_processor_that_evaluated(recorded: Path) -> None:
+    machine = document(recorded, "single").machine
+    assert machine is not None
+    assert machine.processor == processor()
 
 
 def test_the_mean_returns_of_the_evaluated_tasks_are_returned(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from gym_extensions.submissions.layout import POLICIES, run_file
 from gym_extensions.submissions.log import Episode, read_log, write_log
 from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.onnx import OnnxPolicy
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import level
 from gym_extensions.verification.cli import main
@@ -31,6 +32,8 @@ VALUE = "3f" * 20
 SCRATCH = tempfile.TemporaryDirectory(prefix="submissions-")
 CACHE = Path(SCRATCH.name, "cache")
 """Episodes that another test has run with the same policies on the same seeds."""
+ONNX = "onnx"
+"""In place of a head: the same policies as ONNX networks, which need torch and the extra ``onnx``."""
 Row = dict[str, Any]
 
 
@@ -86,9 +89,13 @@ def write_submission(
     folder.mkdir(parents=True)
     for run in range(runs):
         keys = files.policy_keys(protocol, group_of(GROUP))
-        policies = {key: network(100 * run + number, head) for number, key in enumerate(keys)}
+        policies: dict[files.Key, files.AnyPolicy] = {}
+        for number, key in enumerate(keys):
+            seed = 100 * run + number
+            is_onnx = head == ONNX
+            policies[key] = OnnxPolicy(network(seed).to_onnx()) if is_onnx else network(seed, head)
         write_run_files(folder, protocol, run, policies)
-    evaluation = "deterministic" if head == "deterministic" else "sampled"
+    evaluation = "deterministic" if head in ("deterministic", ONNX) else "sampled"
     text = MANIFEST.replace('"smoke"', '"100k"').replace('"sampled"', f'"{evaluation}"')
     (folder / "submission.toml").write_text(text, encoding="utf-8", newline="\n")
     return folder

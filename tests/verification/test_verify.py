@@ -25,11 +25,12 @@ from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.poses import load_submission
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Review, Verification, read_review, why_claimed, write_review
-from gym_extensions.submissions.run import read_run
+from gym_extensions.submissions.run import Machine, read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, cli as verification_cli, episodes, limits
 from gym_extensions.verification.cli import main
-from gym_extensions.verification.verify import Report, verify as verify_submission
+from gym_extensions.verification.verify import Report, logged_runs, verify as verify_submission
+from gym_extensions.versions import processor
 
 from ..submissions.policies.specified import specified_action
 from . import made_submissions as submissions
@@ -132,6 +133,29 @@ def test_a_difference_on_another_platform_neither_raises_nor_lowers_the_level(
     (record,) = read_review(submission).verifications
     assert record.repeated < record.episodes
     assert "run1" in record.difference
+
+
+@pytest.mark.parametrize(
+    ("stated", "of_networks"),
+    [
+        ({}, ""),
+        ({"versions": {"blas": "openblas Zen", "numpy": "1.0"}}, ""),
+        ({"versions": {"platform": "Darwin-arm64"}}, "platform Darwin-arm64 / Linux-x86_64"),
+        ({"packages": {"onnxruntime": "0.1"}}, "onnxruntime 0.1 / 1.32.0"),
+        ({"machine": Machine(processor="Zen", cores=1)}, f"processor Zen / {processor()}"),
+    ],
+)
+def test_what_a_document_states_of_its_machine_excuses_networks_alone(
+    stated: dict[str, Any], of_networks: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fingerprinting, "other_platform", lambda: "")
+    (run, *_) = logged_runs(read(honest(runs=RUNS))).values()
+    if "versions" in stated:
+        stated = {"versions": msgspec.structs.replace(run.document.versions, **stated["versions"])}
+    run = replace(run, document=msgspec.structs.replace(run.document, **stated))
+    assert run.other_machine("") == ""
+    found = run.other_machine("onnxruntime 1.32.0")
+    assert found == (of_networks and f"Made elsewhere (run / here): {of_networks}.")
 
 
 def test_runs_of_the_first_arithmetic_are_tried_on_new_seeds_and_not_repeated(
@@ -268,13 +292,11 @@ def test_another_engine_repeats_nothing(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no processor time")
 def test_policies_that_are_too_slow_are_undecided_until_somebody_gives_them_more_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     submission = copy(honest(runs=1), tmp_path / "mine")
-    with monkeypatch.context() as patched:
-        patched.setattr(episodes, "BASE_SECONDS", 0)
-        assert verify(submission, "--write", "--hours", "0") == 1
-    said = "undecided: too slow, with 0 hours of processor time in all and 60 s a cell"
+    assert verify(submission, "--write", "--hours", "0.0003") == 1
+    said = "undecided: too slow, with 0.0003 hours of processor time in all and 60 s a cell"
     assert said in capsys.readouterr().out
     found = read(submission)
     assert found.manifest is not None
@@ -287,10 +309,28 @@ def test_policies_that_are_too_slow_are_undecided_until_somebody_gives_them_more
     assert level_of(submission) == "verified"
 
 
+@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.parametrize(("head", "why"), [("deterministic", "in the log"), ("gaussian", "nearly the same")])
+def test_no_second_draw_is_played_for_runs_that_are_refuted_already(
+    tmp_path: Path, head: str, why: str
+) -> None:
+    submission = copy(honest(head, RUNS), tmp_path / "mine")
+    change_log(submission, lambda row: {"return": row["return"] + 50})
+    if head == "gaussian":
+        first = read_policies(submission, group(GROUP), "sequential", 0)
+        submissions.change_policies(submission, lambda stored: stored.update(first))
+    assert verify(submission, "--write") == 1
+    (part,) = read_review(submission).verifications
+    assert why in part.difference
+    assert (part.p_value <= review.NEW_SEEDS_ALPHA, part.second_p_value) == (True, None)
+
+
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("is_undecided", [True, False])
 def test_a_second_draw_is_undecided_if_it_needs_more_time_and_refused_if_the_policies_fail(
-    submission: Path, monkeypatch: pytest.MonkeyPatch, is_undecided: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_undecided: bool
 ) -> None:
+    submission = copy(honest("gaussian", RUNS), tmp_path / "mine")
     play, draws = episodes.Player.play, list[Any]()
 
     def slow(player: episodes.Player, requests: Any) -> Any:
@@ -301,7 +341,7 @@ def test_a_second_draw_is_undecided_if_it_needs_more_time_and_refused_if_the_pol
             raise BenchError(limits.TOO_SLOW, "The processor time was used up.")
         return [episodes.Played(problem="A step took too long.") for _ in requests]
 
-    change_log(submission, lambda row: {"return": row["return"] * 1.5})
+    change_log(submission, lambda row: {"return": row["return"] + 50})
     monkeypatch.setattr(episodes.Player, "play", slow)
     assert verify(submission, "--write") == 1
     (part,) = read_review(submission).verifications

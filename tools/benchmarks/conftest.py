@@ -10,9 +10,8 @@ from typing import Any
 
 import pytest
 
-from gym_extensions.baselines.training.checkpoints import processor
 from gym_extensions.files import write_text
-from gym_extensions.versions import version_or_none
+from gym_extensions.versions import processor, version_or_none
 
 Turn = Callable[[], tuple[int, float]]
 """One turn of a contestant: the number of steps, and the seconds they took."""

@@ -236,10 +236,9 @@ def write_run_files(
         packages |= {RUNTIME: None}
     log = log_text([each for record in records for each in record.episodes], group.task_ids).encode()
     usages, measured = [record.usage for record in records], dict[str, Any]()
+    processors, cores = joined([used.processor for used in usages]), max(used.cores for used in usages)
     if settings.steps_counted:
-        processors, cores = joined([used.processor for used in usages]), max(used.cores for used in usages)
         measured = {
-            "machine": documents.Machine(processor=processors, cores=cores),
             "cpu_seconds": round(sum(used.cpu_seconds for used in usages), 3),
             "peak_memory_mb": max(used.peak_memory_mb for used in usages) or None,
         }
@@ -254,6 +253,7 @@ def write_run_files(
         date=datetime.datetime.now(datetime.UTC).date().isoformat(),
         versions=run_versions([used.kernels for used in usages]),
         packages={package: version(package) for package in packages},
+        machine=documents.Machine(processor=processors, cores=cores),
         steps=sum(used.steps for used in usages),
         steps_counted=settings.steps_counted,
         memory=documents.Memory(

@@ -73,6 +73,8 @@ def _rounded(value: float, digits: int) -> float:
 
 ENGINE = ("mujoco", "gymnasium")
 CPU_INFO = Path("/proc/cpuinfo")
+PLATFORM = "Linux-x86_64"
+"""The system on which the physics is the same to the last bit on every machine."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +108,8 @@ def other_platform() -> str:
     without fused multiply-add, which are from before 2013.
     """
     name = f"{platform.system()}-{platform.machine()}"
-    if name != "Linux-x86_64":
-        return f"This machine is {name}, not Linux-x86_64: its physics may differ in the last bits."
+    if name != PLATFORM:
+        return f"This machine is {name}, not {PLATFORM}: its physics may differ in the last bits."
     try:
         flags = CPU_INFO.read_text(errors="replace").partition("\nflags")[2].partition("\n")[0].split()
     except OSError:

@@ -43,7 +43,7 @@ class Versions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class Machine(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The computer that trained the run."""
+    """The computer that trained the run, or only evaluated its policies (``record``)."""
 
     processor: Text
     cores: Annotated[int, Meta(ge=1)]

@@ -80,7 +80,7 @@ def verified(
     submission: Submission,
     value: str,
     runs: Collection[str] | None,
-    files: Sequence[str],
+    player: episodes.Player,
     options: argparse.Namespace,
 ) -> Report:
     """The report on runs of one submission, with a progress bar; see :func:`verify`."""
@@ -91,10 +91,7 @@ def verified(
         def started(cells: int) -> None:
             progress.update(task, total=(progress.tasks[task].total or 0) + cells)
 
-        store = options.cache / "verify"
-        player = episodes.Player(
-            store, files, options.jobs, options.hours, started, partial(progress.advance, task)
-        )
+        player.started, player.done = started, partial(progress.advance, task)
         fetcher = Fetcher(options.cache / "policies", options.public_only)
         is_trial = not (options.write or options.record)
         return verify(submission, value, player, fetcher, runs, is_trial=is_trial)
@@ -124,11 +121,12 @@ def reports_on(
         if is_strict:
             retrain.require_reference_agent(submission)
     repository = git.Repository(submission.path)
+    player = episodes.Player(options.cache / "verify", files, options.jobs, options.hours)
     for each, runs in parts.items() or [("", ())]:
         if each != value and (found := repository.not_merged(each)):
             yield Report(submission.name, (found,))
             continue
-        report = verified(submission, each, runs, files, options)
+        report = verified(submission, each, runs, player, options)
         if is_retrained:
             try:
                 report = retrain.retrained(submission, report)

@@ -1,5 +1,6 @@
 """Episodes of stored policies on given seeds. The policies are read and run in the process with limits."""
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager, suppress
@@ -23,13 +24,13 @@ from gym_extensions.submissions import fetch
 from gym_extensions.submissions.layout import run_key
 from gym_extensions.submissions.policies import files as stored, onnx
 from gym_extensions.submissions.run import ARITHMETIC
-from gym_extensions.verification.limits import Limits, answers, end_all
+from gym_extensions.verification.limits import TOO_SLOW, Limits, answers, end_all
 
 JOB = "gym_extensions.verification.episodes:play"
 BAD_POLICIES = "bad-policies"
-BASE_SECONDS, SECONDS_PER_CELL, HOURS = 120, 60, 8.0
+BASE_SECONDS, SECONDS_PER_CELL, HOURS = 120, 60, 4.0
 """Processor time of a process, more for each of its cells on average, and of all processes of a submission. A
-cell of 20 long episodes takes a few seconds."""
+cell of 20 long episodes takes a few seconds. The step of review.yml is longer than the hours."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,12 @@ def play(call: Mapping[str, Any]) -> Iterator[Any]:
         yield from ([number, msgspec.to_builtins(part)] for part in played(request, group))
 
 
-@dataclass(frozen=True)
+def processor_seconds() -> float:
+    """The processor time of this process and of those that it started and that ended."""
+    return sum(os.times()[:4])
+
+
+@dataclass
 class Player:
     """Runs episodes of stored policies in processes with limits, and keeps the outcomes of cells in a folder.
 
@@ -200,7 +206,8 @@ class Player:
         folder: of the outcomes.
         groups: TOML files of custom groups that submissions contain.
         jobs: processes that work at once.
-        hours: of processor time for all runs of one call; others are too slow.
+        hours: of processor time for all that is done with it, its processes included; what needs more is too
+            slow.
         started, done: called with the number of cells before they are run, and of those that are finished, in
             any thread.
     """
@@ -211,6 +218,7 @@ class Player:
     hours: float = HOURS
     started: Callable[[int], None] = lambda cells: None
     done: Callable[[int], None] = lambda cells: None
+    _before: float = field(default_factory=processor_seconds, init=False)
 
     @cached_property
     def _machine(self) -> list[str]:
@@ -232,7 +240,7 @@ class Player:
     def play(self, requests: Sequence[RunRequest]) -> list[Played]:
         """The outcomes of each run, as they are kept, or made now.
 
-        Raises ``BenchError`` if a process reached a limit or failed.
+        Raises ``BenchError`` if a process reached a limit or failed, or the hours are used up.
         """
         self.started(sum(len(request.cells) for request in requests))
         found: list[dict[Cell | None, Played]] = [{} for _ in requests]
@@ -245,13 +253,23 @@ class Player:
             if rest or not known:
                 missing.append((place, replace(request, cells=rest)))
             self.done(len(request.cells) - len(rest))
-        share = 3600 * self.hours / max(1, sum(len(request.cells) for _, request in missing))
+        batches = []
+        for _, members in groupby(missing, key=lambda item: item[1].group):
+            runs = list(members)
+            size = -(-len(runs) // self.jobs)
+            batches += [runs[start : start + size] for start in range(0, len(runs), size)]
+        left = 3600 * self.hours - (processor_seconds() - self._before)
+        if batches and left <= 0:
+            raise BenchError(TOO_SLOW, f"{self.hours:g} hours of processor time were used up.")
+        base = min(BASE_SECONDS, left / max(1, len(batches)))
+        cells = sum(len(request.cells) for _, request in missing)
+        each = min(SECONDS_PER_CELL, (left - base * len(batches)) / max(1, cells))
 
         def work(batch: Sequence[tuple[int, RunRequest]]) -> None:
             own = [request for _, request in batch]
             call = {"runs": msgspec.to_builtins(own), "groups": list(self.groups)}
             waiting = [iter(request.cells or (None,)) for request in own]
-            for number, answer in answers(JOB, call, limits_of(own, share)):
+            for number, answer in answers(JOB, call, limits_of(own, base, each)):
                 (place, request), cell = batch[number], next(waiting[number])
                 found[place][cell] = part = msgspec.convert(answer, Played)
                 if not part.problem and request.group not in self._foreign:  # a problem may be mended
@@ -259,12 +277,7 @@ class Player:
                 self.done(len(request.cells) if part.problem else 1)
 
         with ThreadPoolExecutor(self.jobs) as pool:
-            futures = []
-            for _, members in groupby(missing, key=lambda item: item[1].group):
-                runs = list(members)
-                size = -(-len(runs) // self.jobs)
-                parts = (runs[start : start + size] for start in range(0, len(runs), size))
-                futures += [pool.submit(work, batch) for batch in parts]
+            futures = [pool.submit(work, batch) for batch in batches]
             try:
                 for future in as_completed(futures):
                     future.result()
@@ -286,8 +299,9 @@ def _joined(request: RunRequest, parts: Mapping[Cell | None, Played]) -> Played:
     )
 
 
-def limits_of(requests: Sequence[RunRequest], share: float = SECONDS_PER_CELL) -> Limits:
-    """Limits of the process that runs these requests; a cell has at most ``share`` seconds on average."""
-    cells = sum(len(request.cells) for request in requests)
-    seconds = BASE_SECONDS + round(min(SECONDS_PER_CELL, share) * cells)
+def limits_of(
+    requests: Sequence[RunRequest], base: float = BASE_SECONDS, each: float = SECONDS_PER_CELL
+) -> Limits:
+    """Limits of the process that runs these requests: seconds for itself, and for each cell on average."""
+    seconds = round(base + each * sum(len(request.cells) for request in requests))
     return Limits(cpu_seconds=seconds, wall_seconds=4 * seconds)

@@ -18,7 +18,6 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from gym_extensions.baselines import Parallel, algorithms, train
 from gym_extensions.baselines.submission import commit_of, run_versions
-from gym_extensions.baselines.training.checkpoints import processor
 from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import BenchError, working
 from gym_extensions.metrics.statistics import holm, subtract, summary, zero_mean_p
@@ -27,7 +26,7 @@ from gym_extensions.submissions.log import Log, log_of, read_log
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.verify import LoggedRun, Report, differing, logged_cells, logged_runs
-from gym_extensions.versions import blas_kernels, version_or_none
+from gym_extensions.versions import blas_kernels, processor, version_or_none
 
 Cells = dict[tuple[int, int], list[Outcome]]
 

@@ -1,7 +1,6 @@
 """Verifies a submission: repeats logged episodes with the stored policies, and runs these on new seeds."""
 
 import contextlib
-import platform
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,7 +20,7 @@ from gym_extensions.submissions.policies import files, onnx
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument, read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import episodes as episodess, limits, new_seeds
-from gym_extensions.versions import blas_kernels, version
+from gym_extensions.versions import processor, version
 
 SAMPLED = "sampled"
 UNDECIDED = "undecided: too slow, with {:g} hours of processor time in all and {} s a cell; publish smaller "
@@ -104,16 +103,18 @@ class LoggedRun:
 
         ``runtime`` is what ran its networks here. Without networks, what the document says does not matter:
         the engine is the published one everywhere, and plain policies have one arithmetic. Networks have
-        other last bits with another runtime or processor, of which the kernels of the BLAS tell.
+        other last bits on another system or processor, or with another version of the runtime, if the
+        document states one.
         """
-        if not runtime:
-            return fingerprinting.other_platform()
-        made = self.document.versions
-        name = f"{platform.system()}-{platform.machine()}"
-        here = {"blas": blas_kernels(), "numpy": version("numpy"), "platform": name}
-        pairs = {name: (getattr(made, name), value) for name, value in here.items()}
-        pairs[onnx.RUNTIME] = (self.document.packages.get(onnx.RUNTIME), runtime.rpartition(" ")[2])
-        text = differing(pairs)
+        why, document = fingerprinting.other_platform(), self.document
+        if why or not runtime:
+            return why
+        pairs = {
+            "platform": (document.versions.platform, fingerprinting.PLATFORM),
+            "processor": (document.machine and document.machine.processor, processor()),
+            onnx.RUNTIME: (document.packages.get(onnx.RUNTIME), runtime.rpartition(" ")[2]),
+        }
+        text = differing({name: pair for name, pair in pairs.items() if pair[0]})
         return text and f"Made elsewhere (run / here): {text}."
 
 
@@ -279,8 +280,17 @@ def verify(
         compared = player.play(list(others.values()))
         fresh = {name: each.outcomes[len(prescribed[name]) :] for name, each in first.items()}
         failed = _failure(first)
+        repetitions = {}
+        for name in repeatable:
+            result = replace(first[name], outcomes=first[name].outcomes[: len(prescribed[name])])
+            repetitions[name] = repetition(runs[name], prescribed[name], result)
+        differences = [(name, each) for name, each in repetitions.items() if each.difference]
+        here = [f"{name}: {each.difference}" for name, each in differences if not each.machine]
+        sketches = {name: each.sketches for name, each in first.items()}
+        sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
+        twins = _twins(runs, sketches)
         p_values = [0.0] if failed else [_p_value(runs, draw, fresh)]
-        if not failed and not new_seeds.agrees(p_values[0]):
+        if not (failed or here or twins or new_seeds.agrees(p_values[0])):
             again = play({name: run.tested(second) for name, run in runs.items()})
             outcomes, failed = {name: each.outcomes for name, each in again.items()}, _failure(again)
             p_values.append(0.0 if failed else _p_value(runs, second, outcomes))
@@ -290,15 +300,6 @@ def verify(
         why = UNDECIDED.format(player.hours, episodess.SECONDS_PER_CELL)
         found = review.Verification(**facts, cells=0, p_value=1.0, passed=False, undecided=why)
         return replace(report, verification=found)
-    repetitions = {}
-    for name in repeatable:
-        result = replace(first[name], outcomes=first[name].outcomes[: len(prescribed[name])])
-        repetitions[name] = repetition(runs[name], prescribed[name], result)
-    sketches = {name: each.sketches for name, each in first.items()}
-    sketches |= {name: each.sketches for name, each in zip(others, compared, strict=True)}
-    twins = _twins(runs, sketches)
-    differences = [(name, each) for name, each in repetitions.items() if each.difference]
-    here = [f"{name}: {each.difference}" for name, each in differences if not each.machine]
     elsewhere = [f"{name}: {each.difference} [{each.machine}]" for name, each in differences if each.machine]
     return replace(
         report,

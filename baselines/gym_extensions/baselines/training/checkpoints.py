@@ -2,7 +2,6 @@
 
 import json
 import os
-import platform
 import shutil
 import sys
 import time
@@ -20,11 +19,11 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import remove, write_bytes, write_text
 from gym_extensions.submissions import layout, log, run
 from gym_extensions.submissions.policies.files import AnyPolicy, npz_arrays, npz_bytes, run_arrays
-from gym_extensions.versions import blas_kernels, version
+from gym_extensions.versions import blas_kernels, processor, version
 
 SETTINGS = "settings.json"
 CONTINUES = "The same command continues: it trains only what is not finished."
-CPU_INFO, NO_BOX = Path("/proc/cpuinfo"), (0.0, 0.0)
+NO_BOX = 0.0, 0.0
 PACKAGES = ("gym_extensions", "gymnasium", "mujoco", "numpy")
 """The packages on which the results of every job depend."""
 
@@ -61,16 +60,6 @@ def peak_memory_mb() -> float:
         return 0.0
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return round(peak / (1e6 if sys.platform == "darwin" else 1e3), 1)
-
-
-def processor() -> str:
-    """The name of the processor, such as ``Intel(R) Xeon(R) CPU``; the architecture if it has no other."""
-    try:
-        lines = CPU_INFO.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return (names or [platform.processor()])[0] or platform.machine() or "unknown"
 
 
 def job_versions(packages: Iterable[str] = ()) -> dict[str, str]:
