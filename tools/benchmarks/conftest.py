@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.files import write_text
-from gym_extensions.versions import processor, version_or_none
+from gym_extensions.versions import blas_kernels, processor, version_or_none
 
 Turn = Callable[[], tuple[int, float]]
 """One turn of a contestant: the number of steps, and the seconds they took."""
@@ -104,10 +104,11 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 
 def machine() -> dict[str, Any]:
-    """The machine: processor, cores, system, versions."""
+    """The machine: processor, cores, kernels of numpy's BLAS, system, versions."""
     return {
         "processor": processor(),
         "cores": os.cpu_count(),
+        "blas": blas_kernels(),
         "system": platform.platform(terse=True),
         "python": platform.python_version(),
         "packages": {name: version for name in PACKAGES if (version := version_or_none(name))},

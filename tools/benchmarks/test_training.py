@@ -22,21 +22,24 @@ STEPS = -(-BATCH // NUM_ENVS)
 """Vector steps in which every environment makes its part of a batch."""
 CHUNKS = {
     "Hopper": (20_000, 0.8),
+    "HopperWall": (20_000, 0.8),
     "Walker2d": (20_000, 0.8),
+    "Walker2dWall": (20_000, 0.8),
     "HalfCheetah": (20_000, 0.7),
+    "HalfCheetahWall": (20_000, 0.7),
     "Humanoid": (10_000, 0.65),
 }
-"""Per body: the training steps of a turn of the reference agent, and the share of raw physics to reach."""
+"""Per task: the training steps of a turn of the reference agent, and the share of raw physics to reach."""
 Clock = Callable[[], float]
 Turn = Callable[[], tuple[int, float]]
 
 
-def trained(name: str, body: str, named: Budget, num_envs: int, threads: int) -> tuple[Any, Any]:
-    """An agent and its training environment, recorded as in a submission."""
-    env: Any = make_vec(body, num_envs, num_threads=threads)
-    agent = factory(name)(env.single_observation_space, env.single_action_space, 0)
+def trained(agent_name: str, name: str, named: Budget, num_envs: int, threads: int) -> tuple[Any, Any]:
+    """An agent and its training environment on a task, recorded as in a submission."""
+    env: Any = make_vec(name, num_envs, num_threads=threads)
+    agent = factory(agent_name)(env.single_observation_space, env.single_action_space, 0)
     endless = 10**12
-    return agent, TrainingEnv(env, [task(body).id], steps=endless, batch_steps=named.batch_steps, seed=0)
+    return agent, TrainingEnv(env, [task(name).id], steps=endless, batch_steps=named.batch_steps, seed=0)
 
 
 def training(agent: Any, env: Any, steps: int, clock: Clock = time.perf_counter) -> Turn:
@@ -51,11 +54,11 @@ def training(agent: Any, env: Any, steps: int, clock: Clock = time.perf_counter)
 
 
 def engine_alone(
-    agent: Any, body: str, num_envs: int, threads: int, steps: int, *, clock: Clock = time.perf_counter
+    agent: Any, name: str, num_envs: int, threads: int, steps: int, *, clock: Clock = time.perf_counter
 ) -> Turn:
     """A turn of raw physics: the states and actions of the agent's policy, the engine's own time counted."""
-    env: Any = make_vec(body, num_envs, num_threads=threads)
-    single: Any = make(body).unwrapped
+    env: Any = make_vec(name, num_envs, num_threads=threads)
+    single: Any = make(name).unwrapped
     raw = Batch(single.model, num_envs, threads)
     ctrl = raw.bind("ctrl")
     low, high = single.action_space.low, single.action_space.high
@@ -64,8 +67,8 @@ def engine_alone(
         observations, _ = env.reset()
         seconds = 0.0
         for _ in range(steps):
-            for name, values in env.states().items():
-                raw.bind(name)[...] = values  # the engine's warm start is that of its own last step
+            for field, values in env.states().items():
+                raw.bind(field)[...] = values  # the engine's warm start is that of its own last step
             actions = agent.act(observations)
             ctrl[...] = actions.clip(low, high)
             start = clock()
@@ -117,15 +120,15 @@ def test_trpo_from_end_to_end(side_by_side: Any) -> None:
     side_by_side("training", contestants, bars=bars, rounds=3, task=BODY, batch=BATCH, threads=THREADS)
 
 
-@pytest.mark.parametrize("body", CHUNKS)
-def test_the_reference_agent_on_one_thread_by_processor_time(side_by_side: Any, body: str) -> None:
+@pytest.mark.parametrize("name", CHUNKS)
+def test_the_reference_agent_on_one_thread_by_processor_time(side_by_side: Any, name: str) -> None:
     standard = budget("300k")
-    chunk, bar = CHUNKS[body]
-    agent, env = trained("trpo", body, standard, standard.num_envs, 1)
+    chunk, bar = CHUNKS[name]
+    agent, env = trained("trpo", name, standard, standard.num_envs, 1)
     steps = chunk // standard.num_envs
     contestants = {
         "trpo": training(agent, env, chunk, time.process_time),
-        "Batch.step": engine_alone(agent, body, standard.num_envs, 1, steps, clock=time.process_time),
+        "Batch.step": engine_alone(agent, name, standard.num_envs, 1, steps, clock=time.process_time),
     }
-    about = {"task": body, "batch": standard.batch_steps, "threads": 1}
+    about = {"task": name, "batch": standard.batch_steps, "threads": 1}
     side_by_side("training, reference agent", contestants, bars={"Batch.step": bar}, rounds=5, **about)
