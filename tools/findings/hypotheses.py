@@ -89,7 +89,7 @@ def penalties(board: CoreBoard) -> Verdict:
 
 
 def lacking(board: CoreBoard) -> list[str]:
-    """The methods of the plan that are not compared over so many runs yet."""
+    """The methods of the plan of which fewer than ``RUNS`` runs are compared."""
     looks = {row.name: row.look for row in board.rows if row.ranked}
     methods = dict.fromkeys(name for _, *names, _ in PLANNED for name in names)
     return [name for name in methods if looks.get(name, 0) < RUNS]

@@ -134,7 +134,7 @@ def test_missing_policies_are_named(tmp_path: Path) -> None:
         (with_header(NUMBERS.format("'<f8'", -1)), "cannot be read"),
         (with_header(NUMBERS.format("os.mkdir('trap')", 1)), "cannot be read"),
         (archive(("bias_0.npy", b""), ("bias_0.npy", b"")), "a member twice"),
-        (archive(("bias_0", b"")), "'bias_0' is no array"),
+        (archive(("bias_0", b"")), "'bias_0' is not a numpy array"),
         (archive(("bias_0.npy", b"a")), "a comment"),
         (archive(("bias_0.npy", b""), comment=b"b"), "a comment"),
     ],

@@ -112,7 +112,7 @@ def npz_error(data: bytes) -> str:
             if info.compress_type == zipfile.ZIP_DEFLATED:
                 head = zlib.decompressobj(-zlib.MAX_WBITS).decompress(head, HEAD)
             if not (info.filename.endswith(".npy") and head.startswith(MAGIC)):
-                return f"its member {info.filename[:80]!r} is no array of format 1.0"
+                return f"its member {info.filename[:80]!r} is not a numpy array of format 1.0"
             _, _, dtype = read_array_header_1_0(io.BytesIO(head[len(MAGIC) :]))
             if dtype.hasobject:
                 return f"its member {info.filename[:80]!r} is a pickle"
