@@ -127,7 +127,11 @@ def test_the_review_is_told(make_submission: Write, score: Command) -> None:
     lines = score(folder).out.splitlines()
     assert lines[0] == "submission  A submission  (verified)"
     assert "agrees on new seeds (p = 0.5)" in lines[1]
-    assert lines[3].endswith("challenged on 2026-01-02: Too good.")
+    assert lines[2].endswith("challenged on 2026-01-02: Too good.")
+    slow = msgspec.structs.replace(review.verifications[0], passed=False, undecided="undecided: too slow")
+    write_review(folder, Review(verifications=[slow]))
+    told = score(folder).out.splitlines()[1]
+    assert told == "  verification of 2026-11-26: 2 runs, undecided: too slow"
     write_review(folder, Review(decisions=[doubt, msgspec.structs.replace(doubt, action="withdrawn")]))
     assert "withdrawn from all boards on 2026-01-02: Too good." in score(folder).out.splitlines()[1]
 

@@ -70,11 +70,11 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
     """
     show_line(out, card)
     for part in card.verifications:
-        found = "agrees" if part.passed else "does not agree"
-        out.print(
-            f"  verification of {part.date}: {count(part.runs, 'run')}, {found} on new seeds "
-            f"(p = {part.p_value:.3g}), {part.repeated:,} of {part.episodes:,} episodes repeated"
-        )
+        agrees = "agrees" if part.passed else "does not agree"
+        found = part.undecided or f"{agrees} on new seeds (p = {part.p_value:.3g})"
+        if part.episodes:
+            found += f", {part.repeated:,} of {part.episodes:,} episodes repeated"
+        out.print(f"  verification of {part.date}: {count(part.runs, 'run')}, {found}")
     if len(card.verifications) > 1:
         repeated = sum(part.repeated for part in card.verifications)
         episodes = sum(part.episodes for part in card.verifications)
