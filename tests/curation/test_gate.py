@@ -98,6 +98,19 @@ def test_the_keys_that_an_edit_changes_are_named(project: Path) -> None:
         f"Changed in submission.toml: title, tuning.steps. {again}",
     )
     assert again in comment(report)
+    git(project, "reset", "--quiet", "--hard", "HEAD~")
+    path = project / "submissions/old/hopper-gravity/sequential/run0.json"
+    document = read_run(path)
+    assert document.policies is not None
+    policies = msgspec.structs.replace(document.policies, url="https://example.org/run0.npz")
+    write_run(path, msgspec.structs.replace(document, policies=policies))
+    other = path.with_name("run1.json")
+    files = {str(other.relative_to(project)): other.read_text().replace('": ', '":')}
+    commit(project, files)
+    assert checked(project).notes[:2] == (
+        "Changed in hopper-gravity/sequential/run0.json: policies.url.",
+        "Changed in hopper-gravity/sequential/run1.json: the spelling.",
+    )
     commit(project, {"submissions/old/hopper-gravity/sequential/run0.json": "[]"})
     assert ": arithmetic, " in checked(project).notes[0], "a broken document has no values"
 
