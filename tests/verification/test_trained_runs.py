@@ -55,6 +55,15 @@ def test_anybody_verifies_them_and_no_result_is_stored(
     assert sorted(code.rglob("*")) == before
 
 
+def test_before_the_first_run_has_finished_nothing_is_verified_or_trained_again(
+    code: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.rmtree(code / "trained/1")
+    for option in ((), ("--retrain",)):
+        assert verify(code, *option) == 0
+        assert "mine: it has no runs of its own" in capsys.readouterr().out
+
+
 def test_maintainers_measure_them(code: Path) -> None:
     for kind in ("poses", "landscapes", "diagnostics"):
         assert maintain([kind, str(code), "--cache", str(code.parent / "cache"), "--groups", GROUP]) == 0

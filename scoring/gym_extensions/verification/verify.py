@@ -305,7 +305,7 @@ def verify(
         report,
         verification=review.Verification(
             **facts,
-            episodes=sum(sum(map(len, run.logged.values())) for name, run in runs.items() if name not in old),
+            episodes=sum(each.episodes for each in repetitions.values()),
             repeated=sum(each.repeated for each in repetitions.values()),
             difference=next(filter(None, (failed, twins, *here, *elsewhere)), ""),  # what decides is first
             runtime=next((each.runtime for each in first.values() if each.runtime), ""),
