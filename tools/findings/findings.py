@@ -18,7 +18,7 @@ from gym_extensions.files import write_text
 from gym_extensions.metrics.formulas import BY_NAME
 from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame, metrics_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
-from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board
+from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board, lacking
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import core_logs, is_trained_here, retention
 from gym_extensions.site.pages.core import FIRST, figure
@@ -73,7 +73,7 @@ def main() -> None:
     cloning, packnet = (of_edition(name, edition) for name in ("cloning", "packnet"))
     gains, correlated = claims.gains(cards, cloning)
     alone = claims.less_than_alone(board, cards)
-    lacking = hypotheses.lacking(board)
+    without_runs = lacking({row.name: row.look for row in board.rows if row.ranked})
     stated = editions.statements(board, groups, gains, alone)
     if not any(map(is_trained_here, own.values())):
         editions.write_statements(FIRST_EDITION, stated)
@@ -92,6 +92,7 @@ def main() -> None:
     descriptions = {name: card.manifest.description for name, card in cards.items() if card.manifest}
     if is_trained_here(own[claims.SNAPSHOTS]):
         descriptions[claims.SNAPSHOTS] = TRAINED_SNAPSHOTS
+    effects = results.order_effects(submissions)
     templates = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
     )
@@ -138,8 +139,8 @@ def main() -> None:
         },
         edition=edition,
         outcomes=editions.outcomes(editions.read_statements(FIRST_EDITION), stated),
-        lacking=lacking,
-        hypotheses=[] if lacking else hypotheses.verdicts(board, claims.runs_of(reference, LOST)),
+        lacking=without_runs,
+        hypotheses=[] if without_runs else hypotheses.verdicts(board, claims.runs_of(reference, LOST)),
         cloning=cloning,
         packnet=packnet,
         gains=gains,
@@ -154,8 +155,9 @@ def main() -> None:
             for group in CORE
             if group.id in SUITES["gravity"]
         },
-        orders=orders(metrics, results.order_effects(submissions)),
-        turned=turned(list(cards.values())),
+        descending=orders(metrics_frame(own.values()), effects, "descending"),
+        balanced=orders(metrics, effects, "balanced"),
+        turned=turned(list(own.values())),
         bases=bases.base_by_addition(
             {
                 name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}

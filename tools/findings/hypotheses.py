@@ -18,8 +18,6 @@ from tools.findings.tables import FINAL, FINE_TUNING, LOST, Value
 CONFIRMED, CONTRADICTED, OPEN = "confirmed", "contradicted", "open"
 SIGNS = {"H1": 1, "H2": -1, "H3": -1, "H4": -1, "H5": 1, "H6": -1}
 """The sign of first − second that a hypothesis about a pair of ``PLANNED`` states."""
-RUNS = 10
-"""Of every method of the plan, as soon as all have them the hypotheses are tested."""
 MARGIN = 0.10
 """All upper limits of H8 have to lie below it."""
 FORGETTING = tuple(name for name in CORES[CORE] if not name.startswith("hopper-body"))
@@ -86,13 +84,6 @@ def penalties(board: CoreBoard) -> Verdict:
         high = max((value.high for value, _ in known), default=math.inf)
         verdict = CONFIRMED if len(known) == len(pairs) and high < MARGIN else OPEN
     return Verdict("H8", f"minus `{FINE_TUNING}`, at the end: {text}", verdict)
-
-
-def lacking(board: CoreBoard) -> list[str]:
-    """The methods of the plan of which fewer than ``RUNS`` runs are compared."""
-    looks = {row.name: row.look for row in board.rows if row.ranked}
-    methods = dict.fromkeys(name for _, *names, _ in PLANNED for name in names)
-    return [name for name in methods if looks.get(name, 0) < RUNS]
 
 
 def verdicts(board: CoreBoard, lost: GroupRuns) -> list[Verdict]:

@@ -56,8 +56,13 @@ class Value(NamedTuple):
         """The value of an interval or a metric."""
         return cls(*(math.nan if end is None else end for end in (each.mean, each.low, each.high)))
 
+    @property
+    def is_known(self) -> bool:
+        """Whether there is a mean."""
+        return not math.isnan(self.mean)
+
     def __str__(self) -> str:
-        if math.isnan(self.mean):
+        if not self.is_known:
             return "–"
         if math.isnan(self.low):
             return f"{fixed(self.mean, 2)} (one run)"
@@ -107,6 +112,11 @@ class Method:
     def value(self, metric: str) -> Value:
         """A metric over all groups of the core."""
         return Value(*(self.row[f"{metric}{end}"] for end in ("", "_low", "_high")))
+
+    @property
+    def observes_task(self) -> bool:
+        """Whether the agent is told the task in evaluation."""
+        return bool(self.row["observes_task"])
 
     @property
     def kept(self) -> str:

@@ -47,6 +47,8 @@ PLANNED = (
 )
 """The pairs that the plan of the second edition (docs/findings/plan.md) names: hypothesis, submissions,
 metric. All other pairs are exploratory."""
+PLANNED_RUNS = 10
+"""Of each of these submissions, when the pairs are tested; before, they are exploratory as well."""
 KEY = boards.BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
 GroupRuns = tuple[tuple[float, ...], ...]
 """One value per run, by group."""
@@ -89,7 +91,18 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
     return statistics.mean_of_groups(groups)
 
 
-def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> list[boards.CorePair]:
+def lacking(looks: Mapping[str, int]) -> list[str]:
+    """The submissions of the plan of which fewer than ``PLANNED_RUNS`` runs are compared.
+
+    ``looks`` are those of the ranked submissions, by name.
+    """
+    planned = dict.fromkeys(name for _, *names, _ in PLANNED for name in names)
+    return [name for name in planned if looks.get(name, 0) < PLANNED_RUNS]
+
+
+def compared_pairs(
+    methods: Sequence[Method], metric: str, *, as_planned: bool = False
+) -> list[boards.CorePair]:
     """All pairs of methods on one metric, in the order of ``itertools.combinations``.
 
     Each pair is compared at the last look that both have, and run by run if both declare the same parent and
@@ -100,6 +113,7 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
     and adjusted by Holm's procedure over all pairs. The intervals have the level of the look / (number of
     pairs): with 95 % confidence all of them hold, at all looks. Holm's procedure is a little less strict, so
     that a pair may be separated whose interval just touches 0. Every method has at least one complete look.
+    ``as_planned`` says whether the pairs that the plan names are tested, or all are exploratory.
     """
     pairs, compared = list(combinations(methods, 2)), []
     for a, b in pairs:
@@ -121,7 +135,7 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
                 high=difference.mean + half_width,
                 p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / suites.LOOK_LEVELS[look]),
                 verdict="open",
-                exploratory=edition == 1 or all({a.name, b.name, metric} != {*row} for _, *row in PLANNED),
+                exploratory=not as_planned or all({a.name, b.name, metric} != {*row} for _, *row in PLANNED),
                 next_look=suites.next_look(look),
             )
         )
@@ -248,10 +262,11 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     ranked = {row.name: method for row in rows if row.ranked and (method := methods[row.name])}
     notes = {row.name: values.retention_note(row.metrics, alone) for row in rows if row.name in ranked}
     learners = [method for name, method in ranked.items() if not notes[name]]
+    as_planned = edition > 1 and not lacking({name: method.look for name, method in ranked.items()})
     # Two families of pairs, each at 5 %.
+    families = {FINAL.name: list(ranked.values()), FORGETTING.name: learners}
     pairs = {
-        FINAL.name: tuple(compared_pairs(list(ranked.values()), FINAL.name, edition)),
-        FORGETTING.name: tuple(compared_pairs(learners, FORGETTING.name, edition)),
+        name: tuple(compared_pairs(family, name, as_planned=as_planned)) for name, family in families.items()
     }
     lists = [_ranked_list(part, pairs, notes) for part in parts if part]
     members = [[row.name for row in each.rows if row.ranked] for each in lists]
