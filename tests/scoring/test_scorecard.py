@@ -255,6 +255,12 @@ def test_a_submission_whose_settings_change_is_claimed_again_and_a_change_of_pro
         assert log.why_claimed == "The settings in submission.toml changed after the verification."
 
 
+def test_a_submission_without_policies_says_what_its_agent_needs(make_submission: Write) -> None:
+    log = score_folder(make_submission(policy=None, runs=(0, 2))).groups[GROUP]["sequential"]
+    assert log.level == "claimed"
+    assert "policy()" in log.why_claimed
+
+
 def test_a_scorecard_has_what_the_review_says(make_submission: Write) -> None:
     folder = make_submission()
     found = {"episodes": 60, "repeated": 58, "difference": "run 0, stage 1: 1e-9", "p_value": 0.25}

@@ -78,6 +78,26 @@ class TestRefusals:
         assert not (tmp_path / "mine").exists()
 
 
+class TestHints:
+    @pytest.mark.parametrize(
+        ("raised", "advice"),
+        [
+            ("ModuleNotFoundError: No module named 'torch' (agent.py, line 2)", "'gym-extensions[sb3]'"),
+            ("ModuleNotFoundError: No module named 'stable_baselines3.ppo'", "'gym-extensions[sb3]'"),
+            ("ModuleNotFoundError: No module named 'onnxruntime'", "'gym-extensions[onnx]'"),
+            ("ModuleNotFoundError: No module named 'numpy.missing'", "Correct it"),
+            ("ModuleNotFoundError: No module named 'jax'", "no simulator"),
+            ("ModuleNotFoundError: No module named 'gym_extensions.envs'", "no simulator"),
+            ("ValueError: No module named 'torch'", "Correct it"),
+        ],
+    )
+    def test_a_package_that_is_absent_or_not_installed_is_no_mistake_of_the_agents_code(
+        self, raised: str, advice: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(box, "find_spec", lambda name: name == "numpy" or None)
+        assert advice in box.hint_of(raised)
+
+
 class TestNames:
     def test_an_agent_is_a_file_package_or_name(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -23,6 +23,11 @@ from gym_extensions.submissions.manifest import SETTINGS
 from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, VERIFIED, Level
 from gym_extensions.submissions.run import ARITHMETIC
 
+NO_POLICIES = (
+    "No policies of run {}. A rank requires them: "
+    "give the agent a method policy() (docs/agents.md) and train into a new folder."
+)
+
 
 def score(
     submission: submissions.Submission, references: References, only: Collection[str] = ()
@@ -58,7 +63,7 @@ def score(
                 groups[name][protocol] = score_group(
                     *(returns, references, protocol, budget),
                     level=reviews.level(review, settings, found),
-                    why=f"No policies of run {without}."
+                    why=NO_POLICIES.format(without)
                     if without
                     else reviews.why_claimed(review, settings, found),
                     unverified=tuple(run for run, claim in zip(runs, claims, strict=True) if claim),
