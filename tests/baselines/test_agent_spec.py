@@ -246,11 +246,22 @@ def warned(do: Callable[[], object]) -> str:
     return "\n".join(str(each.message) for each in caught)
 
 
-@pytest.mark.parametrize("agent", [Zero, type("Hidden", (Zero,), {"policy": None})])
-@pytest.mark.parametrize("on_boards", [True, False])
-def test_an_agent_without_policy_is_warned_where_ranks_are(agent: Any, on_boards: bool) -> None:
-    text = warned(lambda: AgentSpec.of(agent, [(QUICK_GROUP, "joint")], on_boards=on_boards))
-    assert ("Add a method policy()" in text) == (on_boards and agent is not Zero)
+@pytest.mark.parametrize(
+    ("policy", "steps", "is_warned"),
+    [(None, "100k", True), (None, "smoke", False), (Zero.policy, "100k", False)],
+)
+def test_an_agent_without_policy_is_warned_where_there_are_ranks(
+    policy: Any, steps: str, is_warned: bool, tmp_path: Path
+) -> None:
+    def learn(self: Any, env: Any, steps: int) -> None:
+        raise ZeroDivisionError
+
+    def begin() -> None:
+        with pytest.raises(ZeroDivisionError):
+            train(agent, QUICK_GROUP, "joint", steps, 0, out=tmp_path / "mine", progress=False)
+
+    agent = type("Mine", (Zero,), {"policy": policy, "learn": learn})
+    assert ("Add a method policy()" in warned(begin)) == is_warned
 
 
 @pytest.mark.parametrize(
