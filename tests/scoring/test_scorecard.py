@@ -264,12 +264,13 @@ def test_a_submission_without_policies_says_what_its_agent_needs(make_submission
 def test_a_scorecard_has_what_the_review_says(make_submission: Write) -> None:
     folder = make_submission()
     found = {"episodes": 60, "repeated": 58, "difference": "run 0, stage 1: 1e-9", "p_value": 0.25}
+    found |= {"runtime": "onnxruntime 1.32.0"}
     reviewed(folder, date="2026-01-02", retrained=[f"{NAME}/sequential/run1"], **found)
     card = score_folder(folder)
     (part,) = card.verifications
     assert (part.date, part.episodes, part.repeated, part.p_value) == ("2026-01-02", 60, 58, 0.25)
     assert (part.logs, part.runs, part.current) == ((f"{NAME}/sequential", f"{NAME}/single"), 4, 4)
-    assert part.difference == "run 0, stage 1: 1e-9"
+    assert (part.difference, part.runtime) == ("run 0, stage 1: 1e-9", "onnxruntime 1.32.0")
     provenance = card.groups[GROUP]["sequential"].provenance
     assert [(run.run, run.reproduced) for run in provenance][:2] == [(0, False), (1, True)]
 

@@ -51,7 +51,8 @@ class VerificationSummary:
     runs: Annotated[int, about("number of runs that it covers")]
     current: Annotated[int, about("how many of them are still as they were verified")]
     episodes: Annotated[int, about("number of logged episodes that were tried to repeat")]
-    repeated: Annotated[int, about("how many of them were repeated bit for bit")]
+    repeated: Annotated[int, about("how many were repeated: bit for bit, or nearly if there is a runtime")]
+    runtime: Annotated[str, about("what ran ONNX networks, with its version; empty for plain policies")] = ""
     difference: Annotated[str, about("where the first difference lies and how large it is; empty without")]
     cells: Annotated[int, about("number of cells that were evaluated on new seeds")]
     p_value: Annotated[float, about("of the test that the logged returns are not higher")]

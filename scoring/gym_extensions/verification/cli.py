@@ -169,7 +169,7 @@ def lines_of(report: Report) -> Iterator[str]:
 def results_of(report: Report, found: review.Verification) -> Iterator[str]:
     """What the policies did, in words, a line each."""
     if report.runs:
-        how = f"by {found.runtime}, returns within .1 %" if found.runtime else "bit for bit"
+        how = review.how_repeated(found.runtime)
         yield f"  repeated {how}: {found.repeated:,} of {found.episodes:,} episodes"
     if len(report.runs) < len(found.runs):
         old = f"{count(len(report.first_arithmetic), 'run')} of the first arithmetic, which {OTHERS}"

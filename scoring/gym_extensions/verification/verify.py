@@ -25,8 +25,6 @@ from gym_extensions.versions import processor, version
 SAMPLED = "sampled"
 UNDECIDED = "undecided: too slow, with {:g} hours of processor time in all and {} s a cell; publish smaller "
 UNDECIDED += "policies or fewer runs at once, or ask a maintainer for more time (verify --hours N --write)"
-TOLERANCE = 1e-3
-"""Relative difference of returns up to which an episode of an ONNX network counts as repeated."""
 
 
 def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[rollout.Outcome]]:
@@ -139,13 +137,13 @@ class Repetition(NamedTuple):
 def repetition(run: LoggedRun, cells: Sequence[episodess.Cell], result: episodess.Played) -> Repetition:
     """Compares the outcomes of cells of a run with its log.
 
-    They must be equal to the last bit; those of an ONNX network, the returns within ``TOLERANCE``.
+    They must be equal to the last bit; those of an ONNX network, the returns within ``review.TOLERANCE``.
     """
     total = sum(len(run.logged[cell.stage, cell.task]) for cell in cells)
     machine = run.other_machine(result.runtime)
     if result.problem:
         return Repetition(0, total, result.problem, machine)
-    tolerance = TOLERANCE if result.runtime else 0.0
+    tolerance = review.TOLERANCE if result.runtime else 0.0
     repeated, difference = 0, ""
     for cell, outcomes in zip(cells, result.outcomes, strict=True):
         logged = run.logged[cell.stage, cell.task]

@@ -18,7 +18,7 @@ from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, Scorecard, SuiteScore, TaskChange
 from gym_extensions.site import paths
 from gym_extensions.site.text import count, digits_for, fixed, grouped, variation
-from gym_extensions.submissions.review import CLAIMED, REPORTED, TRAINED_HERE, VERIFIED
+from gym_extensions.submissions.review import CLAIMED, REPORTED, TRAINED_HERE, VERIFIED, how_repeated
 
 SEQUENTIAL = "sequential"
 NO_LOG = GroupScore(level="claimed", budget="", runs=(), tasks=(), metrics={}, reference={}, return_matrix=())
@@ -277,8 +277,8 @@ LEVELS = {
     VERIFIED: (
         "The board’s own machine ran the policies of every run on seeds that did not exist when they were "
         "submitted, and their returns agree with the log. The page of the submission says how many logged "
-        "episodes were repeated bit for bit. How the policies were made is the author’s statement; a run "
-        "that was trained again from its seed and agrees is marked as reproduced."
+        "episodes were repeated, and how closely. How the policies were made is the author’s statement; a "
+        "run that was trained again from its seed and agrees is marked as reproduced."
     ),
     TRAINED_HERE: (
         "The project trained the runs itself, from the author’s code, on seeds that followed from the merge. "
@@ -330,7 +330,8 @@ def checked(card: Scorecard) -> str:
     policies = f"the policies of {count(runs, 'run')}{' of the author' if card.beside else ''}"
     text = f"Verified: {policies} were run on new seeds and agree with the logs"
     if episodes:
-        text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
+        how = " or ".join(dict.fromkeys(how_repeated(found.runtime) for found in whole if found.episodes))
+        text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated {how}"
     if card.arithmetic == 1:
         text += " on the type of processor that logged them (first arithmetic)"
     if episodes > repeated:

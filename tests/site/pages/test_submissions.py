@@ -73,6 +73,19 @@ def test_a_submission_shows_what_its_verification_found(document: dict[str, Any]
     assert "gym-extensions verify submissions/agile" in text
 
 
+@pytest.mark.parametrize(
+    ("runtime", "how"),
+    [("", "bit for bit"), ("onnxruntime 1.32.0", "within 0.1 % of the return, by onnxruntime 1.32.0")],
+)
+def test_a_verification_says_how_closely_episodes_were_repeated(
+    document: dict[str, Any], runtime: str, how: str
+) -> None:
+    document["submissions"][0]["verifications"] = [{**PART, "runtime": runtime}]
+    text = text_of(document)
+    assert f"logged episodes were repeated {how}" in text
+    assert (text.count(how), "bit for bit" in text) == (2, not runtime)
+
+
 @pytest.mark.parametrize("level", ["claimed", "verified", "trained here"])
 def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
     document: dict[str, Any], level: str
