@@ -361,11 +361,13 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
     if spent := manifest.tuning:  # the steps for choosing the settings
         on = f" on {', '.join(spent.tasks)}" if spent.tasks else ""
         tuning = f"{grouped(spent.steps)} steps{on}" if spent.steps else "none declared"
-    steps = ("Training steps", "counted by the training loop" if card.steps_counted else "claimed")
+    steps = "counted by the training loop" if card.steps_counted else "claimed"
+    if card.trained and not card.steps_counted:
+        steps = "claimed of the author’s own runs, counted of those trained here"
     return [
         ("Algorithm", manifest.protocol.algorithm),
         ("Actions in evaluation", manifest.protocol.evaluation),
-        *([steps] if card.groups else []),
+        *([("Training steps", steps)] if card.groups else []),
         ("Task label", task_label(card)),
         ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
         ("Batch or replay buffer", stored(card)),

@@ -130,6 +130,12 @@ def test_the_failures_of_the_core_are_those_of_its_sequential_runs(
     assert sum(note.startswith("failed-runs: 1") for note in core.notes) == noted
 
 
+def test_steps_that_the_author_claims_are_not_those_of_runs_that_were_trained_here(on_core: OnCore) -> None:
+    own = replace(on_core("new", normal(1, 0.5)), steps_counted=False)
+    cores = core_score(own), core_score(trained(own, normal(2, 0.5)))
+    assert ["steps-claimed" in str(core and core.notes) for core in cores] == [True, False]
+
+
 @pytest.mark.parametrize(("claimed", "note"), [(0.5, "agree with these"), (0.9, "claim 0.40 more")])
 def test_an_authors_own_runs_are_a_claim_beside_them(on_core: OnCore, claimed: float, note: str) -> None:
     exact = dict.fromkeys(GROUPS, tuple(claimed + step for step in (-0.1, -0.05, 0.0, 0.05, 0.1)))

@@ -55,6 +55,12 @@ def test_a_reported_submission_is_on_a_board_without_a_rank() -> None:
     assert made.rows[0].metrics["final_performance"].mean is None
 
 
+@pytest.mark.parametrize("level", ["verified", "trained here"])
+def test_steps_of_runs_that_were_trained_here_are_counted(enter: Enter, level: str) -> None:
+    (row,) = board([replace(at_level(enter("a", 500), level), steps_counted=False)], KEY).rows
+    assert row.steps_counted == (level == "trained here")
+
+
 def test_the_order_of_the_submissions_does_not_matter(enter: Enter) -> None:
     """In any order, ties in final performance included, which the name decides."""
     cards = [enter("b", 500), enter("a", 500), enter("high", 900), enter("few", 500, runs=(0, 1))]

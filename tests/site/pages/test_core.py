@@ -133,6 +133,12 @@ def test_an_authors_own_runs_are_not_those_that_the_core_compares() -> None:
         assert {cell.kind for cell in view.cells(view.ranked[0])} == {"untested"}
 
 
+def test_runs_that_were_trained_here_are_not_of_the_first_arithmetic() -> None:
+    old = {"arithmetic": 1}
+    view = overview_of(KEEPER | old, LOSER, trained_here("trpo") | old)
+    assert view.of_first_arithmetic == 1
+
+
 def test_a_method_that_learned_nothing_is_not_said_to_have_learned_little() -> None:
     page = dict(files({**everything(), "submissions": [KEEPER, method("nothing", 0.0, 0.0)]}))["index.html"]
     assert "nothing learned</i>" in page and "little learned</i>" not in page

@@ -201,6 +201,8 @@ def _overview(out: Console, card: scorecard.Scorecard) -> None:
         out.print(table)
     if len(shown) < len(parts):
         out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
+    if card.beside:
+        out.print("These are the author's own runs; --group NAME also has those trained here.")
 
 
 def show_comparison(out: Console, first: str, second: str, comparisons: "Sequence[Comparison]") -> None:

@@ -71,7 +71,7 @@ class BoardRow:
     why: Annotated[
         str, about("why it has no rank: reported, a copy, not verified, too few runs, no score; else empty")
     ] = ""
-    steps_counted: Annotated[bool, about("as in the scorecard")] = True
+    steps_counted: Annotated[bool, about("whether the loop counted the training steps of its runs")] = True
     evaluation: Annotated[manifest.Evaluation | None, about("as in the scorecard's manifest")]
     authors: Annotated[tuple[str, ...], about("as in the scorecard's manifest")] = ()
     accepted: Annotated[str, about("date of its last acceptance, YYYY-MM-DD; empty without one")] = ""

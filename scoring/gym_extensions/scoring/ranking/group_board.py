@@ -24,7 +24,7 @@ from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions.problem import count
-from gym_extensions.submissions.review import REPORTED, Level
+from gym_extensions.submissions.review import REPORTED, TRAINED_HERE, Level
 
 MAX_PAIRED = 60
 """Submissions of a board whose differences it lists."""
@@ -237,7 +237,7 @@ def _submission(
         runs=min(len(log.runs) for log in logs),
         ranked=not why,
         why=why,
-        steps_counted=card.steps_counted,
+        steps_counted=card.steps_counted or level == TRAINED_HERE,
         evaluation=manifest.protocol.evaluation if manifest else None,
         authors=manifest.authors if manifest else (),
         accepted=card.accepted,

@@ -288,7 +288,7 @@ def _notes(
     if beyond := {name: range(look, count) for name, count in counts.items() if count > look > 0}:
         parts = _runs_by_group(beyond)
         yield f"runs-beyond-the-look: Compared are runs 0 to {look - 1}. Further runs by number: {parts}."
-    if not card.steps_counted:
+    if not (card.steps_counted or is_trained_here(card)):
         yield "steps-claimed: Its training steps are claimed; its page says where its policies are from."
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
     if waiting and look:

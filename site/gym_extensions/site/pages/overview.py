@@ -221,8 +221,8 @@ class Overview:
 
     @property
     def of_first_arithmetic(self) -> int:
-        """The number of methods whose runs were logged in the first arithmetic."""
-        return sum(self.cards[row.name].arithmetic == 1 for row in self.board.rows)
+        """The number of methods whose compared runs were logged in the first arithmetic."""
+        return sum(self.cards[row.name].arithmetic == 1 for row in self.board.rows if not row.trained_here)
 
     def tuning(self, row: CoreRow) -> int | None:
         """The steps spent on choosing the settings."""

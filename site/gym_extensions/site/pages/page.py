@@ -75,6 +75,7 @@ def environment() -> Environment:
         LEARNING=LEARNING.name,
         paper_columns=PAPER_COLUMNS,
         reported=review.REPORTED,
+        TRAINED_HERE=review.TRAINED_HERE,
         TASKS=TASKS,
         play_group_link=assets.play_group_link,
     )
