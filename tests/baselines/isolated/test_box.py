@@ -20,9 +20,15 @@ from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.catalog.groups import group
 
 from ...conftest import refused
+from .conftest import Ordinary
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="boxes need Linux")
+PACKAGES = """
+import json
+from gym_extensions.baselines.isolated import contents
+print(json.dumps({name: str(path) for name, path in contents.packages().items()}))
+"""
 TRAIN = ["trpo", "--isolated", "--groups", "pusher", "--budget", "smoke", "--out"]
 
 
@@ -208,6 +214,9 @@ class TestContents:
         own = {name.partition("/")[2] for name in found if name.startswith("gym_extensions/")}
         folders, files = {"baselines", "catalog", "submissions"}, "errors.py files.py versions.py policies.py"
         assert own == {*folders, *files.split()}
+
+    def test_it_has_the_code_under_test(self, ordinary: Ordinary) -> None:
+        assert ordinary.run(PACKAGES) == {name: str(path) for name, path in contents.packages().items()}
 
 
 class TestFrames:
