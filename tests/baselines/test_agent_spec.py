@@ -260,7 +260,7 @@ def test_an_agent_without_policy_is_warned_where_there_are_ranks(
         with pytest.raises(ZeroDivisionError):
             train(agent, QUICK_GROUP, "joint", steps, 0, out=tmp_path / "mine", progress=False)
 
-    agent = type("Mine", (Zero,), {"policy": policy, "learn": learn})
+    agent: Any = type("Mine", (Zero,), {"policy": policy, "learn": learn})
     assert ("Add a method policy()" in warned(begin)) == is_warned
 
 
@@ -282,7 +282,7 @@ def test_an_agent_that_takes_less_than_half_of_its_steps_is_warned(
 
 
 def test_the_steps_that_an_agent_takes_are_those_of_a_stage_with_training(tmp_path: Path) -> None:
-    idle = type("Idle", (Zero,), {"card": lambda self: Card("mine")})
+    idle: Any = type("Idle", (Zero,), {"card": lambda self: Card("mine")})
     text = warned(lambda: train(idle, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "mine"))
     assert text.count("learn() took 0 of 1,000 steps") == 2
 

@@ -250,8 +250,9 @@ def create(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: i
             message = f"The agent, of type {type(agent).__name__}, has no method {method}()."
             hint = f"Add a method {signature}; docs/agents.md has an example."
             raise BenchError("bad-agent", message, name, hint)
-    if isinstance(agent, Described) and not callable(agent.card):
-        message = f"card is an attribute of type {type(agent.card).__name__}, not a method."
+    card: object = getattr(agent, "card", None)
+    if card is not None and not callable(card):
+        message = f"card is an attribute of type {type(card).__name__}, not a method."
         raise BenchError("bad-agent", message, name, "Write a method: def card(self): return Card(...).")
     check_context(agent, name)
     return agent
