@@ -92,7 +92,7 @@ def main() -> None:
     descriptions = {name: card.manifest.description for name, card in cards.items() if card.manifest}
     if is_trained_here(own[claims.SNAPSHOTS]):
         descriptions[claims.SNAPSHOTS] = TRAINED_SNAPSHOTS
-    effects = results.order_effects(submissions)
+    effects, authors = results.order_effects(submissions), list(map(editions.of_author, own.values()))
     templates = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
     )
@@ -155,9 +155,9 @@ def main() -> None:
             for group in CORE
             if group.id in SUITES["gravity"]
         },
-        descending=orders(metrics_frame(own.values()), effects, "descending"),
+        descending=orders(metrics_frame(authors), effects, "descending"),
         balanced=orders(metrics, effects, "balanced"),
-        turned=turned(list(own.values())),
+        turned=turned(authors),
         bases=bases.base_by_addition(
             {
                 name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}
