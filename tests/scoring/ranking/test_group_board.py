@@ -19,7 +19,7 @@ from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.group_board import board, boards
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.submissions.review import Action, Decision
+from gym_extensions.submissions.review import Action, Decision, Level
 
 from ...conftest import MANIFEST
 from ..made_submissions import GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
@@ -56,7 +56,7 @@ def test_a_reported_submission_is_on_a_board_without_a_rank() -> None:
 
 
 @pytest.mark.parametrize("level", ["verified", "trained here"])
-def test_steps_of_runs_that_were_trained_here_are_counted(enter: Enter, level: str) -> None:
+def test_steps_of_runs_that_were_trained_here_are_counted(enter: Enter, level: Level) -> None:
     (row,) = board([replace(at_level(enter("a", 500), level), steps_counted=False)], KEY).rows
     assert row.steps_counted == (level == "trained here")
 
