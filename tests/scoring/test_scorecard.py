@@ -342,6 +342,19 @@ def test_code_alone_has_the_scores_of_what_was_trained_of_it(make_submission: Wr
     assert (card.training.attempts, card.training.outdated) == (1, False)
 
 
+def test_a_training_here_without_run_0_leaves_the_other_groups_as_they_are(make_submission: Write) -> None:
+    folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'))
+    before = score_folder(folder).groups
+    made = trained_here(folder) / NAME / "sequential"
+    for path in made.glob("run0.*"):
+        path.unlink()
+    card = score_folder(folder)
+    assert (card.problems, card.groups, card.trained) == ((), before, {})
+    rmtree(folder / NAME)
+    code = score_folder(folder)
+    assert (code.problems, code.groups, code.level) == ((), {}, "claimed")
+
+
 def test_an_authors_runs_stay_beside_those_that_were_trained_here(make_submission: Write) -> None:
     folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'))
     before = score_folder(folder).groups

@@ -7,7 +7,7 @@ from dataclasses import replace
 import msgspec
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import BUDGETS, IN_ORDER, task_order
+from gym_extensions.catalog.protocol import IN_ORDER, task_order
 from gym_extensions.documents import filled
 from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, NormalizedRun, iqm, profile
 from gym_extensions.metrics.order_effects import order_effects
@@ -37,6 +37,7 @@ def score(
     It depends on the submission and the references alone. ``only`` names the groups of a reported submission
     that are scored; all if empty.
     """
+    submission, *_ = submission.sources
     manifest, review, of_code = submission.manifest, submission.review, submission.trained
     groups: dict[str, dict[str, scorecard.GroupScore]] = {}
     trained: dict[str, scorecard.GroupScore] = {}
@@ -77,8 +78,7 @@ def score(
             made = trained_logs(of_code, references)
             trained = {name: logs["sequential"] for name, logs in made.items() if "sequential" in logs}
             for name, logs in made.items():  # where the author has no runs that count
-                own = groups.get(name, {}) if BUDGETS[budget].on_boards else {}
-                groups[name] = logs | own
+                groups[name] = logs | groups.get(name, {})
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=None if only else level)
     runs_documented = submission.documents.values()
@@ -138,7 +138,7 @@ def trained_logs(
     """The scores of the runs that the project trained, by group id and protocol. Failed ones count as the
     floor."""
     runs, found = trained.runs, dict[str, dict[str, scorecard.GroupScore]]()
-    if runs.manifest is None or runs.problems:
+    if runs.manifest is None:
         return found
     budget = runs.manifest.protocol.budget
     for name, each in runs.groups.items():
