@@ -1,6 +1,7 @@
 """The scorecard: its fields, what is null and why, and that no score depends on other submissions."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from shutil import rmtree
 
@@ -14,6 +15,7 @@ from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
+from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import (
@@ -197,6 +199,15 @@ def test_the_joint_gap_of_a_suite_is_the_mean_of_its_groups(make_submission: Wri
     assert gap.mean == pytest.approx(sum(mean for mean in gaps if mean is not None) / 4)
     assert half_width(gap) == pytest.approx(2.3060041352 * 0.0005 * math.sqrt(2) / 2)
     assert gap.why == ""
+
+
+def test_a_suite_has_one_budget(make_submission: Write) -> None:
+    groups = dict(score_folder(make_submission(groups=BODIES, protocols=("sequential", "joint"))).groups)
+    logs = groups[GROUP]
+    groups[GROUP] = logs | {"joint": replace(logs["joint"], budget="1M")}
+    suites = suite_scores(groups)["gravity"]
+    assert list(suites) == ["sequential"]
+    assert GROUP in suites["sequential"].metrics["joint_gap"].why
 
 
 def test_a_suite_names_the_groups_in_which_a_metric_has_no_value(make_submission: Write) -> None:

@@ -250,6 +250,24 @@ def test_a_variant_has_the_score_and_the_ranks_of_the_groups_that_are_left(on_co
     assert middle.mean == pytest.approx(stats.trim_mean(np.concatenate(scores).ravel(), 0.25))
 
 
+def test_the_interquartile_mean_compares_the_same_number_of_runs(on_core: OnCore) -> None:
+    """The first runs of both are equal; five more of one of them are better, and not compared yet."""
+    few = normal(1, 0.3)
+    cards = [
+        on_core("few", few),
+        on_core("many", {name: (*runs, *(1.0 + run for run in runs)) for name, runs in few.items()}),
+    ]
+    for card in cards:
+        for each in card.groups.values():
+            log = each["sequential"]
+            reference = dict.fromkeys(log.tasks, ReferenceValue(0.0, 1.0))
+            ends = log.metrics[FINAL].runs
+            matrix = tuple(((0.0, 0.0), (0.0, 0.0), (end, end)) for end in ends)
+            each["sequential"] = replace(log, reference=reference, return_matrix=matrix)
+    variants = {variant.name: variant.scores for variant in board_of(cards).variants}
+    assert {score.rank for score in variants["interquartile-mean"].values()} == {(1, 2)}
+
+
 def test_what_is_kept_is_a_share_of_what_was_learned(on_core: OnCore) -> None:
     card = on_core("a", normal(1, 0.5), starts=5)
     for each in card.groups.values():

@@ -117,6 +117,16 @@ def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: O
         assert core_score(replace(card, trained=whole | {GROUPS[0]: other})) == core_score(card)
 
 
+def test_runs_with_another_budget_are_not_those_of_the_core(on_core: OnCore) -> None:
+    card = on_core("a", normal(3, 0.3))
+    first = card.groups[GROUPS[0]]["sequential"]
+    other = {name: {"sequential": replace(first, budget="1M")} for name in GROUPS}
+    core = core_score(replace(card, groups=card.groups | {GROUPS[0]: other[GROUPS[0]]}))
+    assert core is not None
+    assert (core.missing, core.look, list(core.groups)) == ((GROUPS[0],), 0, list(GROUPS[1:]))
+    assert core_score(replace(card, groups=other)) is None
+
+
 @pytest.mark.parametrize(("protocol", "noted"), [("sequential", 1), ("balanced", 0)])
 def test_the_failures_of_the_core_are_those_of_its_sequential_runs(
     on_core: OnCore, protocol: str, noted: int

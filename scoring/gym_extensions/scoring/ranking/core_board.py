@@ -5,7 +5,7 @@ See docs/metrics.md, "The core", and ``submission.core_score`` on looks.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -62,12 +62,14 @@ class Method:
     Attributes:
         values: by metric, the values of consecutive runs from 0 in each group; the same groups for all.
         starts: in each group, for each of these runs, the mean returns before and after the first stage.
+        by_look: in place of values, those of the runs of each look, if they depend on which runs these are.
     """
 
     name: str
     parent: str
     values: Mapping[str, GroupRuns]
     starts: tuple[tuple[object, ...], ...] = ()
+    by_look: Mapping[int, GroupRuns] = field(default_factory=dict)
 
     @property
     def look(self) -> int:
@@ -121,7 +123,8 @@ def compared_pairs(
         starts = zip(a.starts, b.starts, strict=True)
         same = all(len(first) >= look and first[:look] == second[:look] for first, second in starts)
         paired = a.parent == b.parent and bool(a.starts) and same
-        difference = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
+        first, second = (each.by_look.get(look, each.values[metric]) for each in (a, b))
+        difference = pooled_difference(first, second, look, paired=paired)
         quantile = statistics.critical_value(suites.LOOK_LEVELS[look] / len(pairs), difference.df)
         half_width = quantile * math.sqrt(difference.squared_error)
         compared.append(
@@ -345,9 +348,12 @@ def _variants(
         )
     of_middle, middles = [], []
     for log, method in zip(logs, methods, strict=True):
-        shares = statistics.iqm_shares(suites.final_scores(log.values(), method.look))
-        of_middle.append(replace(method, values={FINAL.name: tuple(map(tuple, shares))}))
-        middles.append(statistics.to_interval(statistics.mean_of_groups(list(map(summary, shares)))))
+        looks = [look for look in suites.LOOKS if look <= method.look]
+        shares = {look: statistics.iqm_shares(suites.final_scores(log.values(), look)) for look in looks}
+        by_look = {look: tuple(map(tuple, each)) for look, each in shares.items()}
+        of_middle.append(replace(method, by_look=by_look))
+        of_groups = list(map(summary, shares[method.look]))
+        middles.append(statistics.to_interval(statistics.mean_of_groups(of_groups)))
     title, scores = "interquartile mean over runs and tasks", _in_lists(of_middle, middles, lists)
     yield boards.CoreVariant(name="interquartile-mean", title=title, groups=CORES[CORE], scores=scores)
 

@@ -46,6 +46,8 @@ def estimate(groups: Groups, names: Iterable[str], protocol: str, metric: Metric
 
 def _of_group(protocols: Mapping[str, scorecard.GroupScore], protocol: str, metric: Metric) -> Summary | None:
     if metric is JOINT_GAP:  # not a function of one run: joint and sequential runs are not paired
+        if len({protocols[name].budget for name in ("joint", protocol) if name in protocols}) > 1:
+            return None
         joint, sequential = (_of_group(protocols, name, FINAL) for name in ("joint", protocol))
         return subtract(joint, sequential) if joint and sequential else None
     score = protocols.get(protocol)
@@ -54,7 +56,10 @@ def _of_group(protocols: Mapping[str, scorecard.GroupScore], protocol: str, metr
 
 
 def suite_scores(groups: Groups) -> dict[str, dict[str, scorecard.SuiteScore]]:
-    """The mean of each metric over a suite's groups, by suite and protocol, of suites with every group."""
+    """The mean of each metric over a suite's groups, by suite and protocol.
+
+    Of suites with every group, all with the same budget.
+    """
 
     def value(names: Sequence[str], protocol: str, metric: Metric) -> MetricValue:
         total = estimate(groups, names, protocol, metric)
@@ -67,9 +72,11 @@ def suite_scores(groups: Groups) -> dict[str, dict[str, scorecard.SuiteScore]]:
     suites: dict[str, dict[str, scorecard.SuiteScore]] = {}
     for suite, names in SUITES.items():
         for protocol, metrics in METRICS.items():
-            if all(protocol in groups.get(name, {}) for name in names):
+            logs = [log for name in names if (log := groups.get(name, {}).get(protocol))]
+            budgets = {log.budget for log in logs}
+            if len(logs) == len(names) and len(budgets) == 1:
                 values = {metric.name: value(names, protocol, metric) for metric in metrics}
-                score = scorecard.SuiteScore(groups[names[0]][protocol].budget, tuple(names), values)
+                score = scorecard.SuiteScore(budgets.pop(), tuple(names), values)
                 suites.setdefault(suite, {})[protocol] = score
     return suites
 
@@ -117,14 +124,14 @@ def is_trained_here(card: scorecard.Scorecard) -> bool:
 
 
 def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[str, scorecard.GroupScore]:
-    """The scores of a submission with runs on the groups of the core, by group id, in its order.
+    """The scores of a submission's runs with the core's budget on its groups, by group id, in its order.
 
     Of sequential runs, those that the project trained itself, as soon as these are enough.
     """
     logs = {name: card.groups.get(name, {}).get(protocol) for name in CORES[CORE]}
     if protocol == "sequential" and is_trained_here(card):
         logs = {name: card.trained.get(name) for name in CORES[CORE]}
-    return {name: log for name, log in logs.items() if log is not None and log.runs}
+    return {name: log for name, log in logs.items() if log and log.runs and log.budget == STANDARD_BUDGET}
 
 
 def own_logs(card: scorecard.Scorecard) -> dict[str, scorecard.GroupScore]:
@@ -230,7 +237,7 @@ def retention(logs: Collection[scorecard.GroupScore], runs: int) -> Estimate:
 def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
     """The core score of a submission; None if it is withdrawn, or has no runs on the core with its budget."""
     logs = core_logs(card)
-    if card.withdrawn or all(log.budget != STANDARD_BUDGET for log in logs.values()):
+    if card.withdrawn or not logs:
         return None
     missing = tuple(name for name in CORES[CORE] if name not in logs)
     without = [
