@@ -330,8 +330,8 @@ class Claim:
 class CoreCost:
     """What one run of the core takes, as its documents state it: all groups of the core together.
 
-    Nothing is estimated: a number that some group's runs do not state is null, and so is each of a submission
-    that lacks a group.
+    Nothing is estimated: a number that some group's runs do not state is null, and so are the steps and the
+    time of a submission that lacks a group. Its memory is that of the groups that it has.
     """
 
     steps: Annotated[float | None, about("training steps: the sum over groups of the mean over runs")] = None
@@ -375,6 +375,10 @@ class RunCost:
     groups: Annotated[int, about("number of these groups")]
     cpu_seconds: Annotated[float, about("processor time: the same sum, of the groups that state it")]
     timed_groups: Annotated[int, about("number of groups with a run that states its processor time")]
+    timed_runs: Annotated[
+        tuple[int, int],
+        about("fewest and most runs of these groups that state it; (0, 0) without such a group"),
+    ] = (0, 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)

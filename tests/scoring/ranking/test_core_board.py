@@ -113,6 +113,7 @@ def test_a_submission_with_part_of_the_core_is_shown_without_a_core_score(on_cor
     assert submission.groups[GROUPS[0]].mean == pytest.approx(np.mean(part[GROUPS[0]]))
     assert submission.notes == (f"partial-core: It has no sequential runs of {GROUPS[2]}.",)
     assert submission.cost.steps is None
+    assert submission.cost.stored_steps is not None, "memory is that of the groups that it has"
 
 
 def test_a_submission_without_a_score_in_a_group_says_why(on_core: OnCore) -> None:
@@ -308,15 +309,22 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
             memory=Memory(stored_steps=7, parameters_first=3, parameters_last=4 if run.run else 400),
         )
 
+    def timed_runs(card: Scorecard) -> tuple[int, int] | None:
+        cost = suites.run_cost(card)
+        return cost and cost.timed_runs
+
     groups = {}
     for group, logs in card.groups.items():
         provenance = tuple(with_cost(group, run) for run in logs["sequential"].provenance)
         groups[group] = {"sequential": replace(logs["sequential"], provenance=provenance)}
     # One run of the first group states its time; the first of each the largest memory of its submission.
-    cost = board_of([replace(card, groups=groups)]).rows[0].cost
+    timed = replace(card, groups=groups)
+    assert timed_runs(timed) == (1, 5)
+    cost = board_of([timed]).rows[0].cost
     assert (cost.steps, cost.cpu_seconds) == (7000, 10 + 6 * 12)
     assert (cost.peak_memory_mb, cost.stored_steps, cost.parameters) == (54, 7, 4)
     assert board_of([card]).rows[0].cost.cpu_seconds is None
+    assert timed_runs(card) == (0, 0)
 
 
 def test_another_budget_is_not_on_the_core(enter: Enter) -> None:

@@ -263,7 +263,7 @@ def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
         groups={name: on_group(log, look) for name, log in logs.items()},
         trained_here=is_trained_here(card),
         claim=found,
-        cost=scorecard.CoreCost() if missing else _cost(logs),
+        cost=_cost(logs),
         notes=tuple(_notes(card, logs, look, found)),
     )
 
@@ -293,8 +293,11 @@ def _notes(
         parts = ", ".join(f"{name} {count}" for name, count in counts.items())
         yield f"different-numbers-of-runs: The groups have {parts} runs."
     if beyond := {name: range(look, count) for name, count in counts.items() if count > look > 0}:
+        until = (
+            f"Waiting until every group has {after} runs" if (after := next_look(look)) else "Not compared"
+        )
         parts = _runs_by_group(beyond)
-        yield f"runs-beyond-the-look: Compared are runs 0 to {look - 1}. Further runs by number: {parts}."
+        yield f"runs-beyond-the-look: Compared: runs 0 to {look - 1}. {until}: {parts}."
     if not (card.steps_counted or is_trained_here(card)):
         yield "steps-claimed: Its training steps are claimed; its page says where its policies are from."
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
@@ -311,12 +314,13 @@ def _notes(
 
 
 def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
-    """Ascending runs by group; consecutive ones by their ends."""
-    ends = {
-        name: (runs[0], "to", runs[-1]) if 1 < len(runs) == runs[-1] - runs[0] + 1 else runs
-        for name, runs in found.items()
-    }
-    return ", ".join(f"{name} {' '.join(map(str, each))}" for name, each in ends.items())
+    """Ascending runs with their groups, for example ``runs 5 to 7 of hopper-wall-v0``."""
+    names: dict[str, list[str]] = {}
+    for name, runs in found.items():
+        is_range = 1 < len(runs) == runs[-1] - runs[0] + 1
+        numbers = f"{runs[0]} to {runs[-1]}" if is_range else ", ".join(map(str, runs))
+        names.setdefault(f"run{'s' * (len(runs) > 1)} {numbers}", []).append(name)
+    return "; ".join(f"{runs} of {', '.join(groups)}" for runs, groups in names.items())
 
 
 def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
@@ -325,10 +329,11 @@ def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
     if not all(documents):
         return scorecard.CoreCost()
     total = _total(documents)
+    is_whole, is_timed = (number == len(CORES[CORE]) for number in (total.groups, total.timed_groups))
     peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
     return scorecard.CoreCost(
-        steps=total.steps,
-        cpu_seconds=total.cpu_seconds if total.timed_groups == total.groups else None,
+        steps=total.steps if is_whole else None,
+        cpu_seconds=total.cpu_seconds if is_timed else None,
         peak_memory_mb=max(map(max, peaks)) if all(peaks) else None,
         stored_steps=max(min(run.memory.stored_steps for run in runs) for runs in documents),
         parameters=max(min(run.memory.parameters_last for run in runs) for runs in documents),
@@ -348,6 +353,12 @@ def run_cost(card: scorecard.Scorecard) -> scorecard.RunCost | None:
 
 def _total(groups: Sequence[Sequence[scorecard.RunProvenance]]) -> scorecard.RunCost:
     times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in groups]
-    means = [fmean(seconds) for seconds in times if seconds]
-    steps = sum(fmean(run.steps for run in runs) for runs in groups)
-    return scorecard.RunCost(steps, len(groups), math.fsum(means), len(means))
+    timed = [seconds for seconds in times if seconds]
+    numbers = [len(seconds) for seconds in timed]
+    return scorecard.RunCost(
+        steps=sum(fmean(run.steps for run in runs) for runs in groups),
+        groups=len(groups),
+        cpu_seconds=math.fsum(map(fmean, timed)),
+        timed_groups=len(timed),
+        timed_runs=(min(numbers, default=0), max(numbers, default=0)),
+    )
