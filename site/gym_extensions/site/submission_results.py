@@ -271,8 +271,8 @@ def change_tint(change: TaskChange) -> str:
 LEVELS = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
     CLAIMED: (
-        "The files keep to every rule. Nothing else is known: it has no runs yet, its runs publish no "
-        "policies, nobody has verified them yet, or a verification did not pass."
+        "The files follow the rules, but the results are not verified. Reasons: no runs, no policies, not "
+        "yet checked, or a failed check."
     ),
     VERIFIED: (
         "The board’s own machine ran the policies of every run on seeds that did not exist when they were "
@@ -320,7 +320,7 @@ def checked(card: Scorecard) -> str:
     if card.level == CLAIMED:
         reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
         why = next(filter(None, reasons), "Not verified yet." if card.groups else scorecard.NO_RUNS)
-        return f"Claimed: the files keep to every rule. {why}"
+        return f"Claimed: the files follow the rules. {why}"
     if not is_verified(card.level) or card.level == TRAINED_HERE:
         return LEVELS[card.level] if card.level else ""
     passed = [found for found in card.verifications if found.passed and found.current]
@@ -333,7 +333,7 @@ def checked(card: Scorecard) -> str:
         how = " or ".join(dict.fromkeys(how_repeated(found.runtime) for found in whole if found.episodes))
         text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated {how}"
     if card.arithmetic == 1:
-        text += " on the type of processor that logged them (first arithmetic)"
+        text += " (on the type of processor that logged them)"
     if episodes > repeated:
         text += f", the other {grouped(episodes - repeated)} differ"
     again = any(found.retrained for found in passed)

@@ -5,7 +5,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages.changes import changes, records
+from gym_extensions.site.pages.changes import MOST, changes, records
 
 from ..browser import files, references_of, typed
 from .test_core import GROUPS, LABELLED, method
@@ -40,6 +40,19 @@ def test_a_day_has_one_row_per_submission_and_kind_and_the_newest_comes_first(
     assert feed.findtext(f"{ATOM}updated") == "2026-11-25T00:00:00Z"
     assert len({entry.findtext(f"{ATOM}id") for entry in entries}) == 3
     assert "Accepted: &lt;All&gt; of it." in written["changes.html"]
+
+
+def test_the_page_has_all_changes_the_feed_the_newest_and_a_reason_that_is_cut_a_link(
+    document: dict[str, Any],
+) -> None:
+    days = [f"20{year}-11-24" for year in range(10, 10 + MOST + 1)]
+    verified, accepted = [{**PART, "date": day} for day in days], {**ACCEPTED, "reason": "long " * 50}
+    document["submissions"][0] |= {"decisions": [accepted], "verifications": verified}
+    written = dict(files(document))
+    assert all(f'id="{day}-agile-verified"' in written["changes.html"] for day in days)
+    assert len(ElementTree.fromstring(written["feed.xml"]).findall(f"{ATOM}entry")) == MOST
+    assert written["changes.html"].count('href="submissions/agile.html#decisions"') == 1
+    assert 'id="decisions"' in written["submissions/agile.html"]
 
 
 def test_a_site_without_reviews_has_an_empty_feed(document: dict[str, Any]) -> None:

@@ -48,6 +48,7 @@ def test_a_number_of_the_core_opens_every_group_with_the_compared_runs(document:
     assert "significantly below Keeper: difference" in found.text
     assert "Significant difference over the core" in found.text
     assert "Keeper (p " in found.text
+    assert re.search(r"Mean of 7 groups 0\.\d\d 0\.\d\d to 0\.\d\d rank 2", found.text), "beside the mean"
 
 
 @pytest.mark.parametrize("page", ["groups/hopper-gravity-v0.html", "submissions/agile.html"])

@@ -99,7 +99,7 @@ def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
     pages = read(document)
     text = pages["submissions/agile.html"].text
     assert f"agile {level}" in text
-    said = "Claimed: the files keep to every rule. Not verified yet."
+    said = "Claimed: the files follow the rules. Not verified yet."
     assert (said in text) == (level == "claimed")
     found = "5 claimed, 1 refused" if level == "claimed" else f"1 {level}, 4 claimed, 1 refused"
     assert f"6 submissions: {found}." in pages["submissions.html"].text
@@ -119,7 +119,7 @@ def test_a_submission_whose_verification_failed_says_so(document: dict[str, Any]
     scores["why_claimed"] = "The verification of 2026-11-24 did not pass."
     document["submissions"][0]["verifications"] = [{**PART, "passed": False}]
     text = text_of(document)
-    assert "keep to every rule. The verification of 2026-11-24 did not pass." in text
+    assert "follow the rules. The verification of 2026-11-24 did not pass." in text
     assert "verified on" not in text
 
 

@@ -83,9 +83,15 @@ def test_a_page_says_what_1_is(pages: dict[str, str]) -> None:
     assert "The task is open: no policy is known" in page(pages, "Striker").text
 
 
+def test_a_long_table_of_references_is_folded(pages: dict[str, str]) -> None:
+    folded = pages["references.html"].split('<h2 id="')[1:]
+    assert [each.partition('"')[0] for each in folded if "<details>" in each] == ["navigation"]
+
+
 def test_the_expert_plays(pages: dict[str, str]) -> None:
     path = task_path(task("Hopper").id)
     assert pages[path].count('<div class="stage">') == 1
+    assert "play.html#" not in pages[path], "this site has no simulator"
     assert pages[path.replace(".html", "-poses.js")].startswith('watchPoses("watch-policies",')
 
 

@@ -264,6 +264,7 @@ def records(best: Mapping[str, Sequence[tuple[str, CoreRow]]], until: str) -> Ma
             f'<path class="line p{number}" d="M{svg.px(at[0][0])} {svg.px(at[0][1])}{way}H{x.end:g}"/>'
         )
         texts = [fixed(means[row.name]) for _, row in steps]
-        body += [svg.text("tick name", at[i][0] + 4, at[i][1] - 6, text) for i, text in enumerate(texts)]
+        beside = -6 if number == 1 else 14  # above its line, or below it
+        body += [svg.text("tick name", at[i][0] + 4, at[i][1] + beside, text) for i, text in enumerate(texts)]
         said += [f"{title}: {text} since {day}" for text, (day, _) in zip(texts, steps, strict=True)]
     return svg.picture("profile", "384", "150", "; ".join(said), "".join(body))

@@ -20,7 +20,7 @@ from gym_extensions.site.text import count, grouped, mean, split_version
 from gym_extensions.submissions.review import TRAINED_HERE
 
 MOST = 60
-"""Changes that the page and the feed show."""
+"""Changes that the feed has."""
 
 
 @dataclass(frozen=True, order=True)
@@ -83,11 +83,11 @@ def records(site: Leaderboard) -> dict[str, list[tuple[str, CoreRow]]]:
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page, on which what is said of several submissions on a day is said once, and the feed."""
     rows, merged = changes(site), dict[tuple[str, str, str], list[Change]]()
-    for row in rows[:MOST]:
+    for row in rows:
         merged.setdefault((row.date, row.kind, row.text), []).append(row)
     best = records(site)
     is_drawn = len({day for steps in best.values() for day, _ in steps}) > 1
     drawing = line_charts.records(best, rows[0].date) if is_drawn else ""
-    values = {"merged": merged, "shown": MOST, "total": len(rows), "best": best, "drawing": drawing}
+    values = {"merged": merged, "best": best, "drawing": drawing}
     yield "changes.html", render("changes.html", "changes.html", final=core.FINAL, **values)
     yield paths.FEED, render("feed.xml", paths.FEED, changes=rows[:MOST])

@@ -38,7 +38,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
             "beside": beside,
             "groups": [group for group in groups.GROUPS.values() if task.id in group.task_ids],
             "panel": panel,
-            "play": assets.play_link(task),
+            "play": assets.play_link(task) if render.simulator else "",
             "description": descriptions.descriptions().get(task.id),
             "fingerprint": fingerprints.published(task.id),
             "versions": tasks.versions(task),
