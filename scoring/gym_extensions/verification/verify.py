@@ -196,7 +196,7 @@ def logged_runs(submission: Submission) -> dict[str, LoggedRun]:
         LoggedRun(group.logs[protocol], document)
         for group in submission.groups.values()
         for protocol, documents in group.runs.items()
-        for _, document in sorted(documents.items())
+        for document in documents.values()
         if protocol in group.logs
     )
     return {run.name: run for run in runs}

@@ -86,7 +86,7 @@ def is_common(first: Sketch, second: Sketch) -> bool:
     return bool(union) and len({*first} & {*second} & {*union}) >= SHARE / (2 - SHARE) * len(union)
 
 
-def unusually_alike(submissions: Mapping[str, Sequence[float]], alpha: float = ALIKE_ALPHA) -> dict[str, str]:
+def unusually_alike(submissions: Mapping[str, Sequence[float]], alpha: float) -> dict[str, str]:
     """What to say of submissions whose runs are unusually alike, by name: five made from one, for example.
 
     ``submissions`` have a value per run. The spread is compared, not the values.
