@@ -311,7 +311,7 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
 
     def timed_runs(card: Scorecard) -> tuple[int, int] | None:
         cost = suites.run_cost(card)
-        return cost and cost.timed_runs
+        return cost.timed_runs if cost else None
 
     groups = {}
     for group, logs in card.groups.items():
