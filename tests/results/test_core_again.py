@@ -172,7 +172,7 @@ def test_scores_have_the_means_and_intervals_of_scipy(document: BoardsDocument) 
 
 def test_boards_have_the_intervals_of_scipy(document: BoardsDocument) -> None:
     ranked = [(board, row) for board in document.boards for row in board.rows if row.ranked]
-    assert {board.protocol for board, _ in ranked} >= {"sequential", "single", "joint", "descending"}
+    assert {board.protocol for board, _ in ranked} >= {"sequential", "single", "joint"}
     for board, row in ranked:
         value = next(iter(row.metrics.values()))  # final performance, or single-task performance
         groups = [group(each).name for each in SUITES.get(board.group, (board.group,))]

@@ -15,8 +15,9 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.worlds import axes
 from gym_extensions.curation.cli import maintain
 from gym_extensions.submissions import landscapes as stored
-from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file, runs_folder
+from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file
 from gym_extensions.submissions.policies.files import policies_of, read_arrays
+from gym_extensions.submissions.submission import runs_folder
 from gym_extensions.verification.recorders import returns_of
 
 from .made_submissions import GROUP, change_document, copy, honest, network
