@@ -23,22 +23,24 @@ def test_a_day_has_one_row_per_submission_and_kind_and_the_newest_comes_first(
     document: dict[str, Any],
 ) -> None:
     document["submissions"][0] |= {"decisions": [ACCEPTED], "verifications": [PART, {**PART, "runs": 2}]}
-    document["submissions"][1] |= {"verifications": [{**PART, "passed": False}]}
+    slow = {**PART, "passed": False, "episodes": 0, "undecided": "undecided: too slow"}
+    document["submissions"][1] |= {"verifications": [{**PART, "passed": False}, slow]}
     whole = typed(document)
     found = changes(Leaderboard(references_of(whole), whole.submissions))
     assert [(row.date, row.name, row.kind) for row in found] == [
         ("2026-11-25", "agile", "accepted"),
+        ("2026-11-24", "keeper", "undecided"),
         ("2026-11-24", "keeper", "not verified"),
         ("2026-11-24", "agile", "verified"),
     ]
-    assert found[2].text.replace("\N{NARROW NO-BREAK SPACE}", "") == "7 runs, 1200 of 1200 episodes repeated."
+    assert found[3].text.replace("\N{NARROW NO-BREAK SPACE}", "") == "7 runs, 1200 of 1200 episodes repeated."
     written = dict(files(document))
     feed = ElementTree.fromstring(written["feed.xml"])
     entries = feed.findall(f"{ATOM}entry")
     assert entries[0].find(f"{ATOM}link").get("href") == "submissions/agile.html"  # type: ignore[union-attr]
     assert entries[0].findtext(f"{ATOM}summary") == "<All> of it."
     assert feed.findtext(f"{ATOM}updated") == "2026-11-25T00:00:00Z"
-    assert len({entry.findtext(f"{ATOM}id") for entry in entries}) == 3
+    assert len({entry.findtext(f"{ATOM}id") for entry in entries}) == 4
     assert "Accepted: &lt;All&gt; of it." in written["changes.html"]
 
 

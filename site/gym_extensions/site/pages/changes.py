@@ -43,7 +43,8 @@ def changes(site: Leaderboard) -> list[Change]:
             found.setdefault((decision.date, decision.action), []).append(decision.reason)
         totals: dict[tuple[str, str], Counter[str]] = {}
         for part in card.verifications:
-            total = totals.setdefault((part.date, "verified" if part.passed else "not verified"), Counter())
+            kind = "verified" if part.passed else "undecided" if part.undecided else "not verified"
+            total = totals.setdefault((part.date, kind), Counter())
             total.update(runs=part.runs, repeated=part.repeated, episodes=part.episodes)
         for key, total in totals.items():
             text = count(total["runs"], "run")
