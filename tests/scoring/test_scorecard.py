@@ -25,6 +25,7 @@ from gym_extensions.submissions.review import (
     read_review,
     write_review,
 )
+from gym_extensions.submissions.run import read_run, write_run
 
 from ..conftest import MANIFEST, VERSIONS, Write, trained_here, verification
 from ..submissions.examples import edit, redigest
@@ -351,6 +352,17 @@ def test_code_alone_has_the_scores_of_what_was_trained_of_it(make_submission: Wr
     assert card.beside == {}
     assert card.training is not None
     assert (card.training.attempts, card.training.outdated) == (1, False)
+
+
+def test_a_training_is_finished_on_the_day_of_its_last_run(make_submission: Write) -> None:
+    folder = make_submission()
+    for run in (0, 1):
+        path = folder / NAME / f"sequential/run{run}.json"
+        write_run(path, msgspec.structs.replace(read_run(path), date=f"2026-01-0{4 + run}"))
+    trained_here(folder)
+    training = score_folder(folder).training
+    assert training is not None
+    assert (training.date, training.finished) == ("2026-01-02", "2026-01-05")
 
 
 def test_a_training_here_without_run_0_leaves_the_other_groups_as_they_are(make_submission: Write) -> None:

@@ -253,7 +253,7 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     """
     known = verify.logged_runs(submission)
     without = sum(run.document.policies is None for run in known.values())
-    if verify.is_sampled(submission):
+    if submission.is_sampled:
         notes = ["The policies sample their actions, so no episode can be repeated."]
         return {"without_policies": without, "notes": notes if without < len(known) else []}
     runs, notes, old = [], list[str](), 0

@@ -67,7 +67,8 @@ class TrainingSummary:
     """What the project trained of the submission's code (`trained/2.toml`)."""
 
     attempts: Annotated[int, about("number of versions of the code that were trained; this is the last")]
-    date: Annotated[str, about("YYYY-MM-DD")]
+    date: Annotated[str, about("day on which it began, YYYY-MM-DD")]
+    finished: Annotated[str, about("day on which its last sequential run ended; empty without one")] = ""
     version: Annotated[str, about("version of gym-extensions that trained it")]
     commit: Annotated[str, about("the one that merged this version of the code")]
     value: Annotated[str, about("public hexadecimal digits that were fixed after it; may be empty")]

@@ -210,6 +210,11 @@ def level(review: Review, settings: str, digests: Mapping[str, str]) -> Level:
     return CLAIMED if not digests or why_claimed(review, settings, digests) else VERIFIED
 
 
+def is_verified(level: Level | None) -> bool:
+    """Whether a level is at least ``verified``, which a rank needs."""
+    return level in (VERIFIED, TRAINED_HERE)
+
+
 class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A training of one version of an agent.
 

@@ -113,6 +113,11 @@ class Submission:
         return groups
 
     @property
+    def is_sampled(self) -> bool:
+        """Whether the agent samples its actions in evaluation, so that no episode can be repeated."""
+        return self.manifest is not None and self.manifest.protocol.evaluation == "sampled"
+
+    @property
     def documents(self) -> dict[str, RunDocument]:
         """The documents of all runs by the run's name, ``group/protocol/runN``."""
         return {

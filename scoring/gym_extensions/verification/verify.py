@@ -22,7 +22,6 @@ from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import episodes as episodess, limits, new_seeds
 from gym_extensions.versions import processor, version
 
-SAMPLED = "sampled"
 UNDECIDED = "undecided: too slow, with {:g} hours of processor time in all and {} s a cell; publish smaller "
 UNDECIDED += "policies or fewer runs at once, or ask a maintainer for more time (verify --hours N --write)"
 
@@ -202,14 +201,9 @@ def logged_runs(submission: Submission) -> dict[str, LoggedRun]:
     return {run.name: run for run in runs}
 
 
-def is_sampled(submission: Submission) -> bool:
-    """Whether the policies of a submission sample their actions, so that no episode can be repeated."""
-    return bool(submission.manifest and submission.manifest.protocol.evaluation == SAMPLED)
-
-
 def is_first_arithmetic(submission: Submission, run: LoggedRun) -> bool:
     """Whether the episodes of a run are repeated only by the arithmetic of the machine that logged them."""
-    return run.document.arithmetic != ARITHMETIC and not is_sampled(submission)
+    return run.document.arithmetic != ARITHMETIC and not submission.is_sampled
 
 
 def settings_of(submission: Submission) -> str:
@@ -262,7 +256,7 @@ def verify(
     digests = {name: run.document.digest for name, run in runs.items()}
     contents = {name: run.document.files for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(contents), value)
-    repeatable = [] if is_sampled(submission) else [name for name in runs if name not in old]
+    repeatable = [] if submission.is_sampled else [name for name in runs if name not in old]
     prescribed = {name: run.prescribed if name in repeatable else () for name, run in runs.items()}
     facts: dict[str, Any] = {
         "date": datetime.now(UTC).date().isoformat(),

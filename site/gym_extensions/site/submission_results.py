@@ -14,11 +14,17 @@ from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.references import experts
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, Scorecard, SuiteScore, TaskChange
 from gym_extensions.site import paths
 from gym_extensions.site.text import count, digits_for, fixed, grouped, variation
-from gym_extensions.submissions.review import CLAIMED, REPORTED, TRAINED_HERE, VERIFIED, how_repeated
+from gym_extensions.submissions.review import (
+    CLAIMED,
+    REPORTED,
+    TRAINED_HERE,
+    VERIFIED,
+    how_repeated,
+    is_verified,
+)
 
 SEQUENTIAL = "sequential"
 NO_LOG = GroupScore(level="claimed", budget="", runs=(), tasks=(), metrics={}, reference={}, return_matrix=())

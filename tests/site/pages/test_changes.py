@@ -8,7 +8,7 @@ from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.pages.changes import MOST, changes, records
 
 from ..browser import files, references_of, typed
-from .test_core import GROUPS, LABELLED, method
+from .test_core import GROUPS, LABELLED, method, trained_here
 
 ATOM = "{http://www.w3.org/2005/Atom}"
 PART = {
@@ -89,3 +89,20 @@ def test_the_best_core_score_has_a_step_where_a_method_is_above_all_that_came_be
     page = dict(files(document))["changes.html"]
     assert re.search(r"Without task label: 0\.\d\d since 2026-11-22; With", page)
     assert '<path class="line p2"' in page
+
+
+def test_a_method_that_was_trained_here_counts_from_the_day_on_which_its_runs_were_finished(
+    document: dict[str, Any],
+) -> None:
+    card = trained_here("new")
+    card["training"]["finished"] = "2026-01-05"
+    document["submissions"] = [card]
+    cards = typed(document)
+    found = changes(Leaderboard(references_of(cards), cards.submissions))
+    assert [(row.date, row.kind) for row in found] == [
+        ("2026-01-05", "trained here"),
+        ("2026-01-05", "highest core score"),
+    ]
+    card["training"]["finished"] = ""
+    cards = typed(document)
+    assert changes(Leaderboard(references_of(cards), cards.submissions)) == []

@@ -1,5 +1,6 @@
 """The overview: which method leads on the core, how certain that is, and what the others lack."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -111,6 +112,9 @@ def test_limits_name_what_the_statement_does_not_show() -> None:
         for each in (KEEPER, TWIN)
     ]
     assert overview_of(LOSER, *tuned).limits()["most_tuned"] == (9, ["keeper", "twin"])
+    for cards, untuned in (([LOSER, *tuned], ["1"]), (tuned, [])):
+        page = dict(files({**everything(), "submissions": cards}))["index.html"]
+        assert re.findall(r"not at all for (\d+) of them", page) == untuned
     assert overview_of(PART).limits() == {}
 
 

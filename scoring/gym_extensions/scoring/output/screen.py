@@ -46,8 +46,8 @@ def awaited(items: Iterator[Item], texts: Iterable[str]) -> Iterator[Item]:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A number with a fixed count of digits, or a dash."""
-    return "–" if value is None else f"{value:.{digits}f}"
+    """A number with a fixed count of digits, or a dash; -0.000 is 0.000."""
+    return "–" if value is None else f"{value:z.{digits}f}"
 
 
 def span(value: Estimate) -> str:

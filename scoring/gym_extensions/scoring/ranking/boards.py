@@ -354,11 +354,6 @@ def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> review.Le
     return min((log.level for log in logs if log), key=review.LEVELS.index, default=review.VERIFIED)
 
 
-def is_verified(level: review.Level | None) -> bool:
-    """Whether a level is at least ``verified``, which a rank needs."""
-    return level in (review.VERIFIED, review.TRAINED_HERE)
-
-
 def is_task_conditioned(card: Scorecard) -> bool:
     """Whether the agent observes the task in evaluation. Such submissions have separate boards."""
     return card.manifest is not None and card.manifest.observes.task_in_evaluation

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.metrics.statistics import smaller_spread_p, standard_deviation
-from gym_extensions.scoring.ranking.boards import BoardKey, is_verified
+from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.scorecard import SKETCH_SIZE, GroupScore, Scorecard, Sketch
+from gym_extensions.submissions.review import is_verified
 
 COPY = "Has most episodes of {}."
 """Why a copy has no rank."""

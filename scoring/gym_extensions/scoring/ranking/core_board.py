@@ -22,7 +22,7 @@ from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
 from gym_extensions.scoring.submission import suites
-from gym_extensions.submissions.review import VERIFIED
+from gym_extensions.submissions.review import VERIFIED, is_verified
 
 NOT_TRAINED = "Not trained here."
 MARGIN = 0.05
@@ -197,7 +197,7 @@ def as_compared(card: Scorecard, look: int) -> Scorecard:
             value = replace(suites.over_groups([log], FINAL, runs), runs=found)
             metrics = {**metrics, FINAL.name: value}
         level = log.level
-        if not boards.is_verified(level) and suites.verified_runs(log) >= max(runs, 1):
+        if not is_verified(level) and suites.verified_runs(log) >= max(runs, 1):
             level = VERIFIED  # what is not verified are later runs
         sketches = log.episode_sketches[:runs]
         logs[name] = {KEY.protocol: replace(log, level=level, metrics=metrics, episode_sketches=sketches)}

@@ -20,7 +20,7 @@ from gym_extensions.scoring.submission.suites import core_score, run_cost
 from gym_extensions.submissions import review as reviews, submission as submissions
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import SETTINGS
-from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, VERIFIED, Level
+from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, Level
 from gym_extensions.submissions.run import ARITHMETIC
 
 NO_POLICIES = (
@@ -82,7 +82,7 @@ def score(
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=None if only else level)
     runs_documented = submission.documents.values()
-    is_repeated = level in (VERIFIED, TRAINED_HERE) and manifest and manifest.protocol.evaluation != "sampled"
+    is_repeated = reviews.is_verified(level) and not submission.is_sampled
     card = scorecard.Scorecard(
         name=submission.name,
         title=manifest.title if manifest else submission.name,
@@ -95,6 +95,7 @@ def score(
             scorecard.TrainingSummary,
             of_code.training,
             attempts=of_code.version,
+            finished=max((run.date or "" for log in trained.values() for run in log.provenance), default=""),
             outdated=of_code.training.agent != submission.code,
         )
         if of_code

@@ -51,8 +51,8 @@ def changes(site: Leaderboard) -> list[Change]:
             if total["episodes"]:
                 text += f", {grouped(total['repeated'])} of {grouped(total['episodes'])} episodes repeated"
             found[key] = [f"{text}."]
-        if card.training:
-            found.setdefault((card.training.date, TRAINED_HERE), []).append("The project trained its code.")
+        if card.training and (day := card.training.finished):
+            found.setdefault((day, TRAINED_HERE), []).append("The project trained its code.")
         for (date, kind), texts in found.items():
             rows.append(Change(date, card.name, kind, " ".join(texts), card.title))
     for title, steps in records(site).items():
@@ -65,8 +65,8 @@ def changes(site: Leaderboard) -> list[Change]:
 def records(site: Leaderboard) -> dict[str, list[tuple[str, CoreRow]]]:
     """By list of the core, the methods whose score was above those of all before them, oldest first.
 
-    A method counts from the day on which every group of the core had a verified run of it, or on which it was
-    trained here. Scores are those of today: nothing states those of a day that has passed.
+    A method counts from the day on which every group of the core had a verified run of it, or on which its
+    runs here were finished. Scores are those of today: nothing states those of a day that has passed.
     """
     cards, found = {card.name: card for card in site.submissions}, dict[str, list[tuple[str, CoreRow]]]()
     for each in site.scored.core.lists if site.scored.core else ():
@@ -75,7 +75,7 @@ def records(site: Leaderboard) -> dict[str, list[tuple[str, CoreRow]]]:
             card, logs = cards[row.name], [f"{split_version(group)[0]}/{SEQUENTIAL}" for group in row.groups]
             passed = [part for part in card.verifications if part.passed]
             days = [min((part.date for part in passed if log in part.logs), default="") for log in logs]
-            day = card.training.date if row.trained_here and card.training else all(days) and max(days)
+            day = card.training.finished if row.trained_here and card.training else all(days) and max(days)
             if day and (not best or day < best[0][0]):
                 best.insert(0, (day, row))
     return {title: best for title, best in found.items() if best}
