@@ -19,6 +19,7 @@ from typing import Any, get_args
 import pandas as pd
 
 from gym_extensions import results
+from gym_extensions.baselines.algorithms import EXTRAS
 from gym_extensions.catalog import variations
 from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.curation import pull_request_rules
@@ -28,6 +29,7 @@ from gym_extensions.metrics.formulas import METRICS, NEEDS
 from gym_extensions.results.frames import columns_of
 from gym_extensions.site.pages.data import DOCUMENTS
 from gym_extensions.submissions import rules
+from gym_extensions.submissions.manifest import BOX_PACKAGES
 from gym_extensions.submissions.problem import Scope
 from tools.environments.__main__ import main as write_environments
 from tools.experts.__main__ import main as experts
@@ -114,6 +116,9 @@ def tables() -> dict[str, str]:
             ("rules of pull requests", pull_request_rules.RULES.values()),
         )
     }
+    extra_of = {module: f"`{extra}`" for extra, modules in EXTRAS.items() for module in modules}
+    extras = ([f"`{name}`", extra_of.get(name.replace("-", "_"), "")] for name in BOX_PACKAGES)
+    found["packages of the box"] = table(("package", "extra"), extras)
     head = ("`kind`", "arguments", "what it does", "bodies")
     found["variations"] = table(head, variation_rows())
     names = ("metric", "formula", "better", "also needs", "also known as")

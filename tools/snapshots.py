@@ -27,7 +27,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.files import write_text
 from gym_extensions.policies import Policy, load
-from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, POLICIES, run_file, runs_folder
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, POLICIES, run_file
 from gym_extensions.submissions.manifest import parse
 from gym_extensions.submissions.policies.files import (
     AnyPolicy,
@@ -38,6 +38,7 @@ from gym_extensions.submissions.policies.files import (
 )
 from gym_extensions.submissions.policies.mlp import by_task
 from gym_extensions.submissions.run import PolicyFile, read_run, write_run
+from gym_extensions.submissions.submission import runs_folder
 
 
 def assembled_log(text: str, tasks: int) -> str:

@@ -23,8 +23,8 @@ def lines(folders: Sequence[Path]) -> list[str]:
     paths = {card.name: str(folder) for folder, card in zip(folders, cards, strict=True)}
     found = []
     for each in wanted(cards, core_board(cards), algorithms.names()):
-        more = "" if each.hours is None else f", about {each.hours:.1f} hours of one core"
-        more += "" if each.decides is None else f"; about {each.decides:.1f} comparisons would be decided"
+        more = "" if each.hours is None else f" ({each.hours:.1f} h on one core)"
+        more += "" if each.decides is None else f" and should decide about {each.decides:.1f} open pairs"
         found.append(f"{each.name}: {each.count} runs complete its look at {each.look} runs{more}.")
         found += [f"  {command}" for command in each.commands(paths[each.name])]
     return found or ["No submission of a reference agent needs runs for its next look."]

@@ -23,6 +23,7 @@ from gym_extensions.submissions.policies.diagnostics import Diagnosis
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.policies.onnx import OnnxPolicy
 from gym_extensions.submissions.run import PolicyFile, read_run
+from gym_extensions.submissions.submission import runs_folder
 
 __all__ = ["Diagnosis", "OnnxPolicy", "Policy", "diagnose", "from_torch", "load"]
 
@@ -108,7 +109,7 @@ def diagnose(
 
 
 def _of_submission(folder: Path, group: TaskGroup, protocol: str, run: int) -> mlp_arrays.Arrays:
-    runs = layout.runs_folder(folder, group.name, protocol)
+    runs = runs_folder(folder, group.name, protocol)
     path = runs / layout.run_file(group.name, protocol, run, layout.DOCUMENT)
     if not path.is_file():
         found = f"{folder} has no run {run} of {group.name}, {protocol}."

@@ -93,6 +93,7 @@ def with_methods(**methods: Any) -> Any:
     ("agent", "named"),
     [
         (with_methods(act=lambda self, observations: None), "learn()"),
+        (type("Mine", (Zero,), {"card": Card("mine")}), "def card(self)"),
         (with_methods(learn=lambda self, env, steps: None), "act()"),
         (lambda: None, "(observation_space, action_space, seed)"),
         (Zero.__new__(Zero), "type Zero"),
@@ -235,6 +236,55 @@ def test_an_agent_that_holds_objects_of_packages_and_names_none_is_warned() -> N
         warnings.simplefilter("error")
         card = Card("declared", packages=("pandas",), stored_steps=1000)
         checked(type("Declared", (Undeclared,), {"card": lambda self: card}))
+
+
+def warned(do: Callable[[], object]) -> str:
+    """The texts of its warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        do()
+    return "\n".join(str(each.message) for each in caught)
+
+
+@pytest.mark.parametrize(
+    ("policy", "steps", "is_warned"),
+    [(None, "100k", True), (None, "smoke", False), (Zero.policy, "100k", False)],
+)
+def test_an_agent_without_policy_is_warned_where_there_are_ranks(
+    policy: Any, steps: str, is_warned: bool, tmp_path: Path
+) -> None:
+    def learn(self: Any, env: Any, steps: int) -> None:
+        raise ZeroDivisionError
+
+    def begin() -> None:
+        with pytest.raises(ZeroDivisionError):
+            train(agent, QUICK_GROUP, "joint", steps, 0, out=tmp_path / "mine", progress=False)
+
+    agent: Any = type("Mine", (Zero,), {"policy": policy, "learn": learn})
+    assert ("Add a method policy()" in warned(begin)) == is_warned
+
+
+@pytest.mark.parametrize(
+    ("card", "taken", "is_warned"),
+    [
+        (Card("mine"), 0, True),
+        (Card("mine"), 499, True),
+        (Card("mine"), 500, False),
+        (Card("zero"), 0, False),
+        (Card("random"), 0, False),
+    ],
+)
+def test_an_agent_that_takes_less_than_half_of_its_steps_is_warned(
+    card: Card, taken: int, is_warned: bool
+) -> None:
+    text = warned(lambda: agent_spec.warn_of_few_steps(card, taken, 1000))
+    assert (f"took {taken} of 1,000 steps" in text) == is_warned
+
+
+def test_the_steps_that_an_agent_takes_are_those_of_a_stage_with_training(tmp_path: Path) -> None:
+    idle: Any = type("Idle", (Zero,), {"card": lambda self: Card("mine")})
+    text = warned(lambda: train(idle, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "mine"))
+    assert text.count("learn() took 0 of 1,000 steps") == 2
 
 
 @pytest.mark.parametrize(

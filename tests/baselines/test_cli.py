@@ -114,6 +114,23 @@ def test_an_interrupted_command_says_how_to_continue(jobs: str, sent: signal.Sig
     assert printed.splitlines()[-1].startswith("Interrupted. The same command continues")
 
 
+def test_a_second_signal_does_not_interrupt_what_follows_the_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = []
+
+    def interrupted(*_: Any, **__: Any) -> None:
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        finally:
+            signal.raise_signal(signal.SIGTERM)
+            ended.append("in order")
+
+    monkeypatch.setattr("gym_extensions.baselines.train", interrupted)
+    assert main(command("trpo", out=str(tmp_path / "mine"))) == 128 + signal.SIGTERM
+    assert ended == ["in order"]
+
+
 FAILING = """
 import os, signal
 from gym_extensions.baselines.algorithms.floors import Zero

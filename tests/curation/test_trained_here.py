@@ -16,6 +16,15 @@ STORY = (Path(__file__).parent / "trained_here.py").read_text(encoding="utf-8")
 PAGE = (ROOT / "docs/submit.md").read_text(encoding="utf-8")
 (CLIMBER,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 LEARN = "        best, best_return = self.weights, -np.inf\n"
+RAISE = "raise ValueError('too late')\n"
+START = "self.random.normal(0, 0.3, (observation_space.shape[0], action_space.shape[0]))"
+LINEAR = """np.array([
+            -0.14, -0.4, 0.6, -0.74, 0.05, 0.26, 0.31, 0.39, 0.56, 0.57, -0.42, -0.79,
+            -0.35, 1.05, -1.21, 0.07, 0.17, 0.91, 0.16, -1.9, -0.25, -0.77, -0.57, -0.74,
+            -1.31, -0.79, 0.88, -0.13, 0.44, -0.72, 1.18, 1.17, -2.12
+        ]).reshape(11, 3)"""
+"""The weights of a policy for Hopper, found by 99 trials of hill climbing; its mean return was 420."""
+CARRYING = CLIMBER.replace(START, LINEAR)
 Tell = Callable[..., dict[str, Any]]
 
 
@@ -57,19 +66,53 @@ def test_seeds_are_the_worlds_even_if_an_agent_ignores_its_own(tell: Tell) -> No
 
 
 @pytest.mark.slow
+def test_a_policy_in_the_code_is_seen_by_its_first_return(tell: Tell) -> None:
+    """It passes the gate and has a rank; the page shows that it was better than the floor from the start."""
+    assert LINEAR in CARRYING
+    found = tell("trials = 1\n", source=CARRYING, options=("--hopper",))
+    assert (found["gate"]["verdict"], found["problems"]) == ("passed", [])
+    assert (found["level"], found["ranked"]) == ("trained here", True)
+    assert len(found["page"]) == 2, "tasks"
+    for facts in found["page"]:
+        ((first, floor),) = re.findall(r"first (\d+), floor (\d+)", facts)
+        assert int(first) > 2 * int(floor)
+
+
+@pytest.mark.slow
+def test_an_agent_states_the_package_of_the_box_that_it_needs(tell: Tell) -> None:
+    source = f"import scipy\n{CLIMBER}"
+    (problem,) = tell(source=source, options=("--short",))["gate"]["problems"]
+    assert problem["rule"] == "foreign-package"
+    found = tell("", "scipy", source=source, options=("--short",))
+    assert (found["gate"]["problems"], found["training"]["failed"]) == ([], {})
+    assert found["level"] == "trained here"
+
+
+@pytest.mark.slow
 def test_an_agent_that_draws_from_the_machine_is_told_so(tell: Tell) -> None:
     (note,) = tell("self.random = np.random.default_rng()\n")["gate"]["notes"]
     assert note.startswith("Trained twice, it differs from stage")
 
 
-def test_an_agent_that_fails_counts_as_the_floor_and_is_not_tried_again(tell: Tell) -> None:
-    found = tell("raise ValueError('too late')\n", options=("--short",))
+@pytest.mark.parametrize(
+    ("learn", "words"),
+    [
+        pytest.param(RAISE, ["after 0 of 1,000 steps", "too late (agent.py, line"], id="raises"),
+        pytest.param("import os\nos._exit(3)\n", ["status 3"], marks=pytest.mark.slow, id="ends itself"),
+        pytest.param(
+            "steps *= 10\n", ["its budget is 1000"], marks=pytest.mark.slow, id="ten times the steps"
+        ),
+    ],
+)
+def test_an_agent_that_fails_counts_as_the_floor_and_is_not_tried_again(
+    tell: Tell, learn: str, words: list[str]
+) -> None:
+    found = tell(learn, options=("--short",))
     assert found["gate"]["verdict"] == "passed"
     assert (found["status"], found["level"]) == (0, "trained here")
     assert len(found["training"]["failed"]) == 2
     for verdict in found["training"]["failed"].values():
-        assert "after 0 of 1,000 steps" in verdict
-        assert "too late (agent.py, line" in verdict
+        assert all(each in verdict for each in words)
         assert len(verdict) <= 500
     assert max(map(abs, found["scores"])) < 0.05
     assert "failed: " not in found["again"], "nothing runs again"
@@ -86,9 +129,7 @@ def test_a_trial_comes_before_the_training_and_is_no_part_of_it(tell: Tell) -> N
     assert (found["level"], found["due_again"], found["problems"]) == ("trained here", "[]", [])
 
 
-@pytest.mark.parametrize(
-    "learn", ["", pytest.param("raise ValueError('too late')\n", marks=pytest.mark.slow, id="it fails")]
-)
+@pytest.mark.parametrize("learn", ["", pytest.param(RAISE, marks=pytest.mark.slow, id="it fails")])
 def test_runs_in_another_order_are_trained_here_and_are_not_the_core(tell: Tell, learn: str) -> None:
     found = tell(learn, options=("--short", "--balanced"))
     assert (found["status"], found["level"], found["problems"]) == (0, "trained here", [])

@@ -2,9 +2,9 @@
 
 ``python trained_here.py FOLDER ENTRY FILES PACKAGES`` prints as JSON what became of it. ``FILES`` are the
 files of agent/ and ``PACKAGES`` what [agent] states, as JSON. A core of one small group and a small budget
-stand for the whole. With ``--interrupt``, the machine dies after the first run; with ``--short``, two runs
-are trained, and the gate does not try the code; with ``--balanced``, they are balanced ones; with ``--try``,
-a trial comes before them.
+stand for the whole. With ``--hopper``, the group is of Hopper; with ``--interrupt``, the machine dies after
+the first run; with ``--short``, two runs are trained, and the gate does not try the code; with
+``--balanced``, they are balanced ones; with ``--try``, a trial comes before them.
 """
 
 import contextlib
@@ -20,7 +20,8 @@ import msgspec
 
 from gym_extensions.catalog import groups, protocol
 
-groups.CORES[groups.CORE] = ("pusher-v0",)
+GROUP = "hopper-motor-noise" if "--hopper" in sys.argv else "pusher"
+groups.CORES[groups.CORE] = (f"{GROUP}-v0",)
 protocol.BUDGETS["300k"] = protocol.Budget("300k", batches=5, batch_steps=200, num_envs=2)
 
 from gym_extensions import baselines  # noqa: E402
@@ -32,12 +33,14 @@ from gym_extensions.references import load_references  # noqa: E402
 from gym_extensions.scoring.ranking import core_board  # noqa: E402
 from gym_extensions.scoring.ranking.group_board import boards  # noqa: E402
 from gym_extensions.scoring.submission.scorer import score  # noqa: E402
+from gym_extensions.site.charts import line_charts  # noqa: E402
+from gym_extensions.site.submission_results import SubmissionResult  # noqa: E402
 from gym_extensions.submissions.reader import read  # noqa: E402
 from gym_extensions.verification.git import Repository  # noqa: E402
 
 NEW, FULL = "submissions/new", 5
 RUNS = 2 if "--short" in sys.argv else FULL
-ORDER = ("--protocol", "balanced", "--groups", "pusher") if "--balanced" in sys.argv else ()
+ORDER = ("--protocol", "balanced", "--groups", GROUP) if "--balanced" in sys.argv else ()
 IDENTITY = ("-c", "user.name=Tester", "-c", "user.email=tester@example.org", "-c", "commit.gpgsign=false")
 MANIFEST = """format = 1
 title = "A stranger's agent"
@@ -131,6 +134,7 @@ class Story:
         """Level, rank and failures of the submission."""
         card = score(read(self.main / NEW), load_references())
         core_board.left_out = lambda logs: iter(())  # of one group, no part can be left out
+        of_group = next(iter(card.groups[f"{GROUP}-v0"].values()))
         core = boards([card]).core
         row = core.rows[0] if core else None
         return {
@@ -140,7 +144,8 @@ class Story:
             "core_level": row and row.level,
             "why": row and row.why,
             "means": {name: row and row.metrics[name].mean for name in CORE_METRICS},
-            "scores": next(iter(card.groups["pusher-v0"].values())).metrics["final_performance"].runs,
+            "scores": of_group.metrics["final_performance"].runs,
+            "page": [facts for _, facts, _ in line_charts.curves(SubmissionResult(GROUP, "", of_group))],
             "training": msgspec.to_builtins(card.training),
         }
 
@@ -166,9 +171,9 @@ def interrupted(story: Story) -> dict[str, bytes]:
         story.train()
     baselines.train = train
     runs = story.job / NEW / "trained"
-    half = runs / "1/pusher/sequential/run1.json"
+    half = runs / f"1/{GROUP}/sequential/run1.json"
     half.write_bytes(half.with_stem("run0").read_bytes())  # it was about to write the log
-    return {str(path): path.read_bytes() for path in runs.glob("1/pusher/*/run0.*")}
+    return {str(path): path.read_bytes() for path in runs.glob(f"1/{GROUP}/*/run0.*")}
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
 READ_SUBMISSIONS = ("policies.ipynb",)
 QUICK = {
     '"../submissions"': repr(str(ROOT / "submissions")),
-    "policies(submissions)": 'policies([submissions / name for name in ("packnet", "trpo", "sac")])',
+    "policies(submissions)": 'policies([submissions / name for name in ("ppo-reset-tuned", "trpo", "sac")])',
     '"hopper-gravity"': '"hopper-motor-noise"',
     "baselines import train": "baselines import Parallel, train",
     "out=out": "out=out, jobs=Parallel(num_envs=5)",

@@ -109,7 +109,7 @@ def zoo(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The data set of the policies of one group."""
     pytest.importorskip("pyarrow")
     out = tmp_path_factory.mktemp("zoo") / "zoo"
-    stored = [str(SUBMISSION.parent / name) for name in ("packnet", "sac")]
+    stored = [str(SUBMISSION.parent / name) for name in ("ppo-packnet-tuned", "sac")]
     assert cli.main(["zoo", *stored, "--group", "hopper-gravity", "--out", str(out)]) == 0
     return out
 
@@ -120,7 +120,7 @@ def test_the_weights_of_the_zoo_make_its_policies_again(zoo: Path) -> None:
     weights = pd.read_parquet(zoo / "weights.parquet").set_index("sha256")["values"]
     assert set(frame["weights"]) == set(weights.index)
     observations = np.random.default_rng(0).normal(size=(3, 11))
-    for name, stage in (("packnet", 5), ("sac", 3)):
+    for name, stage in (("ppo-packnet-tuned", 5), ("sac", 3)):
         found = frame.query(
             "submission == @name and protocol == 'sequential' and stage == @stage and run == 4"
         )

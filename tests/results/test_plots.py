@@ -86,7 +86,7 @@ def test_interim_evaluations_are_points_within_the_stages(make_submission: Calla
 @pytest.mark.committed
 def test_a_board_is_a_point_per_submission_with_its_interval() -> None:
     folder = SUBMISSION.parent
-    frame = results.board("halfcheetah-gravity", [folder / "trpo", folder / "cloning"])
+    frame = results.board("halfcheetah-gravity", [folder / "trpo", folder / "reset"])
     axes = results.plot_board(frame, metric="forgetting")
     (line,) = axes.lines
     frame = frame[frame["forgetting"].notna()]

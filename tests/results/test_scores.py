@@ -66,7 +66,7 @@ def test_a_suite_has_rows_without_a_number_of_runs(make_submission: Write) -> No
 
 @pytest.mark.committed
 def test_a_board_has_the_ranks_and_intervals_of_the_published_one() -> None:
-    paths = [SUBMISSIONS / name for name in ("trpo", "cloning")]
+    paths = [SUBMISSIONS / name for name in ("trpo", "reset")]
     frame = results.board("halfcheetah-gravity", paths)
     cards = scorecards(find_submissions(paths), make_scorer(only=["halfcheetah-gravity"]))
     published = board(list(cards), BoardKey("halfcheetah-gravity-v0", "sequential", "300k", False))
@@ -181,13 +181,13 @@ def test_a_matrix_is_of_one_submission_that_has_every_group(make_submission: Wri
 
 @pytest.mark.committed
 def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
-    submissions = [ROOT / "submissions" / name for name in ("cloning", "trpo")]
+    submissions = [ROOT / "submissions" / name for name in ("sac", "trpo")]
     both = results.landscapes(submissions)
     assert set(both["share"]) == {"interpolation", "extrapolation"}
     assert not both.duplicated(["submission", "group", "share"]).any()
     assert ((both["low"] < both["mean"]) & (both["mean"] < both["high"]) & (both["runs"] == 5)).all()
     alone = results.landscapes(submissions[0]).set_index(["group", "share"])["mean"]
-    beside = both[both["submission"] == "cloning"].set_index(["group", "share"])["mean"]
+    beside = both[both["submission"] == "sac"].set_index(["group", "share"])["mean"]
     assert (alone >= beside).all()  # another submission can only raise the best
     assert (alone > beside).any()
     assert results.landscapes(ROOT / "submissions" / "trpo-2017").empty  # it has no policies
@@ -195,7 +195,7 @@ def test_landscapes_are_shares_of_the_best_of_the_given_submissions() -> None:
 
 @pytest.mark.committed
 def test_landscapes_leave_out_withdrawn_submissions(tmp_path: Path) -> None:
-    for name in ("cloning", "trpo"):
+    for name in ("sac", "trpo"):
         shutil.copytree(SUBMISSIONS / name / "landscapes", tmp_path / name / "landscapes")
         for file in (SUBMISSIONS / name).rglob("run*.json"):
             (copy := tmp_path / file.relative_to(SUBMISSIONS)).parent.mkdir(parents=True, exist_ok=True)
@@ -203,4 +203,4 @@ def test_landscapes_leave_out_withdrawn_submissions(tmp_path: Path) -> None:
         shutil.copy(SUBMISSIONS / name / "submission.toml", tmp_path / name)
     decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
     write_review(tmp_path / "trpo", Review(decisions=[decision]))
-    assert_frame_equal(results.landscapes(tmp_path), results.landscapes(SUBMISSIONS / "cloning"))
+    assert_frame_equal(results.landscapes(tmp_path), results.landscapes(SUBMISSIONS / "sac"))

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -16,6 +17,7 @@ from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import METRICS, TABLE
 from gym_extensions.scoring import cli
 from gym_extensions.scoring.output.screen import console, show
+from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.submissions.review import Decision, Review, read_review, write_review
 
@@ -110,6 +112,18 @@ def test_a_group_shows_the_runs_that_were_trained_here_before_the_authors_own(
     assert [line.rpartition(", ")[2] for line in lines] == ["trained here", "claimed"]
 
 
+def test_a_table_of_groups_says_that_it_has_the_authors_own_runs(
+    make_submission: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'), protocols=("sequential",))
+    trained_here(folder)
+    card = score_folder(folder)
+    card = replace(card, groups=card.groups | {"other-v0": card.groups["hopper-gravity-v0"]})
+    for trained in ({}, card.trained):
+        show(console(), replace(card, trained=trained))
+        assert ("These are the author's own runs" in capsys.readouterr().out) == bool(trained)
+
+
 def test_code_without_runs_waits_for_the_merge(tmp_path: Path, score: Command) -> None:
     (tmp_path / "agent").mkdir()
     (tmp_path / "agent/agent.py").write_text("make = None\n", encoding="utf-8")
@@ -127,7 +141,11 @@ def test_the_review_is_told(make_submission: Write, score: Command) -> None:
     lines = score(folder).out.splitlines()
     assert lines[0] == "submission  A submission  (verified)"
     assert "agrees on new seeds (p = 0.5)" in lines[1]
-    assert lines[3].endswith("challenged on 2026-01-02: Too good.")
+    assert lines[2].endswith("challenged on 2026-01-02: Too good.")
+    slow = msgspec.structs.replace(review.verifications[0], passed=False, undecided="undecided: too slow")
+    write_review(folder, Review(verifications=[slow]))
+    told = score(folder).out.splitlines()[1]
+    assert told == "  verification of 2026-11-26: 2 runs, undecided: too slow"
     write_review(folder, Review(decisions=[doubt, msgspec.structs.replace(doubt, action="withdrawn")]))
     assert "withdrawn from all boards on 2026-01-02: Too good." in score(folder).out.splitlines()[1]
 

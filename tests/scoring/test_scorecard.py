@@ -1,6 +1,7 @@
 """The scorecard: its fields, what is null and why, and that no score depends on other submissions."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from shutil import rmtree
 
@@ -14,6 +15,7 @@ from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
+from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import (
@@ -23,6 +25,7 @@ from gym_extensions.submissions.review import (
     read_review,
     write_review,
 )
+from gym_extensions.submissions.run import read_run, write_run
 
 from ..conftest import MANIFEST, VERSIONS, Write, trained_here, verification
 from ..submissions.examples import edit, redigest
@@ -199,6 +202,15 @@ def test_the_joint_gap_of_a_suite_is_the_mean_of_its_groups(make_submission: Wri
     assert gap.why == ""
 
 
+def test_a_suite_has_one_budget(make_submission: Write) -> None:
+    groups = dict(score_folder(make_submission(groups=BODIES, protocols=("sequential", "joint"))).groups)
+    logs = groups[GROUP]
+    groups[GROUP] = logs | {"joint": replace(logs["joint"], budget="1M")}
+    suites = suite_scores(groups)["gravity"]
+    assert list(suites) == ["sequential"]
+    assert GROUP in suites["sequential"].metrics["joint_gap"].why
+
+
 def test_a_suite_names_the_groups_in_which_a_metric_has_no_value(make_submission: Write) -> None:
     folder = make_submission(groups=BODIES)
     for body in BODIES[1:3]:
@@ -255,15 +267,22 @@ def test_a_submission_whose_settings_change_is_claimed_again_and_a_change_of_pro
         assert log.why_claimed == "The settings in submission.toml changed after the verification."
 
 
+def test_a_submission_without_policies_says_what_its_agent_needs(make_submission: Write) -> None:
+    log = score_folder(make_submission(policy=None, runs=(0, 2))).groups[GROUP]["sequential"]
+    assert log.level == "claimed"
+    assert "policy()" in log.why_claimed
+
+
 def test_a_scorecard_has_what_the_review_says(make_submission: Write) -> None:
     folder = make_submission()
     found = {"episodes": 60, "repeated": 58, "difference": "run 0, stage 1: 1e-9", "p_value": 0.25}
+    found |= {"runtime": "onnxruntime 1.32.0"}
     reviewed(folder, date="2026-01-02", retrained=[f"{NAME}/sequential/run1"], **found)
     card = score_folder(folder)
     (part,) = card.verifications
     assert (part.date, part.episodes, part.repeated, part.p_value) == ("2026-01-02", 60, 58, 0.25)
     assert (part.logs, part.runs, part.current) == ((f"{NAME}/sequential", f"{NAME}/single"), 4, 4)
-    assert part.difference == "run 0, stage 1: 1e-9"
+    assert (part.difference, part.runtime) == ("run 0, stage 1: 1e-9", "onnxruntime 1.32.0")
     provenance = card.groups[GROUP]["sequential"].provenance
     assert [(run.run, run.reproduced) for run in provenance][:2] == [(0, False), (1, True)]
 
@@ -333,6 +352,30 @@ def test_code_alone_has_the_scores_of_what_was_trained_of_it(make_submission: Wr
     assert card.beside == {}
     assert card.training is not None
     assert (card.training.attempts, card.training.outdated) == (1, False)
+
+
+def test_a_training_is_finished_on_the_day_of_its_last_run(make_submission: Write) -> None:
+    folder = make_submission()
+    for run in (0, 1):
+        path = folder / NAME / f"sequential/run{run}.json"
+        write_run(path, msgspec.structs.replace(read_run(path), date=f"2026-01-0{4 + run}"))
+    trained_here(folder)
+    training = score_folder(folder).training
+    assert training is not None
+    assert (training.date, training.finished) == ("2026-01-02", "2026-01-05")
+
+
+def test_a_training_here_without_run_0_leaves_the_other_groups_as_they_are(make_submission: Write) -> None:
+    folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'))
+    before = score_folder(folder).groups
+    made = trained_here(folder) / NAME / "sequential"
+    for path in made.glob("run0.*"):
+        path.unlink()
+    card = score_folder(folder)
+    assert (card.problems, card.groups, card.trained) == ((), before, {})
+    rmtree(folder / NAME)
+    code = score_folder(folder)
+    assert (code.problems, code.groups, code.level) == ((), {}, "claimed")
 
 
 def test_an_authors_runs_stay_beside_those_that_were_trained_here(make_submission: Write) -> None:

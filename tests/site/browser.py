@@ -18,6 +18,7 @@ from gym_extensions.scoring.submission.scorer import completed
 from gym_extensions.site.build import Site
 from gym_extensions.site.pages import PAGES
 from gym_extensions.site.pages.page import TASK_LIST, Page, Render
+from gym_extensions.site.play.assets import Simulator
 
 
 def beside(path: str, address: str) -> str:
@@ -91,10 +92,11 @@ def site_files(
     kinds: tuple[Page, ...] = PAGES,
     folders: Mapping[str, Path] | None = None,
     docs: bool = False,
+    simulator: Simulator | None = None,
 ) -> Iterator[tuple[str, str]]:
     """Every text file of the site that shows these JSON values; of all kinds of pages, or of some."""
     whole = typed(document)
-    site = Site(Render(references_of(whole), kinds, folders or {}, docs=docs))
+    site = Site(Render(references_of(whole), kinds, folders or {}, simulator, docs=docs))
     for path, content in site.files(whole.submissions):
         if isinstance(content, str):
             yield path, content

@@ -44,8 +44,9 @@ in_both_schemes = pytest.mark.parametrize("scheme", [LIGHT, DARK], ids=["light",
 def test_numbers_are_readable_on_the_strongest_tint_and_marks_are_visible(scheme: dict[str, str]) -> None:
     for colour, share in (("heat", HEAT_TINT), ("cold", COLD_TINT)):
         assert contrast(scheme["ink"], mixed(scheme[colour], scheme["paper"], share)) >= 4.5, colour
-    for mark in ("accent", "ring", "loss", "gain", "accent-bar", "ring-bar"):
-        assert contrast(scheme[mark], scheme["paper"]) >= 3, mark
+    for mark in ("accent", "ring", "loss", "gain", "accent-bar", "ring-bar", "strong-rule", "cold"):
+        for ground in ("paper", "raised"):
+            assert contrast(scheme[mark], scheme[ground]) >= 3, f"{mark} on {ground}"
     assert f".h10 {{ --p: {HEAT_TINT:.0%} !important; }}" in SHEET
     assert f"var(--cold) {COLD_TINT:.0%}" in SHEET
 

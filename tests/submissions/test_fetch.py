@@ -100,6 +100,11 @@ def test_no_more_is_read_than_a_file_may_have_whatever_is_stated(
     is_refused(Fetcher(tmp_path), policies(f"{server}/endless", 10**12), "policies-size")
 
 
+@pytest.mark.parametrize("public_only", [True, False])
+def test_an_address_that_is_none_is_named(tmp_path: Path, public_only: bool) -> None:
+    is_refused(Fetcher(tmp_path, public_only), policies("https://[x"), "policies-missing", "https://[x")
+
+
 @pytest.mark.parametrize("url", ["http://example.org/x", "file:///etc/passwd", "s3://bucket/x", "ftp://x/y"])
 def test_a_workflow_reads_nothing_but_https(tmp_path: Path, url: str) -> None:
     is_refused(Fetcher(tmp_path, public_only=True), policies(url), "policies-address")

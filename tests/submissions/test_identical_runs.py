@@ -61,6 +61,12 @@ def test_unequal_runs_of_sequential_and_single_are_noted() -> None:
     assert unequal.endswith("both have: 0.")
 
 
+def test_a_log_without_run_0_is_not_scored() -> None:
+    scored = scored_group(SubmittedGroup(HOPPER, {"sequential": log("sequential", {1: 1.0, 2: 2.0})}))
+    assert scored.logs == {}
+    assert scored.notes[0].endswith("run 0 is missing; until it is there, not scored: 1, 2.")
+
+
 def test_noise_in_the_last_digits_makes_no_other_run() -> None:
     runs = log("single", {0: 12.5, 1: 12.5, 2: -3.0})
     for noise, first in ((4e-12, 0), (1e-5, 0), (1e-3, 1)):

@@ -99,7 +99,7 @@ def test_the_sentence_of_a_method_names_its_smallest_effect_over_learners() -> N
     environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
     environment.globals.update(fmt=partial(fixed, digits=2), FINAL=FINAL, LOST=LOST, edition=2)
     names = ("cloning-tuned", "multi-head")
-    above = Against(Value(0.2, 0.1, 0.3), "separated", True)
+    above = Against(Value(0.2, 0.1, 0.3), "separated", True, 0.01)
     methods = [Method(pd.Series({"name": name}), {FINAL: above, LOST: above}) for name in names]
     descriptions = dict.fromkeys(names, "A method.")
     lines = [

@@ -12,6 +12,7 @@ from gym_extensions.catalog.groups import CORES
 from gym_extensions.scoring import score_folder
 from tools.findings import editions, findings
 from tools.findings.editions import ALONE, Statement, outcomes
+from tools.findings.orders import turned
 from tools.findings.tables import FINAL, LEARNED, LOST, Against, Method, Value
 
 from ..conftest import MANIFEST
@@ -92,6 +93,20 @@ def test_a_group_has_the_runs_that_were_trained_here(make_submission: Callable[.
     assert editions.as_compared(few).groups == own
 
 
+@pytest.mark.usefixtures("known")
+def test_runs_of_an_author_are_compared_with_his_own_alone(make_submission: Callable[..., Path]) -> None:
+    """As those in descending order, which are of the first edition."""
+    card = score_folder(make_submission(name="a", runs=(0, 1), protocols=("sequential", "descending")))
+    (group,) = card.groups
+    assert len(turned([editions.of_author(card)])) == 1
+    here = replace(card.groups[group]["sequential"], level="trained here")
+    card = replace(card, groups={group: card.groups[group] | {"sequential": here}, "b": {"sequential": here}})
+    assert {name: list(logs) for name, logs in editions.of_author(card).groups.items()} == {
+        group: ["descending"]
+    }
+    assert turned([editions.of_author(card)]) == []
+
+
 @pytest.mark.parametrize("is_learned_score", [True, False])
 def test_what_snapshots_are_compared_with_does_not_depend_on_how_they_were_made(
     is_learned_score: bool,
@@ -99,7 +114,7 @@ def test_what_snapshots_are_compared_with_does_not_depend_on_how_they_were_made(
     text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
     part = text[text.index("`snapshots` is fine-tuning with") : text.index("### Where cloning gains")]
     environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
-    pair = Against(Value(0.2, 0.1, 0.3), "separated", True)
+    pair = Against(Value(0.2, 0.1, 0.3), "separated", True, 0.01)
     row = pd.Series({"name": "packnet-tuned", "observes_task": True})
     page = environment.from_string(part.rpartition("{% if gains")[0]).render(
         methods=[Method(row, {})],

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -58,17 +57,6 @@ def test_a_pair_is_confirmed_in_the_stated_direction_alone(mean: float, kind: st
 def test_the_methods_are_those_of_the_second_edition() -> None:
     assert verdict(board(pair("cloning", "trpo", 0.2, 0.1, "separated")), "H1") == "open"
     assert verdict(board(pair("snapshots", "packnet-tuned", 0.2, 0.1, "separated")), "H5") == "confirmed"
-
-
-def test_hypotheses_are_tested_when_all_methods_of_the_plan_have_ten_runs() -> None:
-    def of(looks: dict[str, int]) -> CoreBoard:
-        return SimpleNamespace(rows=[SimpleNamespace(name=n, ranked=x > 0, look=x) for n, x in looks.items()])  # type: ignore[return-value]
-
-    names = hypotheses.lacking(of({"stranger": 10}))
-    assert len(names) == 10, "the methods of the plan"
-    ten = dict.fromkeys(names, 10)
-    assert hypotheses.lacking(of(ten)) == []
-    assert hypotheses.lacking(of(ten | {"reset": 5, "l2-tuned": 0})) == ["reset", "l2-tuned"]
 
 
 def penalties(**highest: float) -> CoreBoard:

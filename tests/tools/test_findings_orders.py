@@ -1,6 +1,5 @@
 """The part of the findings on other orders: it is there as soon as there are such runs."""
 
-import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -24,7 +23,7 @@ def by_position(level: float, run: int, position: int, episode: int, protocol: s
 
 def section() -> Template:
     text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
-    part = text[text.index("{% if orders %}") : text.index("### The same additions")]
+    part = text[text.index("{% if descending or balanced %}") : text.index("### The same additions")]
     environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
     environment.globals.update(
         fmt=partial(fixed, digits=2), percent=tables.percent, fine_tuning="a", edition=1
@@ -45,24 +44,43 @@ def test_the_section_appears_with_runs_in_other_orders(make_submission: Callable
             ),
         )
     everything = folder.parent
-    (found,) = orders.orders(results.metrics(everything), results.order_effects(everything))
-    assert (found.group, found.agreement) == ("hopper-gravity", {("sequential", "balanced"): -1.0})
-    assert [[found.place(name, at) for at in (0, 1, 2)] for name in "abc"] == [
-        ["3. ", "", "1. "],
-        ["2. ", "", "2. "],
-        ["1. ", "", "3. "],
-    ]
-    alone = orders.Orders("hopper-gravity", {"a": found.ends["a"]}, {}, {}, {})
+    frames = results.metrics(everything), results.order_effects(everything)
+    assert orders.orders(*frames, "descending") == []
+    (found,) = orders.orders(*frames, "balanced")
+    assert (found.group, found.agreement) == ("hopper-gravity", -1.0)
+    places = [[found.place(name, at) for at in (0, 1)] for name in "abc"]
+    assert places == [["3. ", "1. "], ["2. ", "2. "], ["1. ", "3. "]]
+    alone = orders.Orders("hopper-gravity", {"a": found.ends["a"]}, None, {}, {})
     assert alone.place("a", 0) == ""
     assert list(found.shares) == ["a"]
     assert found.shares["a"][0][0].mean == pytest.approx(1)
-    assert math.isnan(found.ends["a"][1].mean)
     page = section()
-    assert page.render(orders=[], turned=[]).strip() == ""
-    lines = page.render(orders=[found], turned=[]).splitlines()
+    assert page.render(descending=[], balanced=[], turned=[]).strip() == ""
+    lines = page.render(descending=[], balanced=[found], turned=[]).splitlines()
     first, second = (at for at, line in enumerate(lines) if line.startswith("|---"))
-    assert [line.count("|") for line in lines[first : first + 5]] == [6, 6, 6, 6, 0]
+    assert [line.count("|") for line in lines[first : first + 5]] == [5, 5, 5, 5, 0]
     assert [line.count("|") for line in lines[second : second + 2]] == [8, 8]
+
+
+@pytest.mark.usefixtures("known")
+def test_methods_are_placed_among_those_with_runs_in_the_same_order(
+    make_submission: Callable[..., Path],
+) -> None:
+    """Descending runs are of another edition than balanced ones, as the ascending runs beside them."""
+    for name, other in (("a", "descending"), ("b", "balanced"), ("c", "balanced")):
+        protocols, manifest = ("sequential", other), MANIFEST.replace("smoke", "300k")
+        folder = make_submission(name=f"all/{name}", runs=(0, 1), protocols=protocols, manifest=manifest)
+    frames = results.metrics(folder.parent), results.order_effects(folder.parent)
+    found = {other: orders.orders(*frames, other) for other in ("descending", "balanced")}
+    assert {other: list(each.ends) for other, (each,) in found.items()} == {
+        "descending": ["a"],
+        "balanced": ["b", "c"],
+    }
+    lines = section().render(**found, turned=[]).splitlines()
+    assert [line for line in lines if line.startswith("| group")] == [
+        "| group | method | ascending | descending |",
+        "| group | method | ascending | balanced |",
+    ]
 
 
 @pytest.mark.usefixtures("known")
@@ -82,6 +100,6 @@ def test_what_the_descending_order_changes_is_told_by_task(make_submission: Call
     assert descending[0] - ascending[0] == pytest.approx(ascending[-1] - descending[-1])
     assert descending[0] > ascending[0]
     assert found.changes[1].mean == pytest.approx(0)
-    none = orders.Orders("hopper-gravity", {}, {}, {}, {})
-    lines = section().render(orders=[none], turned=[found]).splitlines()
-    assert [line.count("|") for line in lines if line.startswith("|")] == [6] * 2 + [9] * 4 + [6] * 3
+    none = orders.Orders("hopper-gravity", {}, None, {}, {})
+    lines = section().render(descending=[none], balanced=[], turned=[found]).splitlines()
+    assert [line.count("|") for line in lines if line.startswith("|")] == [5] * 2 + [9] * 4 + [6] * 3

@@ -89,6 +89,15 @@ def test_a_run_that_was_finished_when_the_machine_died_is_taken(folder: Path) ->
     assert len(training_of((take(folder) / "trained/1.toml").read_bytes()).runs) == 2
 
 
+def test_runs_that_a_machine_left_without_a_record_are_replaced(folder: Path) -> None:
+    left = folder / "main/submissions/new/trained/1"
+    shutil.copytree(folder / "trained/1", left)
+    change_document(left / f"{RUN}.json", cpu_seconds=1.0)
+    found = read(take(folder)).trained
+    assert found is not None
+    assert {name: run.digest for name, run in found.runs.documents.items()} == found.training.runs
+
+
 def record(**changes: object) -> Change:
     def change(trained: Path) -> None:
         path = trained / "1.toml"

@@ -17,7 +17,7 @@ from gym_extensions.metrics.statistics import (
 )
 from tools.findings.claims import GroupRuns
 from tools.findings.orders import agreement
-from tools.findings.tables import Value, of_edition
+from tools.findings.tables import NONE, Value, of_edition
 
 GROUPS = ("hopper-gravity-v0", "halfcheetah-gravity-v0", "walker2d-wall-v0")
 BASES = {"trpo": "TRPO", "ppo": "PPO", "sac64": "SAC 64-64"}
@@ -25,7 +25,6 @@ BASES = {"trpo": "TRPO", "ppo": "PPO", "sac64": "SAC 64-64"}
 ALONE = {"trpo": "trpo", "ppo": "ppo-tuned", "sac64": "sac64"}
 """Their submissions without an addition. The additions to PPO have its tuned settings."""
 ADDITIONS = ("reset", "snapshots", "cloning", "online-ewc", "packnet")
-NONE = Value(math.nan, math.nan, math.nan)
 
 
 def submission(base: str, addition: str = "") -> str:

@@ -17,7 +17,7 @@ from gym_extensions.metrics.statistics import mean_of_groups, subtract, summary,
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import core_logs, last_look, verified_runs
-from tools.findings.tables import FINAL, FINE_TUNING, LEARNED, LOST, Value
+from tools.findings.tables import FINAL, FINE_TUNING, LEARNED, LOST, NONE, Value
 
 ALONE = METRICS["single"][0].name
 SNAPSHOTS = "snapshots"
@@ -37,7 +37,7 @@ def runs_of(card: Scorecard, metric: str, protocol: str = "sequential") -> Group
 def minus(first: GroupRuns, second: GroupRuns, groups: Sequence[str] = CORES[CORE]) -> Value:
     """The mean over groups of first − second; NaN if one of both lacks runs."""
     if not all(first.get(name) and second.get(name) for name in groups):
-        return Value(math.nan, math.nan, math.nan)
+        return NONE
     parts = [subtract(summary(first[name]), summary(second[name])) for name in groups]
     return Value.of(to_interval(mean_of_groups(parts)))
 
@@ -68,7 +68,7 @@ def gains(cards: Mapping[str, Scorecard], cloning: str) -> tuple[list[Gain], Val
     cloned, tuned = (runs_of(cards[name], FINAL) for name in (cloning, FINE_TUNING))
     lost = runs_of(cards[FINE_TUNING], LOST)
     if not (cloned and tuned):
-        return [], Value(math.nan, math.nan, math.nan)
+        return [], NONE
     rows, pairs = [], []
     for name in CORES[CORE]:
         rows.append(Gain(name.rpartition("-v")[0], minus(cloned, tuned, (name,)), fmean(lost[name])))

@@ -15,6 +15,7 @@ from gym_extensions.files import write_text
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import core_logs, suite_scores
+from gym_extensions.submissions.review import TRAINED_HERE
 from tools.findings.claims import Gain
 from tools.findings.tables import (
     CORE,
@@ -40,6 +41,15 @@ def as_compared(card: Scorecard) -> Scorecard:
         name: {**card.groups.get(name, {}), "sequential": log} for name, log in logs.items()
     }
     return replace(card, groups=groups, suites=suite_scores(groups))
+
+
+def of_author(card: Scorecard) -> Scorecard:
+    """The scorecard with the author's own runs alone: partners of runs that were not trained here."""
+    own = {
+        name: {protocol: log for protocol, log in logs.items() if log.level != TRAINED_HERE}
+        for name, logs in card.groups.items()
+    }
+    return replace(card, groups={name: logs for name, logs in own.items() if logs})
 
 
 class Statement(msgspec.Struct, frozen=True):

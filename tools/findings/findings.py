@@ -16,9 +16,9 @@ from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.metrics.formulas import BY_NAME
-from gym_extensions.scoring.output.board_frames import core_frame, core_pairs_frame, metrics_frame
+from gym_extensions.scoring.output.board_frames import core_frame, metrics_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
-from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board
+from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board, lacking
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import core_logs, is_trained_here, retention
 from gym_extensions.site.pages.core import FIRST, figure
@@ -37,6 +37,12 @@ FIRST_EDITION = FOLDER / "first-edition.json"
 TRAINED_SNAPSHOTS = "TRPO with a copy of its policy per learned task, picked by the task label."
 """The description of the runs of ``snapshots`` that were trained here; its author's were assembled."""
 NOT_COMPARED = {"random", "zero", *IN_OTHER_WAYS, "trpo-2017", "trpo-2017-paper", "trpo-2017-paper-hopper"}
+
+
+def jinja() -> Environment:
+    """The templates of the pages, which refuse a name that nothing defines."""
+    here = FileSystemLoader(Path(__file__).parent)
+    return Environment(loader=here, undefined=StrictUndefined, trim_blocks=True)
 
 
 def of_runs(card: Scorecard, metric: str = LOST) -> dict[str, Sequence[float]]:
@@ -63,9 +69,8 @@ def main() -> None:
     board = core_board(list(own.values()))
     assert board is not None
     edition, reference = board.edition, cards[FINE_TUNING]
-    core, pairs = core_frame(board), core_pairs_frame(board)
-    metrics = metrics_frame(cards.values())
-    methods = tables.methods(core, pairs)
+    core, metrics = core_frame(board), metrics_frame(cards.values())
+    methods = tables.methods(core, board)
     names = [name for name in core["name"] if name not in NOT_COMPARED and of_edition(name, edition) == name]
     finals = dict(tables.by_group(metrics, names, FINAL))
     groups = tables.fine_tuning(metrics, of_runs(reference))
@@ -73,7 +78,7 @@ def main() -> None:
     cloning, packnet = (of_edition(name, edition) for name in ("cloning", "packnet"))
     gains, correlated = claims.gains(cards, cloning)
     alone = claims.less_than_alone(board, cards)
-    lacking = hypotheses.lacking(board)
+    without_runs = lacking({row.name: row.look for row in board.rows if row.ranked})
     stated = editions.statements(board, groups, gains, alone)
     if not any(map(is_trained_here, own.values())):
         editions.write_statements(FIRST_EDITION, stated)
@@ -92,13 +97,12 @@ def main() -> None:
     descriptions = {name: card.manifest.description for name, card in cards.items() if card.manifest}
     if is_trained_here(own[claims.SNAPSHOTS]):
         descriptions[claims.SNAPSHOTS] = TRAINED_SNAPSHOTS
-    templates = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
-    )
+    effects, authors = results.order_effects(submissions), list(map(editions.of_author, own.values()))
+    templates = jinja()
     templates.globals.update(
         fmt=partial(fixed, digits=2), rank=rank, Value=tables.Value, percent=tables.percent
     )
-    templates.globals.update(pair_of=partial(tables.against, pairs, FINAL), sides=tables.sides)
+    templates.globals.update(pair_of=partial(tables.against, board, FINAL), sides=tables.sides)
     text = templates.get_template("page.md.jinja").render(
         budget=STANDARD_BUDGET,
         fine_tuning=FINE_TUNING,
@@ -138,8 +142,8 @@ def main() -> None:
         },
         edition=edition,
         outcomes=editions.outcomes(editions.read_statements(FIRST_EDITION), stated),
-        lacking=lacking,
-        hypotheses=[] if lacking else hypotheses.verdicts(board, claims.runs_of(reference, LOST)),
+        lacking=without_runs,
+        hypotheses=[] if without_runs else hypotheses.verdicts(board, claims.runs_of(reference, LOST)),
         cloning=cloning,
         packnet=packnet,
         gains=gains,
@@ -154,8 +158,9 @@ def main() -> None:
             for group in CORE
             if group.id in SUITES["gravity"]
         },
-        orders=orders(metrics, results.order_effects(submissions)),
-        turned=turned(list(cards.values())),
+        descending=orders(metrics_frame(authors), effects, "descending"),
+        balanced=orders(metrics, effects, "balanced"),
+        turned=turned(authors),
         bases=bases.base_by_addition(
             {
                 name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}

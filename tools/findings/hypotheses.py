@@ -10,16 +10,14 @@ import numpy as np
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.statistics import ALPHA, holm_adjusted, interval, summary, zero_mean_p
-from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair
+from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.ranking.core_board import PLANNED
 from tools.findings.claims import GroupRuns
-from tools.findings.tables import FINAL, FINE_TUNING, LOST, Value
+from tools.findings.tables import FINAL, FINE_TUNING, LOST, Value, against
 
 CONFIRMED, CONTRADICTED, OPEN = "confirmed", "contradicted", "open"
 SIGNS = {"H1": 1, "H2": -1, "H3": -1, "H4": -1, "H5": 1, "H6": -1}
 """The sign of first − second that a hypothesis about a pair of ``PLANNED`` states."""
-RUNS = 10
-"""Of every method of the plan, as soon as all have them the hypotheses are tested."""
 MARGIN = 0.10
 """All upper limits of H8 have to lie below it."""
 FORGETTING = tuple(name for name in CORES[CORE] if not name.startswith("hopper-body"))
@@ -36,23 +34,14 @@ class Verdict:
     verdict: str
 
 
-def pair_of(board: CoreBoard, metric: str, name: str, other: str) -> tuple[Value, CorePair] | None:
-    """The difference name − other with its adjusted interval, and the pair; None if they are not compared."""
-    if (pair := board.pair(metric, name, other)) is None:
-        return None
-    value = Value(pair.mean, pair.low, pair.high)
-    return value if pair.first == name else Value(-pair.mean, -pair.high, -pair.low), pair
-
-
 def directed(board: CoreBoard, name: str) -> Verdict:
     """The verdict of a hypothesis about a pair of the core."""
     ((first, second, metric),) = (row for hypothesis, *row in PLANNED if hypothesis == name)
-    if (found := pair_of(board, metric, first, second)) is None:
+    if (found := against(board, metric, first, second)) is None:
         return Verdict(name, f"`{first}` and `{second}` are not compared", OPEN)
-    value, pair = found
-    text = f"`{first}` − `{second}`, {WORDS[metric]}: {value}, p = {pair.p_value:.2g}"
-    agrees = value.mean * SIGNS[name] > 0
-    verdict = OPEN if pair.verdict != "separated" else CONFIRMED if agrees else CONTRADICTED
+    text = f"`{first}` − `{second}`, {WORDS[metric]}: {found.value}, p = {found.p_value:.2g}"
+    agrees = found.value.mean * SIGNS[name] > 0
+    verdict = OPEN if found.verdict != "separated" else CONFIRMED if agrees else CONTRADICTED
     return Verdict(name, text, verdict)
 
 
@@ -74,25 +63,18 @@ def forgetting(lost: GroupRuns) -> list[Verdict]:
 def penalties(board: CoreBoard) -> Verdict:
     """The verdict of H8."""
     pairs = {
-        first: pair_of(board, metric, first, second)
+        first: against(board, metric, first, second)
         for name, first, second, metric in PLANNED
         if name == "H8"
     }
-    text = ", ".join(f"`{name}` {each[0] if each else '–'}" for name, each in pairs.items())
+    text = ", ".join(f"`{name}` {each.value if each else '–'}" for name, each in pairs.items())
     known = [each for each in pairs.values() if each]
-    if any(pair.verdict == "separated" and value.mean > 0 for value, pair in known):
+    if any(each.verdict == "separated" and each.value.mean > 0 for each in known):
         verdict = CONTRADICTED
     else:
-        high = max((value.high for value, _ in known), default=math.inf)
+        high = max((each.value.high for each in known), default=math.inf)
         verdict = CONFIRMED if len(known) == len(pairs) and high < MARGIN else OPEN
     return Verdict("H8", f"minus `{FINE_TUNING}`, at the end: {text}", verdict)
-
-
-def lacking(board: CoreBoard) -> list[str]:
-    """The methods of the plan of which fewer than ``RUNS`` runs are compared."""
-    looks = {row.name: row.look for row in board.rows if row.ranked}
-    methods = dict.fromkeys(name for _, *names, _ in PLANNED for name in names)
-    return [name for name in methods if looks.get(name, 0) < RUNS]
 
 
 def verdicts(board: CoreBoard, lost: GroupRuns) -> list[Verdict]:

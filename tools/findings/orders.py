@@ -19,12 +19,12 @@ from tools.findings.tables import COLUMNS, Value, value
 
 @dataclass(frozen=True)
 class Orders:
-    """The methods of a group with runs in other orders, at the standard budget.
+    """The methods of a group with runs in another order, at the standard budget.
 
     Attributes:
         group: its name.
-        ends: by method, the score at the end in each order of ``IN_ORDER``; NaN without such runs.
-        agreement: Kendall's τ of two orders over the methods that have both, where these are three or more.
+        ends: by method, the score at the end in ascending and in the other order; NaN without such runs.
+        agreement: Kendall's τ of both orders over the methods that have both; None unless three or more have.
         positions: by method with a whole square, its score at the end by position, over all tasks equally.
         shares: by the same methods, those of position, task and rest in the score at the end, then in
             forgetting; empty where all values are equal.
@@ -32,7 +32,7 @@ class Orders:
 
     group: str
     ends: Mapping[str, Sequence[Value]]
-    agreement: Mapping[tuple[str, str], float]
+    agreement: float | None
     positions: Mapping[str, Sequence[Value]]
     shares: Mapping[str, Sequence[Sequence[Value]]]
 
@@ -57,26 +57,26 @@ def agreement(names: Sequence[str], rows: Sequence[Sequence[float]]) -> dict[tup
     return found
 
 
-def orders(metrics: pd.DataFrame, effects: pd.DataFrame) -> list[Orders]:
-    """Every group that has such runs, from ``results.metrics`` and ``results.order_effects``."""
+def orders(metrics: pd.DataFrame, effects: pd.DataFrame, other: str) -> list[Orders]:
+    """Every group with runs in an order, from ``results.metrics`` and ``results.order_effects``."""
     found = []
     effects = effects[effects["budget"] == STANDARD_BUDGET]
-    others = metrics[metrics["protocol"].isin(IN_ORDER[1:]) & (metrics["budget"] == STANDARD_BUDGET)]
+    others = metrics[(metrics["protocol"] == other) & (metrics["budget"] == STANDARD_BUDGET)]
+    both = ("sequential", other)
     for group in GROUPS.values():
         names = others[others["group"] == group.id]["name"].unique()
         if not len(names):
             continue
-        ends = {
-            name: [value(metrics, name, group.id, FINAL.name, order) for order in IN_ORDER] for name in names
-        }
-        agree = agreement(IN_ORDER, [[each.mean for each in row] for row in ends.values()])
+        ends = {name: [value(metrics, name, group.id, FINAL.name, order) for order in both] for name in names}
+        agree = agreement(both, [[each.mean for each in row] for row in ends.values()]).get(both)
 
         def part(name: str, metric: str, kind: str, known: str = group.id) -> list[Value]:
             rows = effects[(effects["submission"] == name) & (effects["group"] == known)]
             rows = rows[(rows["metric"] == metric) & (rows["kind"] == kind)]
             return [Value(*ends) for ends in rows[["mean", "low", "high"]].itertuples(index=False)]
 
-        positions = {name: values for name in names if (values := part(name, FINAL.name, "position"))}
+        has_square = other == "balanced"
+        positions = {name: at for name in names if has_square and (at := part(name, FINAL.name, "position"))}
         shares = {
             name: [part(name, metric.name, "share") for metric in (FINAL, FORGETTING)] for name in positions
         }

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
@@ -33,11 +32,11 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.submission import scored_group
 from tools.findings import editions
 from tools.findings.figures import draw_reproduction
+from tools.findings.findings import FOLDER, ROOT, jinja
 from tools.findings.statements import Statement, statements
 from tools.findings.tables import FINE_TUNING
 
-ROOT = Path(__file__).resolve().parents[2]
-FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "reproduction.md"
+PAGE = ROOT / "docs" / "reproduction.md"
 PRINTED = "henderson2017-trpo"
 BATCH_EPISODES = 50
 """The least number of episodes in the paper's batch of 50,000 steps: an episode has at most 1,000."""
@@ -166,9 +165,7 @@ def verdict(group: Group, shown: Table) -> str:
 
 def page(groups: Sequence[Group], further: Sequence[Statement]) -> str:
     """The text of the page."""
-    templates = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, trim_blocks=True
-    )
+    templates = jinja()
     templates.filters.update(
         deviation=deviation, change=gap_in_words, gap=gap, whole=partial(fixed, digits=0), task_name=task_name
     )

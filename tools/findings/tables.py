@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from gym_extensions import results
 from gym_extensions.catalog.groups import CORES, GROUPS, TaskGroup
@@ -18,8 +17,9 @@ from gym_extensions.metrics import probability_of_improvement
 from gym_extensions.metrics.statistics import Interval, difference, holm, subtract, summary, zero_mean_p
 from gym_extensions.metrics.values import Estimate
 from gym_extensions.references import load_references, trained_alone
+from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_logs, last_look
+from gym_extensions.scoring.submission.suites import core_logs, final_scores, last_look
 from gym_extensions.site.text import fixed, interval
 from gym_extensions.submissions.landscapes import SHARES
 
@@ -56,8 +56,13 @@ class Value(NamedTuple):
         """The value of an interval or a metric."""
         return cls(*(math.nan if end is None else end for end in (each.mean, each.low, each.high)))
 
+    @property
+    def is_known(self) -> bool:
+        """Whether there is a mean."""
+        return not math.isnan(self.mean)
+
     def __str__(self) -> str:
-        if math.isnan(self.mean):
+        if not self.is_known:
             return "–"
         if math.isnan(self.low):
             return f"{fixed(self.mean, 2)} (one run)"
@@ -67,6 +72,9 @@ class Value(NamedTuple):
     def interval(self) -> str:
         """The interval alone."""
         return interval(self.low, self.high, 2)
+
+
+NONE = Value(math.nan, math.nan, math.nan)
 
 
 def of_edition(name: str, edition: int) -> str:
@@ -81,13 +89,14 @@ def percent(share: Value) -> str:
 
 
 class Against(NamedTuple):
-    """A method minus another one, over the core: the adjusted interval, the verdict, and whether no plan
-    named the pair.
+    """A method minus another one, over the core: the adjusted interval, the verdict, whether no plan named
+    the pair, and the adjusted p value.
     """
 
     value: Value
     verdict: str
     exploratory: bool
+    p_value: float
 
     def said(self, edition: int) -> str:
         """The verdict in words. Bold is what a plan named alone, of which the first edition has nothing."""
@@ -109,6 +118,11 @@ class Method:
         return Value(*(self.row[f"{metric}{end}"] for end in ("", "_low", "_high")))
 
     @property
+    def observes_task(self) -> bool:
+        """Whether the agent is told the task in evaluation."""
+        return bool(self.row["observes_task"])
+
+    @property
     def kept(self) -> str:
         """The share of what was learned that is kept, in percent, with its interval."""
         return percent(Value(*(self.row[f"retention{end}"] for end in ("", "_low", "_high"))))
@@ -120,19 +134,16 @@ class Method:
         return f"{first}" if first == last else f"{first}–{last}"
 
 
-def against(pairs: pd.DataFrame, metric: str, name: str, other: str) -> Against | None:
+def against(board: CoreBoard, metric: str, name: str, other: str) -> Against | None:
     """A method minus another one; None if they are not compared."""
-    both = pairs[
-        (pairs["metric"] == metric) & pairs["first"].isin([name, other]) & pairs["second"].isin([name, other])
-    ]
-    for _, pair in both.iterrows():
-        mean, low, high = pair["mean"], pair["low"], pair["high"]
-        value = Value(mean, low, high) if pair["first"] == name else Value(-mean, -high, -low)
-        return Against(value, pair["verdict"], pair["exploratory"])
-    return None
+    if (pair := board.pair(metric, name, other)) is None:
+        return None
+    value = Value(pair.mean, pair.low, pair.high)
+    value = value if pair.first == name else Value(-pair.mean, -pair.high, -pair.low)
+    return Against(value, pair.verdict, pair.exploratory, pair.p_value)
 
 
-def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
+def methods(core: pd.DataFrame, board: CoreBoard) -> list[Method]:
     """The ranked methods of the core, best first."""
     return [
         Method(
@@ -140,29 +151,22 @@ def methods(core: pd.DataFrame, pairs: pd.DataFrame) -> list[Method]:
             {
                 metric: found
                 for metric in (FINAL, LOST)
-                if (found := against(pairs, metric, row["name"], FINE_TUNING))
+                if (found := against(board, metric, row["name"], FINE_TUNING))
             },
         )
         for _, row in core[core["ranked"]].iterrows()
     ]
 
 
-def final_scores(card: Scorecard) -> NDArray[np.float64]:
-    """The scores at the end of the runs that the core compares, (runs, tasks with an expert)."""
-    logs = core_logs(card).values()
-    scores = (found for log in logs for at in range(len(log.tasks)) if (found := log.scores(at)))
-    ends = [[run[-1] for run in task] for task in scores]
-    return np.transpose([task[: min(map(len, ends))] for task in ends])
-
-
 def improvements(methods: Sequence[Method], cards: Mapping[str, Scorecard]) -> list[tuple[str, float]]:
     """The probability of improvement over fine-tuning, by name, over the runs of the last look of both."""
     looks = {method.row["name"]: int(method.row["look"]) for method in methods}
-    scores = {name: final_scores(cards[name]) for name in looks}
     found = []
-    for name, look in looks.items():
+    for name in looks:
         if name != FINE_TUNING:
-            both = (scores[each][: min(look, looks[FINE_TUNING])] for each in (name, FINE_TUNING))
+            names = name, FINE_TUNING
+            runs = min(looks[each] for each in names)
+            both = (np.hstack(final_scores(core_logs(cards[each]).values(), runs)) for each in names)
             found.append((name, probability_of_improvement(*both)))
     return found
 
@@ -176,7 +180,7 @@ def value(metrics: pd.DataFrame, name: str, group: str, metric: str, protocol: s
         & (metrics["protocol"] == protocol)
         & (metrics["budget"] == STANDARD_BUDGET)
     ]
-    return Value(*found[["mean", "low", "high"]].iloc[0]) if len(found) else Value(*[math.nan] * 3)
+    return Value(*found[["mean", "low", "high"]].iloc[0]) if len(found) else NONE
 
 
 def by_group(metrics: pd.DataFrame, names: Sequence[str], metric: str) -> list[tuple[str, list[Value]]]:
@@ -280,7 +284,7 @@ def between_and_beyond(shares: pd.DataFrame) -> list[tuple[str, str, Value, Valu
     rows = []
     for group in CORE:
         found = shares[shares["group"] == group.id].pivot(index="submission", columns="share")
-        ends = {name: Value(math.nan, math.nan, math.nan) for name in SHARES}
+        ends = dict.fromkeys(SHARES, NONE)
         values = []
         for name in found.index:
             stated = found["mean"].columns
@@ -302,9 +306,8 @@ def predictors(policies: pd.DataFrame) -> list[tuple[str, list[Value]]]:
         key: Value(*row) for key, row in zip(found.index, found[list(Value._fields)].to_numpy(), strict=True)
     }
     places = [(predictor, kind) for predictor in ("drift", "distances") for kind in ("across", "within")]
-    none = Value(*[math.nan] * 3)
     return [
-        (name, [values.get((name, *place), none) for place in places])
+        (name, [values.get((name, *place), NONE) for place in places])
         for name in found.index.unique("submission")
     ]
 

@@ -77,7 +77,7 @@ def __getattr__(name: str) -> Any:
     except ModuleNotFoundError as missing:
         from gym_extensions.baselines.algorithms import missing_extra
 
-        extra = missing_extra(missing)
+        extra = missing_extra(missing.name)
         if extra is None:
             raise
         raise ModuleNotFoundError(f"{name} needs {extra[0]}. {extra[1]}", name=extra[0]) from missing

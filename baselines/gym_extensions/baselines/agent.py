@@ -169,7 +169,8 @@ class Card:
         evaluation: how the agent acts in evaluation, ``"sampled"`` or ``"deterministic"``.
         hyperparameters: strings, finite numbers, booleans, or lists of them, by name.
         tuning_steps: training steps spent on choosing the hyperparameters, over all trials.
-        tuning_tasks: names of the tasks of these trials.
+        tuning_tasks: the tasks of these trials, in your words, such as ``"Hopper at 0.9 gravity"``: they may
+            be others than those of this benchmark.
         stored_steps: the largest number of transitions that the agent stores.
         parameters: the number of the agent's trained parameters.
         packages: names of the packages, besides Gymnasium, MuJoCo and NumPy, on which the results depend,
@@ -240,7 +241,7 @@ def create(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: i
     """Creates an agent and checks that the factory and the agent fit the training loop.
 
     Raises ``BenchError`` if ``make`` cannot be called as a factory, a method is missing or has other
-    arguments, or ``observes`` is not valid. It names ``name``.
+    arguments, ``card`` is no method, or ``observes`` is not valid. It names ``name``.
     """
     require_factory(make, name)
     agent = make(*spaces, seed)
@@ -249,6 +250,10 @@ def create(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: i
             message = f"The agent, of type {type(agent).__name__}, has no method {method}()."
             hint = f"Add a method {signature}; docs/agents.md has an example."
             raise BenchError("bad-agent", message, name, hint)
+    card: object = getattr(agent, "card", None)
+    if card is not None and not callable(card):
+        message = f"card is an attribute of type {type(card).__name__}, not a method."
+        raise BenchError("bad-agent", message, name, "Write a method: def card(self): return Card(...).")
     check_context(agent, name)
     return agent
 

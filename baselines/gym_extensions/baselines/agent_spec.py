@@ -20,6 +20,7 @@ from msgspec.structs import asdict
 
 from gym_extensions.baselines import agent as agents, algorithms, generators
 from gym_extensions.baselines.agent import Agent, Array, Card, Context, Factory, TaskLabel, VectorEnv
+from gym_extensions.baselines.algorithms.floors import FLOORS
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import IN_ORDER, STANDARD_BUDGET, evaluation_seed
 from gym_extensions.envs import make_vec, rollout
@@ -69,8 +70,10 @@ class AgentSpec:
     autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP
 
     @classmethod
-    def of(cls, agent: str | Factory, logs: Sequence[tuple[TaskGroup, str]]) -> Self:
-        """The spec of an agent for logs of these groups and protocols.
+    def of(
+        cls, agent: str | Factory, logs: Sequence[tuple[TaskGroup, str]], *, on_boards: bool = False
+    ) -> Self:
+        """The spec of an agent for logs of these groups and protocols, whose budget may be on boards.
 
         One agent is created for it, which acts once; a second one if it can be saved. The runs create their
         own: acting changes what an agent samples next, worker processes cannot receive most agents, and a
@@ -78,7 +81,8 @@ class AgentSpec:
 
         Raises ``BenchError`` if the factory, the agent or its card does not fit, the agent's actions have a
         wrong shape or are not those of its policy, the submission may not contain the policy, or the agent
-        cannot load what it saved. Warns if it loads something else, or uses packages that no card names.
+        cannot load what it saved. Warns if it loads something else, uses packages that no card names, or has
+        no policy, which a rank requires.
         """
         name, make = algorithms.name_of(agent), algorithms.factory(agent)
         group, _ = logs[0]
@@ -95,6 +99,10 @@ class AgentSpec:
             for log_group, protocol in logs:
                 keys = policy_keys(protocol, log_group)
                 require_submittable(policy, spec.card, spec.observes, log_group, keys)
+        elif on_boards:
+            message = "The agent gives no policy, and a run without policies has no rank. "
+            hint = "Add a method policy() before you train: finished runs are not trained again."
+            warnings.warn(message + hint, stacklevel=3)
         if isinstance(trial, agents.Resumable) and any(protocol in IN_ORDER for _, protocol in logs):
             other, acted = agents.create(make, spaces, 1, name), list[Array]()
             with tempfile.TemporaryDirectory() as folder:
@@ -166,6 +174,13 @@ def warn_of_stored_steps(agent: object, shape: tuple[int, ...]) -> None:
     if most >= STORED:
         message = f"The agent holds about {most:,} steps, and its card says stored_steps=0. "
         warnings.warn(f"{message}State them in Card(stored_steps=...).", stacklevel=2)
+
+
+def warn_of_few_steps(card: Card, taken: int, steps: int) -> None:
+    """Warns if an agent that learns, which floors do not, took less than half of the steps of a stage."""
+    if taken < steps / 2 and card.algorithm not in FLOORS:
+        message = f"learn() took {taken:,} of {steps:,} steps. "
+        warnings.warn(f"{message}Take all: boards compare agents at equal budgets.", stacklevel=2)
 
 
 def _held(owner: Any, depth: int = 3) -> Iterator[Any]:

@@ -59,6 +59,7 @@ def main(argv: list[str] | None = None) -> int:
     from gym_extensions.baselines import Monitor, Origin, Parallel, train  # loads the simulator
 
     def interrupt(number: int, _: Any) -> None:
+        signal.signal(number, signal.SIG_IGN)  # a scheduler may send it twice
         raise KeyboardInterrupt(number)
 
     before = signal.signal(signal.SIGTERM, interrupt)  # from a scheduler whose time limit has passed

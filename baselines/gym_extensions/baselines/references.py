@@ -19,6 +19,7 @@ import msgspec
 
 from gym_extensions import files, references
 from gym_extensions.baselines import agent_spec, algorithms, cli, generators, submission, workers
+from gym_extensions.baselines.algorithms.floors import FLOORS
 from gym_extensions.baselines.training import progress, runner
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, parse_groups
 from gym_extensions.catalog import protocol
@@ -31,7 +32,6 @@ from gym_extensions.submissions.layout import PROGRESS
 
 TRAINED_AGENT = "trpo"
 """The expert of a task of a custom group."""
-FLOOR_AGENTS = ("random", "zero")
 PLANNER = "planner"
 """Plans on the map of a navigation task and takes the fewest steps: the expert of these tasks."""
 REFERENCE = "reference"
@@ -43,7 +43,7 @@ MIN_RUNS = 3
 
 @dataclass(frozen=True)
 class Measurement:
-    """An agent of ``FLOOR_AGENTS``, or the planner, on the first of a task's prescribed episodes."""
+    """An agent of ``FLOORS``, or the planner, on the first of a task's prescribed episodes."""
 
     task: Task
     agent: str
@@ -109,7 +109,7 @@ def measure(pending: Sequence[Measurement | runner.PendingJob], jobs: int) -> li
 
 def floor_measurements(task: Task, episodes: int = EPISODES) -> list[Measurement]:
     """The measurements of a task's floor."""
-    return [Measurement(task, agent, episodes) for agent in FLOOR_AGENTS]
+    return [Measurement(task, agent, episodes) for agent in FLOORS]
 
 
 def summary(returns: Sequence[float]) -> references.FloorAgent:

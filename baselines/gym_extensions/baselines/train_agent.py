@@ -97,7 +97,7 @@ def train(
     submission.validate(path, request.groups)
     require_published_engine([task for group in request.groups for task in group.tasks])
     require_fit(request.groups)
-    spec = agent_spec.AgentSpec.of(agent, request.logs())
+    spec = agent_spec.AgentSpec.of(agent, request.logs(), on_boards=request.budget.on_boards)
     shared = parallel.num_envs, parallel.num_threads, monitor.interim, origin.seeds
     settings = Settings(spec, request.budget, *shared)
     submission.require_same(path / layout.MANIFEST, submission.manifest_tables(settings))

@@ -19,7 +19,7 @@ from gym_extensions.references import load_references
 from gym_extensions.scoring.submission.scorer import score
 from gym_extensions.submissions import layout, manifest, reader, review
 from gym_extensions.submissions.problem import Problem, count, cut, escape, problems as problems_of
-from gym_extensions.submissions.run import ARITHMETIC, RunDocument
+from gym_extensions.submissions.run import ARITHMETIC, RunDocument, run_of
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import git, new_seeds, train_here, verify
 from gym_extensions.verification.episodes import Cell, played
@@ -137,14 +137,14 @@ def changed_values(pull_request: pull_request_rules.PullRequest) -> Iterator[str
         path for path in sides[0] if path in sides[1] and path.endswith((layout.MANIFEST, layout.DOCUMENT))
     ]
     contents = (pull_request.repository.blobs([side[path] for path in edited]) for side in sides)
-    places = dict[tuple[str, ...], list[str]]()
+    places = dict[tuple[bool, tuple[str, ...]], list[str]]()
     for path, *both in zip(edited, *contents, strict=True):
         old, new = (_flat_values(path, data) for data in both)
         changed = sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
-        places.setdefault(tuple(changed), []).append(path.split("/", 2)[2])
-    for names, paths in places.items():
+        lapses = len({_digest(path, data) for data in both}) > 1
+        places.setdefault((lapses, tuple(changed)), []).append(path.split("/", 2)[2])
+    for (lapses, names), paths in places.items():
         others = f" and {count(len(paths) - 1, 'other document')}" if len(paths) > 1 else ""
-        lapses = paths != [layout.MANIFEST] or any(name.startswith(manifest.SETTINGS) for name in names)
         again = " What was verified of it is claimed again." if lapses else ""
         yield f"Changed in {paths[0]}{others}: {', '.join(names) or 'the spelling'}.{again}"
 
@@ -161,6 +161,15 @@ def _flat_values(path: str, data: bytes) -> dict[str, Any]:
     return {f"{name}.{key}".rstrip("."): value for name, part in parts for key, value in part.items()}
 
 
+def _digest(path: str, data: bytes) -> str:
+    """What a verification is about: the digest of a manifest or document; empty of a broken file."""
+    try:
+        is_manifest = path.endswith(layout.MANIFEST)
+        return (manifest.manifest_of(manifest.parse(data)) if is_manifest else run_of(data)).digest
+    except (ValueError, RecursionError):
+        return ""
+
+
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:
     """The job of the process with limits: reads and scores a submission, and repeats a sample of its
     episodes.
@@ -171,10 +180,11 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
         *donation_problems(submission, donated),
         *arithmetic_problems(submission, call["changed"]),
     )
-    found: Judgement = {"problems": problems}
-    if not found["problems"] and card.level == review.REPORTED:
+    if problems:
+        found: Judgement = {"problems": problems}
+    elif card.level == review.REPORTED:
         found = {"level": review.REPORTED, "notes": card.notes}
-    elif not found["problems"]:
+    else:
         found = repeated_sample(submission, donated)
         scores = []
         for group, protocols in card.groups.items():
@@ -243,7 +253,7 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     """
     known = verify.logged_runs(submission)
     without = sum(run.document.policies is None for run in known.values())
-    if verify.is_sampled(submission):
+    if submission.is_sampled:
         notes = ["The policies sample their actions, so no episode can be repeated."]
         return {"without_policies": without, "notes": notes if without < len(known) else []}
     runs, notes, old = [], list[str](), 0

@@ -60,7 +60,7 @@ class GateReport(JsonDocument):
         submission: name of the submission.
         level: of the submission; None unless judged without a problem.
         trains: whether it has code, which is trained after the merge.
-        repeated: number of sampled episodes that were repeated bit for bit, of ``episodes``.
+        repeated: number of sampled episodes that were repeated, of ``episodes``.
         without_policies: number of its runs that publish none, which cannot be verified.
         problems: the first broken rules; ``more_problems`` counts the others.
         notes: what scoring did and noticed.

@@ -332,7 +332,7 @@ def next_version(pull_request: PullRequest) -> Iterator[Finding]:
         if is_new and (before := repository.code_commit(pull_request.base, folder)):
             seconds = time.time() - float(repository.run("show", "-s", "--format=%ct", before))
             if seconds < DAYS_BETWEEN * 86400:
-                message = f"The version before was merged {int(seconds // 86400)} days ago."
+                message = f"The version before was merged {count(int(seconds // 86400), 'day')} ago."
                 where = f"{folder}/{layout.AGENT}"
                 yield Finding(where, message, f"Wait until {DAYS_BETWEEN} days have passed.")
 

@@ -18,7 +18,8 @@ from gym_extensions.references import experts
 from gym_extensions.results.frames import columns_of, episodes
 from gym_extensions.scoring import pipeline, scorecard
 from gym_extensions.scoring.output.board_frames import scores
-from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, runs_folder, scan
+from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, scan
+from gym_extensions.submissions.submission import runs_folder
 from gym_extensions.versions import version
 
 FILES = {

@@ -16,8 +16,8 @@ from gym_extensions.export import datasets
 from gym_extensions.files import write_text
 from gym_extensions.results import frames, policies
 from gym_extensions.scoring.pipeline import find_submissions
-from gym_extensions.submissions import layout
 from gym_extensions.submissions.policies import files, mlp, mlp_arrays
+from gym_extensions.submissions.submission import runs_folder
 
 TEXTS = Path(__file__).with_name("zoo.toml")
 KEYS = ["submission", "group", "protocol"]
@@ -99,7 +99,7 @@ def write_parquet(path: Path, frame: pd.DataFrame, columns: Sequence[datasets.Co
 def networks(submission: Path, members: TaskGroup, protocol: str, run: int) -> list[Network]:
     """The networks of the policies of a run; none if they lie elsewhere."""
     try:
-        folder = layout.runs_folder(submission, members.name, protocol)
+        folder = runs_folder(submission, members.name, protocol)
         stored = files.read_policies(folder, members, protocol, run).values()
     except BenchError:
         return []

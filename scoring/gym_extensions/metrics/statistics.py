@@ -29,9 +29,9 @@ def mean(values: Iterable[float]) -> Number:
     return math.fsum(numbers) / len(numbers) if numbers else None
 
 
-def standard_deviation(values: Sequence[float], ddof: int = 0, center: float | None = None) -> float:
-    """The standard deviation with divisor n − ``ddof``, as in ``numpy.std``; ``center`` is the known mean."""
-    center = math.fsum(values) / len(values) if center is None else center
+def standard_deviation(values: Sequence[float], ddof: int = 0) -> float:
+    """The standard deviation with divisor n − ``ddof``, as in ``numpy.std``."""
+    center = math.fsum(values) / len(values)
     residuals = [value - center for value in values]
     return math.sqrt(math.fsum([r * r for r in residuals]) / (len(values) - ddof))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from gym_extensions.catalog.groups import Groups, with_custom
-from gym_extensions.catalog.protocol import PROTOCOLS, Budget, budget as budget_named
+from gym_extensions.catalog.protocol import PROTOCOLS, budget
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions
 from gym_extensions.submissions.log import stage_steps
@@ -20,8 +20,7 @@ from gym_extensions.submissions.submission import Submission, SubmittedGroup, sc
 def read_groups(submissions: Paths, groups: Groups) -> Iterator[tuple[Submission, str, SubmittedGroup]]:
     """The submissions in order of their names, with each of their groups, its scored runs, and its id.
 
-    Where the author of code has no runs, they are those that the base trained. Raises ``BenchError`` if a
-    submission has problems or is missing.
+    Raises ``BenchError`` if a submission has problems or is missing.
     """
     known = with_custom(groups)
     for folder in find_submissions(submissions):
@@ -70,8 +69,9 @@ def episodes(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     fingerprint  str      fingerprint of the task
     ===========  =======  ==========================================================================
 
-    Where the author of code has no runs, they are those that the project trained. Beside an author's own,
-    those are read as ``submissions/NAME/trained/N``, of version N. Reported submissions have no episodes.
+    Where the author of code has no runs, or only trials with the budget ``smoke``, they are those that the
+    project trained. Beside an author's own, those are read as ``submissions/NAME/trained/N``, of version N.
+    Reported submissions have no episodes.
 
     Args:
         submissions: a submission, a folder of submissions, or a list of these.
@@ -148,17 +148,19 @@ def evaluations(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     in training order. The arguments and errors are those of :func:`episodes`.
     """
     frames = [
-        _evaluations_of(group, budget_named(submission.manifest.protocol.budget)).assign(
-            submission=submission.name, group=group_id
-        )
+        _evaluations_of(submission, group).assign(submission=submission.name, group=group_id)
         for submission, group_id, group in read_groups(submissions, groups)
-        if submission.manifest is not None
     ]
     return concat(frames, dtypes_of(evaluations))
 
 
-def _evaluations_of(group: SubmittedGroup, budget: Budget) -> pd.DataFrame:
-    steps = {protocol: stage_steps(budget, group.group, protocol) for protocol in PROTOCOLS}
+def _evaluations_of(submission: Submission, group: SubmittedGroup) -> pd.DataFrame:
+    steps = {
+        protocol: stage_steps(budget(source.manifest.protocol.budget), group.group, protocol)
+        for source in submission.sources
+        if source.manifest and group.group.id in source.groups
+        for protocol in source.groups[group.group.id].logs
+    }
     parts = []
     for protocol, log in group.logs.items():
         cells = log.rows.groupby(["run", "stage", "task"])["return"].agg(["size", "mean"]).reset_index()

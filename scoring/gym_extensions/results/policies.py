@@ -21,6 +21,7 @@ from gym_extensions.submissions import diagnostics, layout
 from gym_extensions.submissions.policies import files, mlp_arrays
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.run import RunDocument
+from gym_extensions.submissions.submission import runs_folder
 
 
 def policies(submissions: Paths = "submissions", *, groups: Groups = ()) -> pd.DataFrame:
@@ -106,7 +107,7 @@ def _diagnosed(
         elif observations:
             place = document.protocol, document.run
             try:
-                runs = layout.runs_folder(folder, group.name, document.protocol)
+                runs = runs_folder(folder, group.name, document.protocol)
                 diagnoses = diagnose_run(files.read_policies(runs, group, *place), observations, *place)
             except BenchError as error:
                 why = error.message

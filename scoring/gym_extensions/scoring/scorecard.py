@@ -51,7 +51,8 @@ class VerificationSummary:
     runs: Annotated[int, about("number of runs that it covers")]
     current: Annotated[int, about("how many of them are still as they were verified")]
     episodes: Annotated[int, about("number of logged episodes that were tried to repeat")]
-    repeated: Annotated[int, about("how many of them were repeated bit for bit")]
+    repeated: Annotated[int, about("how many were repeated: bit for bit, or nearly if there is a runtime")]
+    runtime: Annotated[str, about("what ran ONNX networks, with its version; empty for plain policies")] = ""
     difference: Annotated[str, about("where the first difference lies and how large it is; empty without")]
     cells: Annotated[int, about("number of cells that were evaluated on new seeds")]
     p_value: Annotated[float, about("of the test that the logged returns are not higher")]
@@ -66,7 +67,8 @@ class TrainingSummary:
     """What the project trained of the submission's code (`trained/2.toml`)."""
 
     attempts: Annotated[int, about("number of versions of the code that were trained; this is the last")]
-    date: Annotated[str, about("YYYY-MM-DD")]
+    date: Annotated[str, about("day on which it began, YYYY-MM-DD")]
+    finished: Annotated[str, about("day on which its last sequential run ended; empty without one")] = ""
     version: Annotated[str, about("version of gym-extensions that trained it")]
     commit: Annotated[str, about("the one that merged this version of the code")]
     value: Annotated[str, about("public hexadecimal digits that were fixed after it; may be empty")]
@@ -329,8 +331,8 @@ class Claim:
 class CoreCost:
     """What one run of the core takes, as its documents state it: all groups of the core together.
 
-    Nothing is estimated: a number that some group's runs do not state is null, and so is each of a submission
-    that lacks a group.
+    Nothing is estimated: a number that some group's runs do not state is null, and so are the steps and the
+    time of a submission that lacks a group. Its memory is that of the groups that it has.
     """
 
     steps: Annotated[float | None, about("training steps: the sum over groups of the mean over runs")] = None
@@ -374,6 +376,10 @@ class RunCost:
     groups: Annotated[int, about("number of these groups")]
     cpu_seconds: Annotated[float, about("processor time: the same sum, of the groups that state it")]
     timed_groups: Annotated[int, about("number of groups with a run that states its processor time")]
+    timed_runs: Annotated[
+        tuple[int, int],
+        about("fewest and most runs of these groups that state it; (0, 0) without such a group"),
+    ] = (0, 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)

@@ -14,9 +14,10 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.documents import JsonDocument, about
 from gym_extensions.metrics.statistics import interval
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.submissions.layout import DIAGNOSTICS, DOCUMENT, runs_folder
+from gym_extensions.submissions.layout import DIAGNOSTICS, DOCUMENT
 from gym_extensions.submissions.policies.diagnostics import Diagnosis
 from gym_extensions.submissions.run import read_run
+from gym_extensions.submissions.submission import runs_folder
 
 COMMAND = "gym-extensions maintain diagnostics"
 MEASURES = ("ranks", "inactive")

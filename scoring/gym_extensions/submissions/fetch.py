@@ -53,11 +53,11 @@ class Fetcher:
         if path.is_file() and policies.size in (0, path.stat().st_size):
             return path
         hint, url = "Ask the author for the file of the run.", policies.url
-        if self.public_only and urlsplit(url).scheme not in PUBLIC_SCHEMES:
-            message = f"{url} may not be read here: only {' and '.join(PUBLIC_SCHEMES)} addresses are."
-            hint = "Verify the submission by hand, or move the file."
-            raise BenchError("policies-address", message, where, hint)
         try:
+            if self.public_only and urlsplit(url).scheme not in PUBLIC_SCHEMES:
+                message = f"{url} may not be read here: only {' and '.join(PUBLIC_SCHEMES)} addresses are."
+                hint = "Verify the submission by hand, or move the file."
+                raise BenchError("policies-address", message, where, hint)
             handlers = PUBLIC_HANDLERS if self.public_only else ()
             with urllib.request.build_opener(*handlers).open(url, timeout=IDLE_SECONDS) as file:
                 content = _content(file, size)

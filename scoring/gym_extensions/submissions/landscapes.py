@@ -15,8 +15,9 @@ from gym_extensions.catalog.worlds import Axis, Place, axes
 from gym_extensions.documents import JsonDocument, about
 from gym_extensions.metrics.statistics import interval, mean
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file, runs_folder
+from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file
 from gym_extensions.submissions.run import RunDocument, read_run
+from gym_extensions.submissions.submission import runs_folder
 
 COMMAND = "gym-extensions maintain landscapes"
 PROTOCOL = "sequential"

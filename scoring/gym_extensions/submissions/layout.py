@@ -225,16 +225,6 @@ def latest_version(paths: Iterable[str]) -> int:
     return max((int(match[1]) for match in records if match), default=0)
 
 
-def runs_folder(submission: Path, group_name: str, protocol: str) -> Path:
-    """The folder with the runs of a group and protocol: the submission, or ``trained/N`` if it has none."""
-    if not (submission / group_name / protocol).is_dir():
-        records = (f"{TRAINED}/{path.name}" for path in submission.glob(f"{TRAINED}/*.toml"))
-        trained = submission / TRAINED / str(latest_version(records))
-        if (trained / group_name / protocol).is_dir():
-            return trained
-    return submission
-
-
 def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions at the given paths, sorted by name. A folder of submissions means all of them, without
     folders that contain only ``.progress``: git leaves such a folder when it switches to another branch.

@@ -27,6 +27,8 @@ REPORTED, CLAIMED, VERIFIED, TRAINED_HERE = LEVELS
 Action = Literal["accepted", "withdrawn", "challenged"]
 NEW_SEEDS_ALPHA = 0.004
 """Probability of rejecting an honest submission by the test on new seeds."""
+TOLERANCE = 1e-3
+"""Relative difference of returns up to which an episode of an ONNX network counts as repeated."""
 
 Text = Annotated[str, Meta(max_length=4000)]
 Value = Annotated[str, Meta(pattern="^[0-9a-f]{8,128}$")]
@@ -49,7 +51,7 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
         files: the same of its log and policies alone
             (:attr:`gym_extensions.submissions.run.RunDocument.files`).
         episodes: logged episodes that were tried to repeat.
-        repeated: how many of them were repeated bit for bit, or within a tolerance with ``runtime``.
+        repeated: how many of them were repeated (:func:`how_repeated`).
         difference: where the first difference lies and how large it is; empty without one.
         runtime: what ran ONNX networks, with its version; empty if all policies are plain arrays.
         cells: cells of 20 episodes on new seeds.
@@ -75,6 +77,11 @@ class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     passed: bool
     undecided: Text | None = None
     retrained: list[RunKey] = []
+
+
+def how_repeated(runtime: str) -> str:
+    """How closely episodes had to be repeated, in words. ``runtime`` is that of a verification."""
+    return f"within {100 * TOLERANCE:g} % of the return, by {runtime}" if runtime else "bit for bit"
 
 
 class Decision(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -201,6 +208,11 @@ def level(review: Review, settings: str, digests: Mapping[str, str]) -> Level:
             (:meth:`gym_extensions.submissions.submission.SubmittedGroup.digests`).
     """
     return CLAIMED if not digests or why_claimed(review, settings, digests) else VERIFIED
+
+
+def is_verified(level: Level | None) -> bool:
+    """Whether a level is at least ``verified``, which a rank needs."""
+    return level in (VERIFIED, TRAINED_HERE)
 
 
 class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -6,11 +6,33 @@ from pathlib import Path
 import msgspec
 
 from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.submissions import layout, problem
 from gym_extensions.submissions.log import Log
-from gym_extensions.submissions.manifest import Manifest
+from gym_extensions.submissions.manifest import Manifest, manifest_of, parse
 from gym_extensions.submissions.review import Review, Training
 from gym_extensions.submissions.run import Memory, RunDocument, consecutive
+
+
+def runs_folder(submission: Path, group_name: str, protocol: str) -> Path:
+    """The folder with the runs of a group and protocol: the submission, or ``trained/N``.
+
+    Where the author has none, or trials, whose budget is on no board, those that were trained here count.
+    """
+    records = (f"{layout.TRAINED}/{path.name}" for path in submission.glob(f"{layout.TRAINED}/*.toml"))
+    trained = submission / layout.TRAINED / str(layout.latest_version(records))
+    if not (trained / group_name / protocol).is_dir():
+        return submission
+    return submission if (submission / group_name / protocol).is_dir() and _counts(submission) else trained
+
+
+def _counts(submission: Path) -> bool:
+    """Whether the budget of a submission is on boards; one whose manifest is broken says nothing else."""
+    try:
+        budget = manifest_of(parse((submission / layout.MANIFEST).read_bytes())).protocol.budget
+    except (OSError, ValueError):  # also that of msgspec
+        return True
+    return BUDGETS[budget].on_boards
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,13 +83,39 @@ class Submission:
         return f"Submission({self.name!r}, groups={list(self.groups)}, {len(self.problems)} problems)"
 
     @property
+    def sources(self) -> "tuple[Submission, ...]":
+        """The submission and what was trained of it here, each with those of its runs that count.
+
+        A protocol of a group has one source (:func:`runs_folder`).
+        """
+        if self.trained is None:
+            return (self,)
+        found = []
+        for source in (self, self.trained.runs):
+            groups = {}
+            for id_, each in source.groups.items():
+                folders = {name: runs_folder(self.path, each.group.name, name) for name in each.runs}
+                runs = {name: part for name, part in each.runs.items() if folders[name] == source.path}
+                if runs:
+                    logs = {name: log for name, log in each.logs.items() if name in runs}
+                    groups[id_] = replace(each, logs=logs, runs=runs)
+            found.append(replace(source, name=self.name, groups=groups))
+        return tuple(found)
+
+    @property
     def shown_groups(self) -> dict[str, SubmittedGroup]:
-        """The groups by id. Where the author has no runs of a protocol, those that were trained here."""
-        groups = dict(self.groups)
-        for id_, made in (self.trained.runs.groups if self.trained else {}).items():
-            own = groups.get(id_, made)
-            groups[id_] = replace(own, logs=made.logs | own.logs, runs=made.runs | own.runs)
+        """The groups by id with the runs that count, wherever they lie."""
+        groups: dict[str, SubmittedGroup] = {}
+        for source in self.sources:
+            for id_, each in source.groups.items():
+                known = groups.get(id_, each)
+                groups[id_] = replace(each, logs=each.logs | known.logs, runs=each.runs | known.runs)
         return groups
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether the agent samples its actions in evaluation, so that no episode can be repeated."""
+        return self.manifest is not None and self.manifest.protocol.evaluation == "sampled"
 
     @property
     def documents(self) -> dict[str, RunDocument]:
@@ -97,7 +145,10 @@ class Trained:
 
 
 def scored_group(submitted: SubmittedGroup) -> SubmittedGroup:
-    """The group with the runs that are scored: 0 to N − 1 of each log, up to the first gap. Notes say so."""
+    """The group with the runs that are scored: 0 to N − 1 of each log, up to the first gap. Notes say so.
+
+    A log without run 0 is left out.
+    """
     logs, notes = dict(submitted.logs), list[str]()
     for protocol, log in submitted.logs.items():
         count = consecutive(log.runs)
@@ -105,6 +156,7 @@ def scored_group(submitted: SubmittedGroup) -> SubmittedGroup:
             logs[protocol] = replace(log, rows=log.rows[log.rows["run"] < count].reset_index(drop=True))
             runs = ", ".join(map(str, later))
             notes.append(f"{protocol}: run {count} is missing; until it is there, not scored: {runs}.")
+    logs = {protocol: log for protocol, log in logs.items() if log.runs}
     paired = [set(logs[name].runs) for name in ("sequential", "single") if name in logs]
     if both := sorted(set.intersection(*paired)) if len(paired) > 1 and paired[0] != paired[1] else []:
         runs = ", ".join(map(str, both))

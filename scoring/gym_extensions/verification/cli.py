@@ -21,7 +21,7 @@ from gym_extensions.submissions.problem import count, refuse_problems
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, episodes, git
 from gym_extensions.verification.new_seeds import require_value
-from gym_extensions.verification.verify import Report, logged_runs, verify
+from gym_extensions.verification.verify import Report, logged_runs, settings_of, verify
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
 NO_RUNS = "it has no runs of its own; its code is trained after the merge."
@@ -169,7 +169,7 @@ def lines_of(report: Report) -> Iterator[str]:
 def results_of(report: Report, found: review.Verification) -> Iterator[str]:
     """What the policies did, in words, a line each."""
     if report.runs:
-        how = f"by {found.runtime}, returns within .1 %" if found.runtime else "bit for bit"
+        how = review.how_repeated(found.runtime)
         yield f"  repeated {how}: {found.repeated:,} of {found.episodes:,} episodes"
     if len(report.runs) < len(found.runs):
         old = f"{count(len(report.first_arithmetic), 'run')} of the first arithmetic, which {OTHERS}"
@@ -217,7 +217,7 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
         return 0
     if submission.code and not (submission.groups or submission.problems):
         trained = submission.trained
-        if trained is None or options.write or options.record:
+        if trained is None or trained.runs.manifest is None or options.write or options.record:
             print(f"{submission.name}: {NO_RUNS}")
             return 0
         submission = replace(trained.runs, name=submission.name)
@@ -235,6 +235,13 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
             )
         elif options.write:
             review.add_to_review(path, [report.verification])
+    if (options.write or options.record) and not submission.problems:
+        known = review.Review(verifications=[*submission.review.verifications, *found])
+        digests = {name: run.document.digest for name, run in logged_runs(submission).items()}
+        why = review.why_claimed(known, settings_of(submission), digests)
+        if why and not found:
+            print(f"  claimed: {why}")
+        status |= bool(why)
     return status
 
 

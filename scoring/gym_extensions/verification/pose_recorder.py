@@ -112,12 +112,11 @@ def poses_of(run: verify.LoggedRun, submission: Submission, fetcher: Fetcher | N
     Policies that sample their actions are shown in an episode of their own, from the same start. Raises
     ``BenchError`` if the policies cannot be run.
     """
-    assert submission.manifest is not None, "it has no problems"
     group = run.log.group
     last = len(group.tasks)
     keys = sorted({key for index in range(last) for key in ((index + 1, index), (last, index))})
     cells = [run.prescribed_cell(*key) for key in keys]
-    if submission.manifest.protocol.evaluation == verify.SAMPLED:
+    if submission.is_sampled:
         cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]
     request = run.request(submission, tuple(cells), fetcher)
     returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}

@@ -6,7 +6,6 @@ training, diagnostics on the published observations of the tasks.
 
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 from statistics import fmean
 from typing import Any
@@ -49,17 +48,16 @@ def _rounded(value: Any, digits: str) -> Any:
 def _published(submission: Path, group: TaskGroup) -> dict[str, tuple[verify.LoggedRun, Submission]]:
     """The runs of a group that publish their policies, by name, each with the submission that has its files.
 
-    Where the author has none of a protocol, they are those that were trained here. Raises the first problem.
+    Raises the first problem.
     """
     found = reader.read(submission, only=[group.name])
     refuse_problems(submission, found.problems)
-    runs = {name: (run, found) for name, run in verify.logged_runs(found).items()}
-    if found.trained:
-        protocols = {run.log.protocol for run, _ in runs.values()}
-        made = replace(found.trained.runs, name=found.name)
-        trained = verify.logged_runs(made).items()
-        runs |= {name: (run, made) for name, run in trained if run.log.protocol not in protocols}
-    return {name: (run, source) for name, (run, source) in runs.items() if run.document.policies}
+    return {
+        name: (run, source)
+        for source in found.sources
+        for name, run in verify.logged_runs(source).items()
+        if run.document.policies
+    }
 
 
 def _with_runs(submissions: Sequence[Path], groups: Sequence[TaskGroup]) -> list[tuple[Path, TaskGroup]]:

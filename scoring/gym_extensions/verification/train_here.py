@@ -228,6 +228,9 @@ def judge(request: dict[str, Any]) -> Iterator[Any]:
 def take(submission: Submission, folder: Path, value: str = "") -> None:
     """Adds what another job trained, its ``trained`` in ``folder``, to the submission, all or nothing.
 
+    The record is written last. Files of runs that it does not have are those of a machine that died, and are
+    written over.
+
     Raises ``BenchError`` if it is of another version of the code, if its seeds do not follow from the merge
     commit and the value, if it breaks a rule, or if it changes a run or a failure that is known.
     """
@@ -257,10 +260,11 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
         raise refuse("Its runs are not those of the record.")
     if any(training.seeds not in command for _, command in found["runs"].values()):
         raise refuse("A run has other seeds.")
-    target = submission.path / TRAINED
+    target, unrecorded = submission.path / TRAINED, digests.keys() - known.runs.keys()
     for item in layout.scan(source).items:
-        if item.kind == "file" and not (target / str(number) / item.path).exists():
-            write_bytes(target / str(number) / item.path, layout.read_regular(source / item.path, item.size))
+        path, run = target / str(number) / item.path, item.path.partition(".")[0]
+        if item.kind == "file" and (run in unrecorded or not path.exists()):
+            write_bytes(path, layout.read_regular(source / item.path, item.size))
     # A machine that died has finished more than it could record.
     write_text(target / record.name, training_text(replace(training, runs=digests)))
 

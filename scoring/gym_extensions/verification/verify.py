@@ -22,11 +22,8 @@ from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import episodes as episodess, limits, new_seeds
 from gym_extensions.versions import processor, version
 
-SAMPLED = "sampled"
 UNDECIDED = "undecided: too slow, with {:g} hours of processor time in all and {} s a cell; publish smaller "
 UNDECIDED += "policies or fewer runs at once, or ask a maintainer for more time (verify --hours N --write)"
-TOLERANCE = 1e-3
-"""Relative difference of returns up to which an episode of an ONNX network counts as repeated."""
 
 
 def logged_cells(log: Log, run: int) -> dict[tuple[int, int], list[rollout.Outcome]]:
@@ -139,13 +136,13 @@ class Repetition(NamedTuple):
 def repetition(run: LoggedRun, cells: Sequence[episodess.Cell], result: episodess.Played) -> Repetition:
     """Compares the outcomes of cells of a run with its log.
 
-    They must be equal to the last bit; those of an ONNX network, the returns within ``TOLERANCE``.
+    They must be equal to the last bit; those of an ONNX network, the returns within ``review.TOLERANCE``.
     """
     total = sum(len(run.logged[cell.stage, cell.task]) for cell in cells)
     machine = run.other_machine(result.runtime)
     if result.problem:
         return Repetition(0, total, result.problem, machine)
-    tolerance = TOLERANCE if result.runtime else 0.0
+    tolerance = review.TOLERANCE if result.runtime else 0.0
     repeated, difference = 0, ""
     for cell, outcomes in zip(cells, result.outcomes, strict=True):
         logged = run.logged[cell.stage, cell.task]
@@ -198,20 +195,15 @@ def logged_runs(submission: Submission) -> dict[str, LoggedRun]:
         LoggedRun(group.logs[protocol], document)
         for group in submission.groups.values()
         for protocol, documents in group.runs.items()
-        for _, document in sorted(documents.items())
+        for document in documents.values()
         if protocol in group.logs
     )
     return {run.name: run for run in runs}
 
 
-def is_sampled(submission: Submission) -> bool:
-    """Whether the policies of a submission sample their actions, so that no episode can be repeated."""
-    return bool(submission.manifest and submission.manifest.protocol.evaluation == SAMPLED)
-
-
 def is_first_arithmetic(submission: Submission, run: LoggedRun) -> bool:
     """Whether the episodes of a run are repeated only by the arithmetic of the machine that logged them."""
-    return run.document.arithmetic != ARITHMETIC and not is_sampled(submission)
+    return run.document.arithmetic != ARITHMETIC and not submission.is_sampled
 
 
 def settings_of(submission: Submission) -> str:
@@ -264,7 +256,7 @@ def verify(
     digests = {name: run.document.digest for name, run in runs.items()}
     contents = {name: run.document.files for name, run in runs.items()}
     draw = new_seeds.Draw(new_seeds.files_digest(contents), value)
-    repeatable = [] if is_sampled(submission) else [name for name in runs if name not in old]
+    repeatable = [] if submission.is_sampled else [name for name in runs if name not in old]
     prescribed = {name: run.prescribed if name in repeatable else () for name, run in runs.items()}
     facts: dict[str, Any] = {
         "date": datetime.now(UTC).date().isoformat(),
@@ -305,7 +297,7 @@ def verify(
         report,
         verification=review.Verification(
             **facts,
-            episodes=sum(sum(map(len, run.logged.values())) for name, run in runs.items() if name not in old),
+            episodes=sum(each.episodes for each in repetitions.values()),
             repeated=sum(each.repeated for each in repetitions.values()),
             difference=next(filter(None, (failed, twins, *here, *elsewhere)), ""),  # what decides is first
             runtime=next((each.runtime for each in first.values() if each.runtime), ""),

@@ -14,11 +14,17 @@ from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.references import experts
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.ranking.boards import is_verified
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, Scorecard, SuiteScore, TaskChange
 from gym_extensions.site import paths
 from gym_extensions.site.text import count, digits_for, fixed, grouped, variation
-from gym_extensions.submissions.review import CLAIMED, REPORTED, TRAINED_HERE, VERIFIED
+from gym_extensions.submissions.review import (
+    CLAIMED,
+    REPORTED,
+    TRAINED_HERE,
+    VERIFIED,
+    how_repeated,
+    is_verified,
+)
 
 SEQUENTIAL = "sequential"
 NO_LOG = GroupScore(level="claimed", budget="", runs=(), tasks=(), metrics={}, reference={}, return_matrix=())
@@ -271,14 +277,14 @@ def change_tint(change: TaskChange) -> str:
 LEVELS = {
     REPORTED: "Published elsewhere without logs, so nothing can be checked.",
     CLAIMED: (
-        "The files keep to every rule. Nothing else is known: it has no runs yet, its runs publish no "
-        "policies, nobody has verified them yet, or a verification did not pass."
+        "The files follow the rules, but the results are not verified. Reasons: no runs, no policies, not "
+        "yet checked, or a failed check."
     ),
     VERIFIED: (
         "The board’s own machine ran the policies of every run on seeds that did not exist when they were "
         "submitted, and their returns agree with the log. The page of the submission says how many logged "
-        "episodes were repeated bit for bit. How the policies were made is the author’s statement; a run "
-        "that was trained again from its seed and agrees is marked as reproduced."
+        "episodes were repeated, and how closely. How the policies were made is the author’s statement; a "
+        "run that was trained again from its seed and agrees is marked as reproduced."
     ),
     TRAINED_HERE: (
         "The project trained the runs itself, from the author’s code, on seeds that followed from the merge. "
@@ -320,7 +326,7 @@ def checked(card: Scorecard) -> str:
     if card.level == CLAIMED:
         reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
         why = next(filter(None, reasons), "Not verified yet." if card.groups else scorecard.NO_RUNS)
-        return f"Claimed: the files keep to every rule. {why}"
+        return f"Claimed: the files follow the rules. {why}"
     if not is_verified(card.level) or card.level == TRAINED_HERE:
         return LEVELS[card.level] if card.level else ""
     passed = [found for found in card.verifications if found.passed and found.current]
@@ -330,9 +336,10 @@ def checked(card: Scorecard) -> str:
     policies = f"the policies of {count(runs, 'run')}{' of the author' if card.beside else ''}"
     text = f"Verified: {policies} were run on new seeds and agree with the logs"
     if episodes:
-        text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated bit for bit"
+        how = " or ".join(dict.fromkeys(how_repeated(found.runtime) for found in whole if found.episodes))
+        text += f"; {grouped(repeated)} of {grouped(episodes)} logged episodes were repeated {how}"
     if card.arithmetic == 1:
-        text += " on the type of processor that logged them (first arithmetic)"
+        text += " (on the type of processor that logged them)"
     if episodes > repeated:
         text += f", the other {grouped(episodes - repeated)} differ"
     again = any(found.retrained for found in passed)
@@ -360,11 +367,13 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
     if spent := manifest.tuning:  # the steps for choosing the settings
         on = f" on {', '.join(spent.tasks)}" if spent.tasks else ""
         tuning = f"{grouped(spent.steps)} steps{on}" if spent.steps else "none declared"
-    steps = ("Training steps", "counted by the training loop" if card.steps_counted else "claimed")
+    steps = "counted by the training loop" if card.steps_counted else "claimed"
+    if card.trained and not card.steps_counted:
+        steps = "claimed of the author’s own runs, counted of those trained here"
     return [
         ("Algorithm", manifest.protocol.algorithm),
         ("Actions in evaluation", manifest.protocol.evaluation),
-        *([steps] if card.groups else []),
+        *([("Training steps", steps)] if card.groups else []),
         ("Task label", task_label(card)),
         ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
         ("Batch or replay buffer", stored(card)),

@@ -20,10 +20,7 @@ THIN_SPACE = "\N{NARROW NO-BREAK SPACE}"
 
 def fixed(value: float, digits: int = 2) -> str:
     """The value with ``digits`` digits after the point and a minus sign; −0.00 becomes 0.00."""
-    text = f"{value:.{digits}f}"
-    if text.startswith("-"):
-        return MINUS + text[1:] if text.strip("-0.") else text[1:]
-    return text
+    return f"{value:z.{digits}f}".replace("-", MINUS)
 
 
 def interval(low: float, high: float, digits: int = 2) -> str:

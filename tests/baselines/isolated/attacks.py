@@ -266,8 +266,10 @@ ENDINGS = (
         "",
         ("does not import", "import no_such_package", "'no_such_package' (agent.py, line"),
         ("has a syntax error", "def (:", "SyntaxError"),
-        ("has no such factory", "del Agent", "no attribute 'Agent'"),
-        ("needs MuJoCo", "import mujoco", "No module named 'mujoco'"),
+        ("has no such factory", "del Agent", "has no callable 'Agent'"),
+        ("misspells its factory", "Agnet = Agent; del Agent", "Did you mean 'Agnet'?"),
+        ("needs MuJoCo", "import mujoco", "and no simulator"),
+        ("has a card that is no method", "Agent.card = Card('x')", "def card(self)"),
     ),
     *in_method(
         "make",

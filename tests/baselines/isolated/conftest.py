@@ -13,6 +13,8 @@ from typing import Any
 import pytest
 from numba.core import caching
 
+import gym_extensions
+
 ROOT, ROOTS = Path(__file__).parents[3], ("envs", "scoring")
 USER = 65533
 HIDDEN = "/root"
@@ -48,7 +50,7 @@ def as_user(arguments: list[str]) -> list[str]:
 
 
 class Ordinary:
-    """An ordinary user with a home, whose programs print JSON.
+    """An ordinary user with a home, whose programs print JSON. They import the code that this process does.
 
     Its home has the code that numba has compiled before, because that takes seconds of every new user.
     """
@@ -69,6 +71,9 @@ class Ordinary:
         path.write_text(program, encoding="utf-8")
         environment = {"PATH": os.environ["PATH"], "HOME": str(self.home), "OPENBLAS_NUM_THREADS": "1"}
         environment |= {"SECRET_TOKEN": "secret", "NUMBA_CACHE_DIR": str(self.compiled)}
+        environment["PYTHONPATH"] = os.pathsep.join(
+            str(Path(part).parent) for part in gym_extensions.__path__
+        )
         return subprocess.Popen(
             as_user([sys.executable, str(path), *arguments]),
             cwd=self.home,

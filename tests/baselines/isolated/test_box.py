@@ -20,9 +20,15 @@ from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.catalog.groups import group
 
 from ...conftest import refused
+from .conftest import Ordinary
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="boxes need Linux")
+PACKAGES = """
+import json
+from gym_extensions.baselines.isolated import contents
+print(json.dumps({name: str(path) for name, path in contents.packages().items()}))
+"""
 TRAIN = ["trpo", "--isolated", "--groups", "pusher", "--budget", "smoke", "--out"]
 
 
@@ -76,6 +82,26 @@ class TestRefusals:
         assert main([*TRAIN, str(tmp_path / "mine")]) == 2
         assert "as root" in capsys.readouterr().err
         assert not (tmp_path / "mine").exists()
+
+
+class TestHints:
+    @pytest.mark.parametrize(
+        ("raised", "advice"),
+        [
+            ("ModuleNotFoundError: No module named 'torch' (agent.py, line 2)", "'gym-extensions[sb3]'"),
+            ("ModuleNotFoundError: No module named 'stable_baselines3.ppo'", "'gym-extensions[sb3]'"),
+            ("ModuleNotFoundError: No module named 'onnxruntime'", "'gym-extensions[onnx]'"),
+            ("ModuleNotFoundError: No module named 'numpy.missing'", "Correct it"),
+            ("ModuleNotFoundError: No module named 'jax'", "no simulator"),
+            ("ModuleNotFoundError: No module named 'gym_extensions.envs'", "no simulator"),
+            ("ValueError: No module named 'torch'", "Correct it"),
+        ],
+    )
+    def test_a_package_that_is_absent_or_not_installed_is_no_mistake_of_the_agents_code(
+        self, raised: str, advice: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(box, "find_spec", lambda name: name == "numpy" or None)
+        assert advice in box.hint_of(raised)
 
 
 class TestNames:
@@ -188,6 +214,9 @@ class TestContents:
         own = {name.partition("/")[2] for name in found if name.startswith("gym_extensions/")}
         folders, files = {"baselines", "catalog", "submissions"}, "errors.py files.py versions.py policies.py"
         assert own == {*folders, *files.split()}
+
+    def test_it_has_the_code_under_test(self, ordinary: Ordinary) -> None:
+        assert ordinary.run(PACKAGES) == {name: str(path) for name, path in contents.packages().items()}
 
 
 class TestFrames:

@@ -6,6 +6,7 @@ import signal
 import textwrap
 import time
 
+import pandas as pd
 import pytest
 
 from ..conftest import digests
@@ -65,6 +66,22 @@ class Acting(HillClimber):
         return self.policy().act(observations)
 """
 """After the hill climber: the same one, which acts with the policy that it publishes."""
+SAC = """
+from stable_baselines3 import SAC
+from gym_extensions.baselines import sb3
+
+make = sb3(SAC, learning_starts=900, batch_size=32, policy_kwargs={"net_arch": [16]})
+"""
+"""Its updates begin after 900 of the 1,000 steps of ``smoke``."""
+WITH_TORCH = ("ppo", "sac:make", "recurrent:Recurrent")
+HONEST = {
+    "climber:HillClimber": "--protocol single",
+    "drawing:Agent": "--evaluate-every 250",
+    "multi-head": "--evaluate-every 500 --num-envs 2",
+    **dict.fromkeys(("acting:Acting", "trpo", "cloning", "packnet", *WITH_TORCH), ""),
+}
+"""Agents, and options. ``acting`` acts with its policy, which numba compiles in every box."""
+QUICK = ("climber:HillClimber", "drawing:Agent", "multi-head")
 
 
 def climber() -> str:
@@ -90,25 +107,32 @@ def in_and_out(ordinary: Ordinary, inside: str, outside: str, *more: str) -> dic
     return one
 
 
-@pytest.mark.parametrize(
-    ("inside", "outside", "options"),
-    [
-        ("agents/climber.py:HillClimber", "climber:HillClimber", "--protocol single"),
-        ("agents/drawing.py:Agent", "drawing:Agent", "--evaluate-every 250"),
-        ("multi-head", "multi-head", "--evaluate-every 500 --num-envs 2"),
-    ],
-)
-def test_the_same_files_in_and_out_of_the_box(
-    ordinary: Ordinary, inside: str, outside: str, options: str
-) -> None:
+@pytest.fixture(scope="module")
+def agents(ordinary: Ordinary) -> Ordinary:
+    """The user, with the files of the agents: where they are trained, and in a folder of their own."""
+    example = (ROOT / "examples/recurrent.py").read_text(encoding="utf-8")
+    files = {"climber": climber(), "drawing": GLOBAL, "sac": SAC, "recurrent": example}
     for folder in (ordinary.home, ordinary.home / "agents"):
         folder.mkdir(exist_ok=True)
-        (folder / "climber.py").write_text(climber(), encoding="utf-8")
-        (folder / "drawing.py").write_text(GLOBAL, encoding="utf-8")
-    assert len(in_and_out(ordinary, inside, outside, *options.split())) >= 3
-    (path,) = ordinary.home.glob(f"{outside.partition(':')[0]}-in/pusher/*/run0.json")
+        for name, text in (files | {"acting": climber() + ACTING}).items():
+            (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    return ordinary
+
+
+@pytest.mark.parametrize(
+    "agent", [each if each in QUICK else pytest.param(each, marks=pytest.mark.slow) for each in HONEST]
+)
+def test_the_same_files_in_and_out_of_the_box(agents: Ordinary, agent: str) -> None:
+    if agent in WITH_TORCH:
+        pytest.importorskip("torch")
+    file, _, factory = agent.partition(":")
+    inside = f"agents/{file}.py:{factory}" if factory else agent
+    assert len(in_and_out(agents, inside, agent, *HONEST[agent].split())) >= 3
+    (path,) = agents.home.glob(f"{file}-in/pusher/*/run0.json")
     words = f"gym-extensions train --isolated {inside.removeprefix('agents/')} --groups pusher"
     assert json.loads(path.read_bytes())["command"].startswith(words)
+    stages = pd.read_csv(path.with_suffix(".csv")).groupby("stage")["return"].agg(tuple)
+    assert len(stages) == 1 or stages.nunique() > 1, "it learns"
 
 
 def test_the_memory_is_that_of_both_processes(ordinary: Ordinary) -> None:
@@ -152,14 +176,3 @@ def test_a_network_is_read_and_run_in_a_box_of_its_own(ordinary: Ordinary) -> No
     file.write_text(network.replace("import Policy", "import OnnxPolicy, Policy"), encoding="utf-8")
     found = in_and_out(ordinary, "network.py:HillClimber", "network:HillClimber")
     assert [name for name in found if name.endswith(".onnx")]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("inside", "outside"), [("acting.py:Acting", "acting:Acting"), ("ppo", "ppo")], ids=["numba", "torch"]
-)
-def test_compiled_packages_give_the_same_bytes(ordinary: Ordinary, inside: str, outside: str) -> None:
-    """An agent that acts with its policy, which numba compiles in every box; and an agent with torch."""
-    pytest.importorskip("torch")
-    (ordinary.home / "acting.py").write_text(climber() + ACTING, encoding="utf-8")
-    assert in_and_out(ordinary, inside, outside)

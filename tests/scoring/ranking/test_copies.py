@@ -159,5 +159,6 @@ def test_a_board_marks_runs_that_are_unusually_alike_and_keeps_their_rank(enter:
 
 def test_an_honest_spread_of_a_quarter_of_the_others_is_not_marked() -> None:
     wide, narrow = [0.1, 0.2, 0.3, 0.4, 0.5], [0.25, 0.275, 0.3, 0.325, 0.35]
-    assert unusually_alike({"a": wide, "b": wide, "c": narrow, "d": wide}) == {}
-    assert set(unusually_alike({"a": wide, "b": wide, "c": [0.3, 0.301, 0.302], "d": wide})) == {"c"}
+    assert unusually_alike({"a": wide, "b": wide, "c": narrow, "d": wide}, alpha=0.01) == {}
+    alike = {"a": wide, "b": wide, "c": [0.3, 0.301, 0.302], "d": wide}
+    assert set(unusually_alike(alike, alpha=0.01)) == {"c"}

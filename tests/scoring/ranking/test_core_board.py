@@ -113,6 +113,7 @@ def test_a_submission_with_part_of_the_core_is_shown_without_a_core_score(on_cor
     assert submission.groups[GROUPS[0]].mean == pytest.approx(np.mean(part[GROUPS[0]]))
     assert submission.notes == (f"partial-core: It has no sequential runs of {GROUPS[2]}.",)
     assert submission.cost.steps is None
+    assert submission.cost.stored_steps is not None, "memory is that of the groups that it has"
 
 
 def test_a_submission_without_a_score_in_a_group_says_why(on_core: OnCore) -> None:
@@ -250,6 +251,24 @@ def test_a_variant_has_the_score_and_the_ranks_of_the_groups_that_are_left(on_co
     assert middle.mean == pytest.approx(stats.trim_mean(np.concatenate(scores).ravel(), 0.25))
 
 
+def test_the_interquartile_mean_compares_the_same_number_of_runs(on_core: OnCore) -> None:
+    """The first runs of both are equal; five more of one of them are better, and not compared yet."""
+    few = normal(1, 0.3)
+    cards = [
+        on_core("few", few),
+        on_core("many", {name: (*runs, *(1.0 + run for run in runs)) for name, runs in few.items()}),
+    ]
+    for card in cards:
+        for each in card.groups.values():
+            log = each["sequential"]
+            reference = dict.fromkeys(log.tasks, ReferenceValue(0.0, 1.0))
+            ends = log.metrics[FINAL].runs
+            matrix = tuple(((0.0, 0.0), (0.0, 0.0), (end, end)) for end in ends)
+            each["sequential"] = replace(log, reference=reference, return_matrix=matrix)
+    variants = {variant.name: variant.scores for variant in board_of(cards).variants}
+    assert {score.rank for score in variants["interquartile-mean"].values()} == {(1, 2)}
+
+
 def test_what_is_kept_is_a_share_of_what_was_learned(on_core: OnCore) -> None:
     card = on_core("a", normal(1, 0.5), starts=5)
     for each in card.groups.values():
@@ -290,15 +309,22 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
             memory=Memory(stored_steps=7, parameters_first=3, parameters_last=4 if run.run else 400),
         )
 
+    def timed_runs(card: Scorecard) -> tuple[int, int] | None:
+        cost = suites.run_cost(card)
+        return cost.timed_runs if cost else None
+
     groups = {}
     for group, logs in card.groups.items():
         provenance = tuple(with_cost(group, run) for run in logs["sequential"].provenance)
         groups[group] = {"sequential": replace(logs["sequential"], provenance=provenance)}
     # One run of the first group states its time; the first of each the largest memory of its submission.
-    cost = board_of([replace(card, groups=groups)]).rows[0].cost
+    timed = replace(card, groups=groups)
+    assert timed_runs(timed) == (1, 5)
+    cost = board_of([timed]).rows[0].cost
     assert (cost.steps, cost.cpu_seconds) == (7000, 10 + 6 * 12)
     assert (cost.peak_memory_mb, cost.stored_steps, cost.parameters) == (54, 7, 4)
     assert board_of([card]).rows[0].cost.cpu_seconds is None
+    assert timed_runs(card) == (0, 0)
 
 
 def test_another_budget_is_not_on_the_core(enter: Enter) -> None:

@@ -1,12 +1,14 @@
 """The second edition of the core ranks what was trained here; an author's own runs are a claim beside it."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from gym_extensions.scoring.ranking.core_board import PLANNED, lacking
 from gym_extensions.scoring.scorecard import TrainingSummary
 from gym_extensions.scoring.submission.suites import claim_of, core_logs, core_score, own_logs, run_cost
 
@@ -70,21 +72,38 @@ def test_the_second_edition_ranks_what_was_trained_here_alone(on_core: OnCore) -
     assert last.metrics[FINAL].mean == pytest.approx(np.mean(list(normal(1, 0.95).values())), rel=1e-12)
 
 
+METHODS = lacking({})
+"""Of the plan."""
+
+
+def planned(runs: Mapping[str, int], on_core: OnCore) -> list[tuple[str, frozenset[str]]]:
+    """The pairs that are not exploratory, by metric, of submissions with so many runs."""
+    cards = [
+        trained(on_core(name, normal(at, 0.3, runs=10)), normal(9 + at, 0.3, runs=count))
+        for at, (name, count) in enumerate(runs.items())
+    ]
+    pairs = [(metric, pair) for metric, found in board_of(cards).pairs.items() for pair in found]
+    return [(metric, frozenset((p.first, p.second))) for metric, p in pairs if not p.exploratory]
+
+
 def test_in_the_second_edition_pairs_are_exploratory_that_the_plan_does_not_name(on_core: OnCore) -> None:
-    names = ("trpo", "reset", "cloning-tuned", "stranger")
-    cards = [trained(on_core(name, normal(at, 0.3)), normal(9 + at, 0.3)) for at, name in enumerate(names)]
-    board = board_of(cards)
-    planned = {
-        metric: {frozenset((pair.first, pair.second)) for pair in pairs if not pair.exploratory}
-        for metric, pairs in board.pairs.items()
-    }
-    with_trpo = {name: frozenset((name, "trpo")) for name in names}
-    assert planned == {
-        FINAL: {with_trpo["reset"], with_trpo["cloning-tuned"]},
-        "forgetting": {with_trpo["cloning-tuned"]},
-    }
-    first = board_of([replace(card, trained={}) for card in cards])
-    assert (first.edition, {pair.exploratory for pair in first.pairs[FINAL]}) == (1, {True})
+    found = planned(dict.fromkeys([*METHODS, "stranger"], 10), on_core)
+    assert len(METHODS) == 10
+    assert set(found) == {(metric, frozenset(names)) for _, *names, metric in PLANNED}
+
+
+@pytest.mark.parametrize("fewer", [{"reset": 5}, {"ppo-tuned": 0}])
+def test_all_pairs_are_exploratory_until_all_methods_of_the_plan_have_ten_runs(
+    on_core: OnCore, fewer: dict[str, int]
+) -> None:
+    runs = dict.fromkeys(METHODS, 10) | fewer
+    assert lacking(runs) == list(fewer)
+    assert planned({name: count for name, count in runs.items() if count}, on_core) == []
+
+
+def test_all_pairs_of_the_first_edition_are_exploratory(on_core: OnCore) -> None:
+    board = board_of([on_core(name, normal(at, 0.3, runs=10)) for at, name in enumerate(METHODS)])
+    assert (board.edition, {pair.exploratory for pair in board.pairs[FINAL]}) == (1, {True})
 
 
 def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: OnCore) -> None:
@@ -98,6 +117,16 @@ def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: O
         assert core_score(replace(card, trained=whole | {GROUPS[0]: other})) == core_score(card)
 
 
+def test_runs_with_another_budget_are_not_those_of_the_core(on_core: OnCore) -> None:
+    card = on_core("a", normal(3, 0.3))
+    first = card.groups[GROUPS[0]]["sequential"]
+    other = {name: {"sequential": replace(first, budget="1M")} for name in GROUPS}
+    core = core_score(replace(card, groups=card.groups | {GROUPS[0]: other[GROUPS[0]]}))
+    assert core is not None
+    assert (core.missing, core.look, list(core.groups)) == ((GROUPS[0],), 0, list(GROUPS[1:]))
+    assert core_score(replace(card, groups=other)) is None
+
+
 @pytest.mark.parametrize(("protocol", "noted"), [("sequential", 1), ("balanced", 0)])
 def test_the_failures_of_the_core_are_those_of_its_sequential_runs(
     on_core: OnCore, protocol: str, noted: int
@@ -109,6 +138,12 @@ def test_the_failures_of_the_core_are_those_of_its_sequential_runs(
     core = core_score(replace(trained(on_core("new", normal(1, 0.5)), normal(2, 0.5)), training=made))
     assert core is not None
     assert sum(note.startswith("failed-runs: 1") for note in core.notes) == noted
+
+
+def test_steps_that_the_author_claims_are_not_those_of_runs_that_were_trained_here(on_core: OnCore) -> None:
+    own = replace(on_core("new", normal(1, 0.5)), steps_counted=False)
+    cores = core_score(own), core_score(trained(own, normal(2, 0.5)))
+    assert ["steps-claimed" in str(core and core.notes) for core in cores] == [True, False]
 
 
 @pytest.mark.parametrize(("claimed", "note"), [(0.5, "agree with these"), (0.9, "claim 0.40 more")])

@@ -19,7 +19,7 @@ from gym_extensions.scoring.pipeline import score_folder, score_folders
 from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.group_board import board, boards
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.submissions.review import Action, Decision
+from gym_extensions.submissions.review import Action, Decision, Level
 
 from ...conftest import MANIFEST
 from ..made_submissions import GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
@@ -53,6 +53,12 @@ def test_a_reported_submission_is_on_a_board_without_a_rank() -> None:
     made = board([card], documents.BoardKey("hopper-gravity-v0", "sequential", "paper", False))
     assert (made.ranked, made.rows[0].why) == (0, "Reported from a publication: no logs.")
     assert made.rows[0].metrics["final_performance"].mean is None
+
+
+@pytest.mark.parametrize("level", ["verified", "trained here"])
+def test_steps_of_runs_that_were_trained_here_are_counted(enter: Enter, level: Level) -> None:
+    (row,) = board([replace(at_level(enter("a", 500), level), steps_counted=False)], KEY).rows
+    assert row.steps_counted == (level == "trained here")
 
 
 def test_the_order_of_the_submissions_does_not_matter(enter: Enter) -> None:

@@ -74,3 +74,18 @@ def test_a_long_curve_is_drawn_as_means_of_neighbours(
     ((_, _, drawing),) = line_charts.curves(result)
     (way,) = re.findall(r'class="thin" d="M\d+ -?\d+l([^"]*)"', drawing)
     assert len(re.findall(r"-?\d+", way)) == 2 * (drawn - 1)
+
+
+def test_the_first_return_of_a_curve_is_beside_the_floor(document: dict[str, Any]) -> None:
+    """The mean over runs of the first point; a level at the floor, which may be below all returns."""
+    curve = {"task": "gym_extensions/Hopper-v0", "points": [[250, 410.0], [500, 600.0]]}
+    scores_of(document)["curves"] = [curve | {"run": 0}, curve | {"run": 1, "points": [[250, 420.0]]}]
+    scores_of(document)["reference"]["gym_extensions/Hopper-v0"]["floor"] = 146.0
+    (result, *_) = results_of(typed(document).submissions[0].groups)
+    ((_, facts, drawing),) = line_charts.curves(result)
+    assert facts == "500 steps, first 415, floor 146"
+    assert [each.text for each in ElementTree.fromstring(drawing).iter("text")] == ["146", "600"]
+    scores_of(document)["reference"]["gym_extensions/Hopper-v0"]["floor"] = None
+    (result, *_) = results_of(typed(document).submissions[0].groups)
+    ((_, facts, _),) = line_charts.curves(result)
+    assert facts == "500 steps, first 415"

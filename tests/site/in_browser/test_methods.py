@@ -16,6 +16,16 @@ def cell(page: Page, name: str, group: int = 0) -> str:
     return page.locator(f"tr[data-name={name}] .cell").nth(group).inner_text()
 
 
+def test_the_table_is_whole_on_every_screen(visit: Visit) -> None:
+    page, cut = visit("index.html"), []
+    region = page.get_by_role("region", name="Table of methods")
+    for width in (390, 700, 1119, 1120, 1200, 1280, 1327, 1328, 1366, 1400):
+        page.set_viewport_size({"width": width, "height": 900})
+        table, visible = region.evaluate("(region) => [region.scrollWidth, region.clientWidth]")
+        cut += [width] if table > visible else []
+    assert cut == []
+
+
 def test_heads_sort_and_rows_without_a_value_are_last(visit: Visit) -> None:
     page = visit("index.html")
     assert names(page) == ["keeps", "loses", "lacks"]

@@ -157,10 +157,20 @@ def test_the_address_holds_the_state_and_brings_it_back(visit: Visit) -> None:
     assert not page.locator("th[data-key=memory]").is_visible()
     order = names(page)
     page.get_by_label("Search", exact=True).fill(f"{MANY}01")
-    assert "q=many-01" in page.evaluate("location.href")
+    assert "q=many-01&" in page.evaluate("location.href")
     page.get_by_label("Search", exact=True).fill(f"{MANY}0")
+    assert "q=many-0&" in page.evaluate("location.href")  # after this answer, the browser knows it, too
     page.reload()
     assert names(page) == order
+
+
+def test_what_the_address_names_and_the_table_has_not_is_said(visit: Visit) -> None:
+    page = visit(f"{BOARD}#?sort=forgotten&hide=memory,cost&algorithm=agile&level=gold&compare=nobody")
+    assert (
+        page.get_by_role("status").inner_text().endswith("This table has no forgotten, cost, gold, nobody.")
+    )
+    page.get_by_role("button", name="Reset").click()
+    assert "has no" not in page.get_by_role("status").inner_text()
 
 
 def test_the_download_has_what_is_shown(visit: Visit) -> None:

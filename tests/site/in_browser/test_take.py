@@ -1,6 +1,7 @@
 """Figures and tables can be saved, from files as well: as SVG with its style, as PNG and as CSV."""
 
 import csv
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -42,6 +43,16 @@ def test_a_saved_line_has_the_place_that_the_page_gives_it(visit: Visit) -> None
         page.locator(".panels .take button").first.dispatch_event("click")
     (line,) = [e for e in ElementTree.parse(download.value.path()).iter() if e.get("class") == "bold"]
     assert line.get("transform") == "matrix(0.5, 0, 0, 0.5, 0, 0)"
+
+
+def test_buttons_are_named_after_what_they_save(visit: Visit) -> None:
+    page = visit("submissions/agile.html")
+    said = page.locator(".take button").evaluate_all("(all) => all.map((each) => each.ariaLabel)")
+    assert not [each for each in said if re.search(r"-(figure|table)-\d", each)]
+    assert "Save “Metrics: mean over runs, 95 % interval, one dot per run” as CSV" in said
+    panel = page.locator(".panels figure").first
+    caption = " ".join(panel.locator("figcaption").inner_text().split())
+    assert panel.locator(".take button").first.get_attribute("aria-label") == f"Save “{caption}” as SVG"
 
 
 def test_a_part_of_a_table_that_is_hidden_is_not_saved(visit: Visit) -> None:

@@ -5,10 +5,10 @@ from typing import Any
 from xml.etree import ElementTree
 
 from gym_extensions.site.board_views import Leaderboard
-from gym_extensions.site.pages.changes import changes, records
+from gym_extensions.site.pages.changes import MOST, changes, records
 
 from ..browser import files, references_of, typed
-from .test_core import GROUPS, LABELLED, method
+from .test_core import GROUPS, LABELLED, method, trained_here
 
 ATOM = "{http://www.w3.org/2005/Atom}"
 PART = {
@@ -23,23 +23,38 @@ def test_a_day_has_one_row_per_submission_and_kind_and_the_newest_comes_first(
     document: dict[str, Any],
 ) -> None:
     document["submissions"][0] |= {"decisions": [ACCEPTED], "verifications": [PART, {**PART, "runs": 2}]}
-    document["submissions"][1] |= {"verifications": [{**PART, "passed": False}]}
+    slow = {**PART, "passed": False, "episodes": 0, "undecided": "undecided: too slow"}
+    document["submissions"][1] |= {"verifications": [{**PART, "passed": False}, slow]}
     whole = typed(document)
     found = changes(Leaderboard(references_of(whole), whole.submissions))
     assert [(row.date, row.name, row.kind) for row in found] == [
         ("2026-11-25", "agile", "accepted"),
+        ("2026-11-24", "keeper", "undecided"),
         ("2026-11-24", "keeper", "not verified"),
         ("2026-11-24", "agile", "verified"),
     ]
-    assert found[2].text.replace("\N{NARROW NO-BREAK SPACE}", "") == "7 runs, 1200 of 1200 episodes repeated."
+    assert found[3].text.replace("\N{NARROW NO-BREAK SPACE}", "") == "7 runs, 1200 of 1200 episodes repeated."
     written = dict(files(document))
     feed = ElementTree.fromstring(written["feed.xml"])
     entries = feed.findall(f"{ATOM}entry")
     assert entries[0].find(f"{ATOM}link").get("href") == "submissions/agile.html"  # type: ignore[union-attr]
     assert entries[0].findtext(f"{ATOM}summary") == "<All> of it."
     assert feed.findtext(f"{ATOM}updated") == "2026-11-25T00:00:00Z"
-    assert len({entry.findtext(f"{ATOM}id") for entry in entries}) == 3
+    assert len({entry.findtext(f"{ATOM}id") for entry in entries}) == 4
     assert "Accepted: &lt;All&gt; of it." in written["changes.html"]
+
+
+def test_the_page_has_all_changes_the_feed_the_newest_and_a_reason_that_is_cut_a_link(
+    document: dict[str, Any],
+) -> None:
+    days = [f"20{year}-11-24" for year in range(10, 10 + MOST + 1)]
+    verified, accepted = [{**PART, "date": day} for day in days], {**ACCEPTED, "reason": "long " * 50}
+    document["submissions"][0] |= {"decisions": [accepted], "verifications": verified}
+    written = dict(files(document))
+    assert all(f'id="{day}-agile-verified"' in written["changes.html"] for day in days)
+    assert len(ElementTree.fromstring(written["feed.xml"]).findall(f"{ATOM}entry")) == MOST
+    assert written["changes.html"].count('href="submissions/agile.html#decisions"') == 1
+    assert 'id="decisions"' in written["submissions/agile.html"]
 
 
 def test_a_site_without_reviews_has_an_empty_feed(document: dict[str, Any]) -> None:
@@ -74,3 +89,20 @@ def test_the_best_core_score_has_a_step_where_a_method_is_above_all_that_came_be
     page = dict(files(document))["changes.html"]
     assert re.search(r"Without task label: 0\.\d\d since 2026-11-22; With", page)
     assert '<path class="line p2"' in page
+
+
+def test_a_method_that_was_trained_here_counts_from_the_day_on_which_its_runs_were_finished(
+    document: dict[str, Any],
+) -> None:
+    card = trained_here("new")
+    card["training"]["finished"] = "2026-01-05"
+    document["submissions"] = [card]
+    cards = typed(document)
+    found = changes(Leaderboard(references_of(cards), cards.submissions))
+    assert [(row.date, row.kind) for row in found] == [
+        ("2026-01-05", "trained here"),
+        ("2026-01-05", "highest core score"),
+    ]
+    card["training"]["finished"] = ""
+    cards = typed(document)
+    assert changes(Leaderboard(references_of(cards), cards.submissions)) == []

@@ -1,5 +1,6 @@
 """The overview: which method leads on the core, how certain that is, and what the others lack."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -61,27 +62,29 @@ def statement(*cards: dict[str, Any]) -> str:
 
 
 KEEPER, LOSER, TWIN = method("keeper", 0.8, 0.98), method("loser", 0.8, 0.5), method("twin", 0.81, 0.5)
+PART = method("part", 0.9, 0.9, GROUPS[:2])
 LABELLED, OTHER = method("labelled", 0.9, 1.0), method("other", 0.6, 1.0)
 for card in (LABELLED, OTHER):
     card["manifest"]["observes"]["task_in_evaluation"] = True
 
 
 def test_a_single_complete_method_does_not_lead() -> None:
-    part = method("part", 0.9, 0.9, GROUPS[:2])
-    assert statement(KEEPER, part).startswith(
+    assert statement(KEEPER, PART).startswith(
         "Keeper is the only method with all runs of the core suite so far"
     )
-    assert statement(part).startswith("No method has all runs of the core suite yet.")
+    assert statement(PART).startswith("No method has all runs of the core suite yet.")
 
 
 def test_the_statement_says_of_how_many_methods_where_they_lead_and_that_it_is_preliminary() -> None:
     said = statement(KEEPER, LOSER, TWIN)
     assert said.startswith("Of 3 methods without task label that ran all 7 groups, Keeper keeps most, 0.82 (")
-    assert said.endswith("more than every other, alone first in 7 of 7 groups. 5 runs; preliminary.")
+    assert said.endswith(
+        "significantly ahead of all others in 7 of 7. Compared on 5 runs per method; preliminary."
+    )
     assert len(said.split()) < 50
     view = overview_of(KEEPER, LOSER, TWIN)
     second = replace(view, board=replace(view.board, edition=2)).statement().striptags()
-    assert second.endswith("5 runs; exploratory.")
+    assert second.endswith("5 runs per method; exploratory.")
     lost = statement(KEEPER, method("trpo", 0.8, 0.5))
     assert lost.startswith("Trained task after task, Trpo falls from 0.83 to 0.55 (expert: 1). Of 2 methods")
 
@@ -101,7 +104,7 @@ def test_the_highest_mean_does_not_keep_most_if_the_others_are_better_over_the_r
 
 
 def test_limits_name_what_the_statement_does_not_show() -> None:
-    limits = overview_of(KEEPER, LOSER, method("part", 0.9, 0.9, GROUPS[:2])).limits()
+    limits = overview_of(KEEPER, LOSER, PART).limits()
     assert (limits["ranked"], limits["lacking"], limits["untuned"]) == (2, ["part"], 2)
     assert limits["most_tuned"][0] == 0
     tuned = [
@@ -109,11 +112,14 @@ def test_limits_name_what_the_statement_does_not_show() -> None:
         for each in (KEEPER, TWIN)
     ]
     assert overview_of(LOSER, *tuned).limits()["most_tuned"] == (9, ["keeper", "twin"])
-    assert overview_of(method("part", 0.9, 0.9, GROUPS[:2])).limits() == {}
+    for cards, untuned in (([LOSER, *tuned], ["1"]), (tuned, [])):
+        page = dict(files({**everything(), "submissions": cards}))["index.html"]
+        assert re.findall(r"not at all for (\d+) of them", page) == untuned
+    assert overview_of(PART).limits() == {}
 
 
 def test_a_cell_says_how_a_method_compares_with_the_best_of_its_list_on_the_group() -> None:
-    view = overview_of(KEEPER, LOSER, TWIN, method("part", 0.9, 0.9, GROUPS[:2]))
+    view = overview_of(KEEPER, LOSER, TWIN, PART)
     kinds = {row.name: [cell.kind for cell in view.cells(row)] for row in view.board.rows}
     assert kinds["keeper"] == ["tied"] * 2 + ["best"] * 5, "part is better on two groups"
     assert {*kinds["loser"]} == {"lower"}
@@ -129,8 +135,14 @@ def test_an_authors_own_runs_are_not_those_that_the_core_compares() -> None:
     for budget in ("100k", "300k"):
         own = {name: {"sequential": log | {"budget": budget}} for name, log in logs.items()}
         view = overview_of(KEEPER | {"groups": own, "trained": trained}, LOSER)
-        assert "more than every other. 5 runs" in view.statement()
+        assert "more than the other. Compared on 5 runs" in view.statement()
         assert {cell.kind for cell in view.cells(view.ranked[0])} == {"untested"}
+
+
+def test_runs_that_were_trained_here_are_not_of_the_first_arithmetic() -> None:
+    old = {"arithmetic": 1}
+    view = overview_of(KEEPER | old, LOSER, trained_here("trpo") | old)
+    assert view.of_first_arithmetic == 1
 
 
 def test_a_method_that_learned_nothing_is_not_said_to_have_learned_little() -> None:
@@ -147,7 +159,7 @@ def test_a_method_that_lacks_groups_says_which() -> None:
 
 
 def test_a_point_lies_at_learned_and_kept_below_the_line_where_nothing_is_lost() -> None:
-    board = overview_of(KEEPER, LOSER, method("part", 0.9, 0.9, GROUPS[:2])).board
+    board = overview_of(KEEPER, LOSER, PART).board
     drawing = ElementTree.fromstring(core.figure(board.rows))
     points = drawing.findall("circle")
     assert [dot.get("class") for dot in points] == ["method other", "method first"]
@@ -179,25 +191,36 @@ def test_the_page_has_the_notes_and_the_parameters_of_every_method() -> None:
     more = method("more", 0.5, 0.5)
     scores = scored(GROUPS[0], [*_runs(GROUPS[0], 0.5, 0.5), *_runs(GROUPS[0], 0.4, 0.5)[:1]], "300k")
     more["groups"][f"{GROUPS[0]}-v0"]["sequential"] |= scores | {"provenance": [MADE] * 6}
-    pages = read({**everything(), "submissions": [more | {"name": "also"}, KEEPER, more]})
+    pages = read({**everything(), "submissions": [more | {"name": "also"}, KEEPER, more, PART]})
     page = pages["core.html"].text
-    note = f"Compared are runs 0 to 4. Further runs by number: {GROUPS[0]}-v0 5."
+    note = f"Compared: runs 0 to 4. Waiting until every group has 10 runs: run 5 of {GROUPS[0]}-v0."
     assert f"Core score: {note}" in pages["submissions/more.html"].text
     assert f"also , more : {note}" in page, "methods with the same note share a sentence"
-    assert page.count("2 000") == 3, "the transitions of each"
+    assert page.count("2 000") == 4, "the transitions of each, also of the one that lacks groups"
 
 
 def test_a_cost_is_steps_and_where_some_runs_state_it_a_time() -> None:
     (card,) = typed({**everything(), "submissions": [method("part", 1, 1, GROUPS[:3])]}).submissions
-    cost = ("4.5M steps in 3 groups", "21 min in 1 of 3 groups")
+    cost = ("4.5M steps in 3 groups", "21 min in 1 of 3 groups, mean of 1 run per group")
     assert core.cost(card) == core.cost(replace(card, core=None)) == cost
     tiny = method("tiny", 1, 1, GROUPS[:1])
     for run in tiny["groups"][f"{GROUPS[0]}-v0"]["sequential"]["provenance"]:
         run.update(steps=5000, cpu_seconds=2.4)
     (tiny_card,) = typed({**everything(), "submissions": [tiny]}).submissions
-    assert core.cost(tiny_card) == ("5\N{NARROW NO-BREAK SPACE}000 steps in 1 group", "2 s")
+    assert core.cost(tiny_card) == (
+        "5\N{NARROW NO-BREAK SPACE}000 steps in 1 group",
+        "2 s, mean of 1 run per group",
+    )
     (bare,) = typed({**everything(), "submissions": [make_submission("bare", {})]}).submissions
     assert core.cost(bare) == ("–", "")
+
+
+def test_a_time_and_a_difference_say_of_which_runs_they_are() -> None:
+    timed = [method("also", 0.8, 0.9, timed=7), method("more", 0.8, 0.5, timed=7)]
+    page = read({**everything(), "submissions": timed})["index.html"]
+    titles = [attributes.get("title") or "" for _, attributes in page.elements]
+    assert titles.count("mean of 1 run per group") == 2
+    assert sum(title.endswith(", runs 0 to 4") for title in titles) == 2, "of two metrics"
 
 
 def test_the_table_of_methods_says_which_edition_it_is_and_who_may_train_more(

@@ -48,6 +48,7 @@ def test_a_number_of_the_core_opens_every_group_with_the_compared_runs(document:
     assert "significantly below Keeper: difference" in found.text
     assert "Significant difference over the core" in found.text
     assert "Keeper (p " in found.text
+    assert re.search(r"Mean of 7 groups 0\.\d\d 0\.\d\d to 0\.\d\d rank 2", found.text), "beside the mean"
 
 
 @pytest.mark.parametrize("page", ["groups/hopper-gravity-v0.html", "submissions/agile.html"])
@@ -79,3 +80,5 @@ def test_a_number_of_the_core_opens_the_runs_that_were_trained_here(document: di
     assert list(anchors) == [f"{group}-v0-trained-here" for group in GROUPS]
     assert all(anchor in Reader(texts[target]).ids for anchor, target in anchors.items())
     assert "below" not in found.text, "on a group's board are the author's own runs"
+    of_group = opened(texts, number_file("trpo", "hopper-gravity-v0", "sequential", "300k"))
+    assert "5 runs (0, 1, 2, 3, 4), the author’s own" in of_group.text

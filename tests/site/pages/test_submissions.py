@@ -73,6 +73,19 @@ def test_a_submission_shows_what_its_verification_found(document: dict[str, Any]
     assert "gym-extensions verify submissions/agile" in text
 
 
+@pytest.mark.parametrize(
+    ("runtime", "how"),
+    [("", "bit for bit"), ("onnxruntime 1.32.0", "within 0.1 % of the return, by onnxruntime 1.32.0")],
+)
+def test_a_verification_says_how_closely_episodes_were_repeated(
+    document: dict[str, Any], runtime: str, how: str
+) -> None:
+    document["submissions"][0]["verifications"] = [{**PART, "runtime": runtime}]
+    text = text_of(document)
+    assert f"logged episodes were repeated {how}" in text
+    assert (text.count(how), "bit for bit" in text) == (2, not runtime)
+
+
 @pytest.mark.parametrize("level", ["claimed", "verified", "trained here"])
 def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
     document: dict[str, Any], level: str
@@ -86,10 +99,18 @@ def test_the_level_of_a_submission_is_shown_and_verified_ones_are_counted(
     pages = read(document)
     text = pages["submissions/agile.html"].text
     assert f"agile {level}" in text
-    said = "Claimed: the files keep to every rule. Not verified yet."
+    said = "Claimed: the files follow the rules. Not verified yet."
     assert (said in text) == (level == "claimed")
     found = "5 claimed, 1 refused" if level == "claimed" else f"1 {level}, 4 claimed, 1 refused"
     assert f"6 submissions: {found}." in pages["submissions.html"].text
+
+
+def test_a_board_has_the_level_of_its_own_logs(document: dict[str, Any]) -> None:
+    scores_of(document)["level"] = "trained here"
+    assert document["submissions"][0]["level"] == "verified"
+    texts = dict(files(document))
+    assert 'class="badge badge-trained here"' in texts[GROUP]
+    assert "<td>trained here" in texts["boards/hopper-gravity-v0-sequential-100k.html"]
 
 
 def test_a_submission_whose_verification_failed_says_so(document: dict[str, Any]) -> None:
@@ -98,7 +119,7 @@ def test_a_submission_whose_verification_failed_says_so(document: dict[str, Any]
     scores["why_claimed"] = "The verification of 2026-11-24 did not pass."
     document["submissions"][0]["verifications"] = [{**PART, "passed": False}]
     text = text_of(document)
-    assert "keep to every rule. The verification of 2026-11-24 did not pass." in text
+    assert "follow the rules. The verification of 2026-11-24 did not pass." in text
     assert "verified on" not in text
 
 
@@ -145,7 +166,9 @@ def test_runs_that_were_trained_here_are_shown_before_the_authors_own(document: 
     pages = read(document)
     board = "the author’s own runs, beside those trained here"
     page = pages["submissions/trpo.html"]
-    assert board in pages[GROUP].text
+    for path in (GROUP, "boards/hopper-gravity-v0-sequential-300k.html"):
+        assert board in pages[path].text
+    assert "those trained here are compared over the core" in pages["compare.html"].text
     first, second = (page.text.index(f"{title}, group by group") for title in TITLES)
     assert first < second
     assert "by the project on 2026-01-02; the core score is of these runs" in page.text
@@ -163,6 +186,17 @@ def test_runs_that_were_trained_here_are_shown_before_the_authors_own(document: 
 
 
 TITLES = ("Trained here", "The author’s own runs")
+
+
+@pytest.mark.parametrize(
+    ("counted", "steps"),
+    [(True, "counted by the training loop"), (False, "claimed of the author’s own runs")],
+)
+def test_claimed_steps_are_those_of_the_authors_own_runs(
+    document: dict[str, Any], counted: bool, steps: str
+) -> None:
+    document["submissions"] = [trained_here("trpo") | {"steps_counted": counted}]
+    assert f"Training steps {steps}" in text_of(document, "submissions/trpo.html")
 
 
 def test_of_too_few_runs_that_were_trained_here_there_is_no_core_score(document: dict[str, Any]) -> None:

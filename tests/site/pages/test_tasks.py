@@ -12,6 +12,7 @@ from gym_extensions.site.paths import task_path
 
 from ..browser import Reader, site_files
 from ..conftest import everything
+from .test_core import trained_here
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +23,7 @@ def pages() -> dict[str, str]:
     for card in document["submissions"]:
         if card["level"] and card["title"] == "Zero action":
             card["level"] = "claimed"
+    document["submissions"].append(trained_here("trpo"))
     return dict(site_files(document))
 
 
@@ -60,7 +62,8 @@ def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dic
 
 def test_the_best_submissions_are_sorted_by_the_return_at_the_end(pages: dict[str, str]) -> None:
     text = page(pages, "HopperGravityHalf").text
-    assert text.index("Keeper") < text.index("Agile")
+    assert text.index("Keeper") < text.index("Agile agile hopper-gravity")
+    assert "Trpo trpo the author’s own runs hopper-gravity" in text
     assert "Zero action" not in text
     assert "No verified submission has trained on this task in sequence yet." in page(pages, "Striker").text
 
@@ -80,9 +83,15 @@ def test_a_page_says_what_1_is(pages: dict[str, str]) -> None:
     assert "The task is open: no policy is known" in page(pages, "Striker").text
 
 
+def test_a_long_table_of_references_is_folded(pages: dict[str, str]) -> None:
+    folded = pages["references.html"].split('<h2 id="')[1:]
+    assert [each.partition('"')[0] for each in folded if "<details>" in each] == ["navigation"]
+
+
 def test_the_expert_plays(pages: dict[str, str]) -> None:
     path = task_path(task("Hopper").id)
     assert pages[path].count('<div class="stage">') == 1
+    assert "play.html#" not in pages[path], "this site has no simulator"
     assert pages[path.replace(".html", "-poses.js")].startswith('watchPoses("watch-policies",')
 
 

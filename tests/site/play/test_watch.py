@@ -2,18 +2,22 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.site.pages import PAGES, submissions
 from gym_extensions.site.play.watch import Watch, watches
 from gym_extensions.site.text import fixed
 from gym_extensions.submissions.poses import Clip, Poses, TaskPoses, motion_of
 
-from ..browser import Reader, files, typed
+from ..browser import Reader, site_files, typed
 from ..conftest import scores_of
+from .test_assets import SIMULATOR
 
 GROUP = "hopper-gravity-v0"
 
@@ -61,12 +65,15 @@ def test_the_panel_and_its_script_are_on_the_page_of_the_submission(
     document: dict[str, Any], tmp_path: Path
 ) -> None:
     poses_of(document).write(tmp_path / "poses" / "hopper-gravity.json")
-    texts = dict(files(document, agile=tmp_path))
+    kinds = tuple(each for each in PAGES if each.path == "submissions.html")
+    texts = dict(site_files(document, kinds, {"agile": tmp_path}, simulator=SIMULATOR))
     page = Reader(texts["submissions/agile.html"])
     assert page.errors == []
     assert "Watch run 0" in page.text
     link = f"../play.html#?group={GROUP}&task=HopperGravityHalf&submission=agile&run=0&stage=1"
     assert link in [attributes.get("href") for _, attributes in page.elements]
+    without = dict(site_files(document, kinds, {"agile": tmp_path}))["submissions/agile.html"]
+    assert "play.html#" not in without, "a site without the simulator"
     assert page.text.count("Right after its training") == 4
     sections = [attributes for tag, attributes in page.elements if attributes.get("class") == "watch"]
     assert [section["data-task"] for section in sections] == ["0", "1", "2", "3", "4"]
@@ -78,3 +85,19 @@ def test_the_panel_and_its_script_are_on_the_page_of_the_submission(
     assert name == sections[0]["data-poses"]
     assert [len(row["clips"]) for row in data["tasks"]] == [2, 2, 2, 2, 1]
     assert "static/watch.js" not in texts["submissions/keeper.html"]
+
+
+def test_the_panel_of_a_group_of_many_tasks_is_folded(
+    document: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kinds = tuple(each for each in PAGES if each.path == "submissions.html")
+    panel = panel_of(document, poses_of(document))
+
+    def is_folded(panel: Watch) -> bool:
+        monkeypatch.setattr(submissions, "watches", lambda *_: {GROUP: panel})
+        page = dict(site_files(document, kinds))["submissions/agile.html"]
+        before = page.partition('class="watch"')[0]
+        return before.count("<details") > before.count("</details>")
+
+    assert not is_folded(panel)
+    assert is_folded(replace(panel, tasks=panel.tasks * 3))

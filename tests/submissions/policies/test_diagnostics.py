@@ -108,7 +108,8 @@ def test_observations_that_do_not_fit_are_one_sentence() -> None:
 @pytest.mark.committed
 def test_packnet_does_not_change_what_it_learned() -> None:
     """Its weights of earlier tasks are frozen, and its heads are those of a task."""
-    stages = [policies.load(SUBMISSIONS / "packnet", "hopper-gravity", stage=stage) for stage in range(6)]
+    source = SUBMISSIONS / "ppo-packnet-tuned"
+    stages = [policies.load(source, "hopper-gravity", stage=stage) for stage in range(6)]
     found = policies.diagnose(stages, "hopper-gravity")
     assert found[5].drift == (0.0,) * 4
     assert found[5].kl is not None

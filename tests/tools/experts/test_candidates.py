@@ -82,7 +82,7 @@ def test_a_name_of_nothing_is_refused(
 
 @pytest.mark.committed
 def test_the_best_stored_policies_of_the_logs_have_files(tmp_path: Path) -> None:
-    shutil.copytree(SUBMISSIONS / "reset/hopper-gravity", tmp_path / "reset/hopper-gravity")
+    shutil.copytree(SUBMISSIONS / "sac/hopper-gravity", tmp_path / "sac/hopper-gravity")
     ranked = candidates.stored_candidates(tmp_path)
     means = [mean for mean, _ in ranked["HopperGravityHalf"]]
     assert means == sorted(means, reverse=True)

@@ -9,6 +9,7 @@ import importlib
 import pkgutil
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 from gym_extensions.errors import BenchError, did_you_mean
@@ -36,13 +37,17 @@ SHARED_MODULES = {
 WITHOUT_AGENT = ("additions", "continual", "floors")
 """Modules without a factory ``make``."""
 NAME_A_FILE = "Name a file and its factory, such as path/to/agent.py:make."
-EXTRAS = {"sb3": ("torch", "stable_baselines3"), "sbx": ("sbx", "jax", "flax", "optax")}
+EXTRAS = {
+    "onnx": ("onnx", "onnxruntime"),
+    "sb3": ("torch", "stable_baselines3"),
+    "sbx": ("sbx", "jax", "flax", "optax"),
+}
 """The packages that an extra of ``pyproject.toml`` adds."""
 
 
-def missing_extra(error: ModuleNotFoundError) -> tuple[str, str] | None:
-    """The package that is missing and how to install it; None if it belongs to no extra."""
-    package = (error.name or "").partition(".")[0]
+def missing_extra(module: str | None) -> tuple[str, str] | None:
+    """The package of a module that is missing, and how to install it; None if it belongs to no extra."""
+    package = (module or "").partition(".")[0]
     for extra, packages in EXTRAS.items():
         if package in packages:
             return package, f"Install it with: pip install 'gym-extensions[{extra}]'"
@@ -99,7 +104,7 @@ def factory(agent: str | Factory) -> Factory:
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as missing:
-        if extra := missing_extra(missing):
+        if extra := missing_extra(missing.name):
             raise BenchError("missing-extra", f"{agent} needs {extra[0]}.", hint=extra[1]) from missing
         if missing.name is None or not f"{module_name}.".startswith(f"{missing.name}."):
             raise
@@ -108,11 +113,16 @@ def factory(agent: str | Factory) -> Factory:
     if path and Path(module.__file__ or "").resolve() not in (path, path / "__init__.py"):
         message = f"Python has another module {module_name!r}: {module.__file__}."
         raise BenchError("unknown-agent", message, agent, "Rename the file.")
+    return factory_in(module, attribute)
+
+
+def factory_in(module: ModuleType, attribute: str) -> Factory:
+    """The factory of this name in a module. Raises ``BenchError`` if it has no callable of this name."""
     make: Factory | None = getattr(module, attribute, None)
     if not callable(make):
         choices = [name for name, value in vars(module).items() if callable(value)]
-        message, hint = f"{module_name!r} has no callable {attribute!r}.", did_you_mean(attribute, choices)
-        raise BenchError("unknown-agent", message, hint=hint)
+        message = f"{module.__name__!r} has no callable {attribute!r}."
+        raise BenchError("unknown-agent", message, hint=did_you_mean(attribute, choices))
     return make
 
 

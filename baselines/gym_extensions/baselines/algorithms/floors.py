@@ -9,6 +9,8 @@ from gym_extensions.baselines.agent import Array, Card, VectorEnv
 from gym_extensions.baselines.generators import acting_and_learning, restore_generator, saved_generator
 from gym_extensions.submissions.policies.mlp import Policy
 
+FLOORS = ("random", "zero")
+
 
 class Random:
     """Draws actions uniformly from the action space and ignores observations."""

@@ -3,6 +3,7 @@
 import json
 import os
 import platform
+import re
 import select
 import shutil
 import signal
@@ -13,6 +14,7 @@ import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
+from importlib.util import find_spec
 from itertools import chain
 from operator import eq
 from pathlib import Path
@@ -20,9 +22,10 @@ from typing import Any
 
 import msgspec
 
-from gym_extensions.baselines import generators, workers
+from gym_extensions.baselines import algorithms, generators, workers
 from gym_extensions.baselines.isolated import confine, contents, frames
 from gym_extensions.errors import BenchError
+from gym_extensions.submissions.manifest import BOX_PACKAGES
 from gym_extensions.submissions.problem import cut, escape
 
 GUEST = """
@@ -62,6 +65,16 @@ def require_possible() -> None:
     if shutil.which("bwrap") is None:
         hint = "Install it, for example with: sudo apt-get install bubblewrap"
         raise BenchError("no-box", "Bubblewrap, which makes the box, is not installed.", OPTION, hint)
+
+
+def hint_of(text: str) -> str:
+    """What to do about the exception of an agent. The text is the guest's, the hint the world's."""
+    missing = re.match(r"ModuleNotFoundError: No module named '(\w+)", text)
+    if missing and (module := missing[1]) not in {name.replace("-", "_") for name in BOX_PACKAGES}:
+        return f"A box has {', '.join(BOX_PACKAGES)}, and no simulator (docs/isolated.md)."
+    if missing and find_spec(module) is None and (extra := algorithms.missing_extra(module)):
+        return f"A box has what is installed. {extra[1]}"
+    return "Correct it; without --isolated, Python shows more."
 
 
 def command(agent: Path | None, limits: confine.Limits, pipes: tuple[int, int]) -> list[str]:
@@ -155,8 +168,8 @@ class Box:
         """The rest of a reply whose kind was read. Raises ``BenchError`` if the agent raised an exception."""
         if kind == frames.ERROR:
             text = cut(escape(str(self.pipe.read_message(0)[0])))
-            message = f"The agent raised {text.rstrip('.')}."
-            raise self.error("agent-failed", message, "Correct it; without --isolated, Python shows more.")
+            message = f"The agent raised {text}{'' if text.endswith(('.', '?')) else '.'}"
+            raise self.error("agent-failed", message, hint_of(text))
         if kind != frames.REPLY:
             raise frames.ProtocolError(f"the unexpected byte {kind!r}")
         return self.pipe.read_message(limit)

@@ -87,7 +87,7 @@ class Guest:
             assert spec.loader is not None
             module = sys.modules[name] = util.module_from_spec(spec)
             spec.loader.exec_module(module)
-            self._make = getattr(module, attribute)
+            self._make = algorithms.factory_in(module, attribute)
         else:
             self._make = algorithms.factory(attribute)
         generators.seed_global_generators()  # the file may have loaded torch

@@ -220,6 +220,7 @@ class StageRun:
         memory = Memory(
             stored_steps=card.stored_steps, parameters_first=first_parameters, parameters_last=card.parameters
         )
+        agent_spec.warn_of_few_steps(card, taken, stage.steps)
         if stage.steps and not card.stored_steps:
             space = self.evaluator.envs(stage.evaluated[0]).single_observation_space
             agent_spec.warn_of_stored_steps(agent, space.shape or ())

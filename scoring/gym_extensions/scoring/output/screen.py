@@ -46,8 +46,8 @@ def awaited(items: Iterator[Item], texts: Iterable[str]) -> Iterator[Item]:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A number with a fixed count of digits, or a dash."""
-    return "–" if value is None else f"{value:.{digits}f}"
+    """A number with a fixed count of digits, or a dash; -0.000 is 0.000."""
+    return "–" if value is None else f"{value:z.{digits}f}"
 
 
 def span(value: Estimate) -> str:
@@ -70,11 +70,11 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
     """
     show_line(out, card)
     for part in card.verifications:
-        found = "agrees" if part.passed else "does not agree"
-        out.print(
-            f"  verification of {part.date}: {count(part.runs, 'run')}, {found} on new seeds "
-            f"(p = {part.p_value:.3g}), {part.repeated:,} of {part.episodes:,} episodes repeated"
-        )
+        agrees = "agrees" if part.passed else "does not agree"
+        found = part.undecided or f"{agrees} on new seeds (p = {part.p_value:.3g})"
+        if part.episodes:
+            found += f", {part.repeated:,} of {part.episodes:,} episodes repeated"
+        out.print(f"  verification of {part.date}: {count(part.runs, 'run')}, {found}")
     if len(card.verifications) > 1:
         repeated = sum(part.repeated for part in card.verifications)
         episodes = sum(part.episodes for part in card.verifications)
@@ -201,6 +201,8 @@ def _overview(out: Console, card: scorecard.Scorecard) -> None:
         out.print(table)
     if len(shown) < len(parts):
         out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
+    if card.beside:
+        out.print("These are the author's own runs; --group NAME also has those trained here.")
 
 
 def show_comparison(out: Console, first: str, second: str, comparisons: "Sequence[Comparison]") -> None:

@@ -71,7 +71,7 @@ class BoardRow:
     why: Annotated[
         str, about("why it has no rank: reported, a copy, not verified, too few runs, no score; else empty")
     ] = ""
-    steps_counted: Annotated[bool, about("as in the scorecard")] = True
+    steps_counted: Annotated[bool, about("whether the loop counted the training steps of its runs")] = True
     evaluation: Annotated[manifest.Evaluation | None, about("as in the scorecard's manifest")]
     authors: Annotated[tuple[str, ...], about("as in the scorecard's manifest")] = ()
     accepted: Annotated[str, about("date of its last acceptance, YYYY-MM-DD; empty without one")] = ""
@@ -231,7 +231,7 @@ class CorePair:
     high: Annotated[float, about("upper end of the interval, adjusted for all pairs and looks")]
     p_value: Annotated[float, about("adjusted for all pairs (Holm) and looks; at most .05 if separated")]
     verdict: Annotated[Verdict, about("`separated`, `equivalent` (interval inside the margin), or `open`")]
-    exploratory: Annotated[bool, about("all in edition 1; later, whether the plan does not name the pair")]
+    exploratory: Annotated[bool, about("false if the plan names the pair, and all its methods have ten runs")]
     next_look: Annotated[int | None, about("the look that may decide it; null if decided or after the last")]
 
 
@@ -352,11 +352,6 @@ def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> review.Le
     """The lowest level of a submission's logs of a protocol (the board's if empty) on a board."""
     logs = (card.groups.get(name, {}).get(protocol or key.protocol) for name in key.groups)
     return min((log.level for log in logs if log), key=review.LEVELS.index, default=review.VERIFIED)
-
-
-def is_verified(level: review.Level | None) -> bool:
-    """Whether a level is at least ``verified``, which a rank needs."""
-    return level in (review.VERIFIED, review.TRAINED_HERE)
 
 
 def is_task_conditioned(card: Scorecard) -> bool:

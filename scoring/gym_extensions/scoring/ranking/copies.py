@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.metrics.statistics import smaller_spread_p, standard_deviation
-from gym_extensions.scoring.ranking.boards import BoardKey, is_verified
+from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.scorecard import SKETCH_SIZE, GroupScore, Scorecard, Sketch
+from gym_extensions.submissions.review import is_verified
 
 COPY = "Has most episodes of {}."
 """Why a copy has no rank."""
@@ -86,7 +87,7 @@ def is_common(first: Sketch, second: Sketch) -> bool:
     return bool(union) and len({*first} & {*second} & {*union}) >= SHARE / (2 - SHARE) * len(union)
 
 
-def unusually_alike(submissions: Mapping[str, Sequence[float]], alpha: float = ALIKE_ALPHA) -> dict[str, str]:
+def unusually_alike(submissions: Mapping[str, Sequence[float]], alpha: float) -> dict[str, str]:
     """What to say of submissions whose runs are unusually alike, by name: five made from one, for example.
 
     ``submissions`` have a value per run. The spread is compared, not the values.

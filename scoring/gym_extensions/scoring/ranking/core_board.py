@@ -5,7 +5,7 @@ See docs/metrics.md, "The core", and ``submission.core_score`` on looks.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -22,7 +22,7 @@ from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
 from gym_extensions.scoring.submission import suites
-from gym_extensions.submissions.review import VERIFIED
+from gym_extensions.submissions.review import VERIFIED, is_verified
 
 NOT_TRAINED = "Not trained here."
 MARGIN = 0.05
@@ -47,6 +47,8 @@ PLANNED = (
 )
 """The pairs that the plan of the second edition (docs/findings/plan.md) names: hypothesis, submissions,
 metric. All other pairs are exploratory."""
+PLANNED_RUNS = 10
+"""Of each of these submissions, when the pairs are tested; before, they are exploratory as well."""
 KEY = boards.BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
 GroupRuns = tuple[tuple[float, ...], ...]
 """One value per run, by group."""
@@ -60,12 +62,14 @@ class Method:
     Attributes:
         values: by metric, the values of consecutive runs from 0 in each group; the same groups for all.
         starts: in each group, for each of these runs, the mean returns before and after the first stage.
+        by_look: in place of values, those of the runs of each look, if they depend on which runs these are.
     """
 
     name: str
     parent: str
     values: Mapping[str, GroupRuns]
     starts: tuple[tuple[object, ...], ...] = ()
+    by_look: Mapping[int, GroupRuns] = field(default_factory=dict)
 
     @property
     def look(self) -> int:
@@ -89,7 +93,18 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
     return statistics.mean_of_groups(groups)
 
 
-def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> list[boards.CorePair]:
+def lacking(looks: Mapping[str, int]) -> list[str]:
+    """The submissions of the plan of which fewer than ``PLANNED_RUNS`` runs are compared.
+
+    ``looks`` are those of the ranked submissions, by name.
+    """
+    planned = dict.fromkeys(name for _, *names, _ in PLANNED for name in names)
+    return [name for name in planned if looks.get(name, 0) < PLANNED_RUNS]
+
+
+def compared_pairs(
+    methods: Sequence[Method], metric: str, *, as_planned: bool = False
+) -> list[boards.CorePair]:
     """All pairs of methods on one metric, in the order of ``itertools.combinations``.
 
     Each pair is compared at the last look that both have, and run by run if both declare the same parent and
@@ -100,6 +115,7 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
     and adjusted by Holm's procedure over all pairs. The intervals have the level of the look / (number of
     pairs): with 95 % confidence all of them hold, at all looks. Holm's procedure is a little less strict, so
     that a pair may be separated whose interval just touches 0. Every method has at least one complete look.
+    ``as_planned`` says whether the pairs that the plan names are tested, or all are exploratory.
     """
     pairs, compared = list(combinations(methods, 2)), []
     for a, b in pairs:
@@ -107,7 +123,8 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
         starts = zip(a.starts, b.starts, strict=True)
         same = all(len(first) >= look and first[:look] == second[:look] for first, second in starts)
         paired = a.parent == b.parent and bool(a.starts) and same
-        difference = pooled_difference(a.values[metric], b.values[metric], look, paired=paired)
+        first, second = (each.by_look.get(look, each.values[metric]) for each in (a, b))
+        difference = pooled_difference(first, second, look, paired=paired)
         quantile = statistics.critical_value(suites.LOOK_LEVELS[look] / len(pairs), difference.df)
         half_width = quantile * math.sqrt(difference.squared_error)
         compared.append(
@@ -121,7 +138,7 @@ def compared_pairs(methods: Sequence[Method], metric: str, edition: int = 1) -> 
                 high=difference.mean + half_width,
                 p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / suites.LOOK_LEVELS[look]),
                 verdict="open",
-                exploratory=edition == 1 or all({a.name, b.name, metric} != {*row} for _, *row in PLANNED),
+                exploratory=not as_planned or all({a.name, b.name, metric} != {*row} for _, *row in PLANNED),
                 next_look=suites.next_look(look),
             )
         )
@@ -180,7 +197,7 @@ def as_compared(card: Scorecard, look: int) -> Scorecard:
             value = replace(suites.over_groups([log], FINAL, runs), runs=found)
             metrics = {**metrics, FINAL.name: value}
         level = log.level
-        if not boards.is_verified(level) and suites.verified_runs(log) >= max(runs, 1):
+        if not is_verified(level) and suites.verified_runs(log) >= max(runs, 1):
             level = VERIFIED  # what is not verified are later runs
         sketches = log.episode_sketches[:runs]
         logs[name] = {KEY.protocol: replace(log, level=level, metrics=metrics, episode_sketches=sketches)}
@@ -248,10 +265,11 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     ranked = {row.name: method for row in rows if row.ranked and (method := methods[row.name])}
     notes = {row.name: values.retention_note(row.metrics, alone) for row in rows if row.name in ranked}
     learners = [method for name, method in ranked.items() if not notes[name]]
+    as_planned = edition > 1 and not lacking({name: method.look for name, method in ranked.items()})
     # Two families of pairs, each at 5 %.
+    families = {FINAL.name: list(ranked.values()), FORGETTING.name: learners}
     pairs = {
-        FINAL.name: tuple(compared_pairs(list(ranked.values()), FINAL.name, edition)),
-        FORGETTING.name: tuple(compared_pairs(learners, FORGETTING.name, edition)),
+        name: tuple(compared_pairs(family, name, as_planned=as_planned)) for name, family in families.items()
     }
     lists = [_ranked_list(part, pairs, notes) for part in parts if part]
     members = [[row.name for row in each.rows if row.ranked] for each in lists]
@@ -330,9 +348,12 @@ def _variants(
         )
     of_middle, middles = [], []
     for log, method in zip(logs, methods, strict=True):
-        shares = statistics.iqm_shares(suites.final_scores(log.values(), method.look))
-        of_middle.append(replace(method, values={FINAL.name: tuple(map(tuple, shares))}))
-        middles.append(statistics.to_interval(statistics.mean_of_groups(list(map(summary, shares)))))
+        looks = [look for look in suites.LOOKS if look <= method.look]
+        shares = {look: statistics.iqm_shares(suites.final_scores(log.values(), look)) for look in looks}
+        by_look = {look: tuple(map(tuple, each)) for look, each in shares.items()}
+        of_middle.append(replace(method, by_look=by_look))
+        of_groups = list(map(summary, shares[method.look]))
+        middles.append(statistics.to_interval(statistics.mean_of_groups(of_groups)))
     title, scores = "interquartile mean over runs and tasks", _in_lists(of_middle, middles, lists)
     yield boards.CoreVariant(name="interquartile-mean", title=title, groups=CORES[CORE], scores=scores)
 

@@ -24,7 +24,7 @@ from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions.problem import count
-from gym_extensions.submissions.review import REPORTED, Level
+from gym_extensions.submissions.review import REPORTED, TRAINED_HERE, Level, is_verified
 
 MAX_PAIRED = 60
 """Submissions of a board whose differences it lists."""
@@ -54,7 +54,7 @@ def best_by_task(
             continue
         for row in each.rows:
             card = by_name[row.name]
-            if row.duplicate_of or not documents.is_verified(card.level):
+            if row.duplicate_of or not is_verified(card.level):
                 continue
             facts = (row.name, row.title, each.id, each.group, each.budget, each.task_conditioned)
             for returns in card.groups[each.group][each.protocol].paper_table:
@@ -201,7 +201,7 @@ def _why_not_ranked(logs: Sequence[GroupScore], level: Level, first: MetricValue
         return "Reported from a publication: no logs."
     if copied:
         return COPY.format(copied)
-    if not documents.is_verified(level):
+    if not is_verified(level):
         return f"Claimed: {next(filter(None, (log.why_claimed for log in logs)), 'not verified.')}"
     if min(len(log.runs) for log in logs) < FULL_SUBMISSION_RUNS:
         return f"Fewer than {FULL_SUBMISSION_RUNS} runs."
@@ -215,7 +215,7 @@ def _rank_note(
     if retention_note and metric is FORGETTING:
         return retention_note
     for protocol in metric.needs:
-        if protocol in PROTOCOLS and not documents.is_verified(documents.board_level(card, key, protocol)):
+        if protocol in PROTOCOLS and not is_verified(documents.board_level(card, key, protocol)):
             return f"the {NEEDS[protocol]} are not verified"
     is_short = summary is not None and summary.runs < FULL_SUBMISSION_RUNS
     return f"fewer than {FULL_SUBMISSION_RUNS} runs" if is_short else ""
@@ -237,7 +237,7 @@ def _submission(
         runs=min(len(log.runs) for log in logs),
         ranked=not why,
         why=why,
-        steps_counted=card.steps_counted,
+        steps_counted=card.steps_counted or level == TRAINED_HERE,
         evaluation=manifest.protocol.evaluation if manifest else None,
         authors=manifest.authors if manifest else (),
         accepted=card.accepted,

@@ -31,7 +31,7 @@ def paper_table(results: GroupReturns) -> tuple[tuple[PaperRow, ...], PaperColum
             pooled[column] += values
             if values:
                 mean = math.fsum(values) / len(values)
-                rows[-1][column] = PaperCell(mean, statistics.standard_deviation(values, center=mean))
+                rows[-1][column] = PaperCell(mean, statistics.standard_deviation(values))
     total: dict[str, PaperCell | None] = {}
     for column, values in pooled.items():
         means = [cell.mean for row in rows if (cell := row[column])]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import msgspec
 
 from gym_extensions.catalog.groups import group
-from gym_extensions.catalog.protocol import BUDGETS, IN_ORDER, task_order
+from gym_extensions.catalog.protocol import IN_ORDER, task_order
 from gym_extensions.documents import filled
 from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, NEEDS, NormalizedRun, iqm, profile
 from gym_extensions.metrics.order_effects import order_effects
@@ -20,8 +20,13 @@ from gym_extensions.scoring.submission.suites import core_score, run_cost
 from gym_extensions.submissions import review as reviews, submission as submissions
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import SETTINGS
-from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, VERIFIED, Level
+from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, Level
 from gym_extensions.submissions.run import ARITHMETIC
+
+NO_POLICIES = (
+    "No policies of run {}. A rank requires them: "
+    "give the agent a method policy() (docs/agents.md) and train into a new folder."
+)
 
 
 def score(
@@ -32,6 +37,7 @@ def score(
     It depends on the submission and the references alone. ``only`` names the groups of a reported submission
     that are scored; all if empty.
     """
+    submission, *_ = submission.sources
     manifest, review, of_code = submission.manifest, submission.review, submission.trained
     groups: dict[str, dict[str, scorecard.GroupScore]] = {}
     trained: dict[str, scorecard.GroupScore] = {}
@@ -58,7 +64,7 @@ def score(
                 groups[name][protocol] = score_group(
                     *(returns, references, protocol, budget),
                     level=reviews.level(review, settings, found),
-                    why=f"No policies of run {without}."
+                    why=NO_POLICIES.format(without)
                     if without
                     else reviews.why_claimed(review, settings, found),
                     unverified=tuple(run for run, claim in zip(runs, claims, strict=True) if claim),
@@ -72,12 +78,11 @@ def score(
             made = trained_logs(of_code, references)
             trained = {name: logs["sequential"] for name, logs in made.items() if "sequential" in logs}
             for name, logs in made.items():  # where the author has no runs that count
-                own = groups.get(name, {}) if BUDGETS[budget].on_boards else {}
-                groups[name] = logs | own
+                groups[name] = logs | groups.get(name, {})
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=None if only else level)
     runs_documented = submission.documents.values()
-    is_repeated = level in (VERIFIED, TRAINED_HERE) and manifest and manifest.protocol.evaluation != "sampled"
+    is_repeated = reviews.is_verified(level) and not submission.is_sampled
     card = scorecard.Scorecard(
         name=submission.name,
         title=manifest.title if manifest else submission.name,
@@ -90,6 +95,7 @@ def score(
             scorecard.TrainingSummary,
             of_code.training,
             attempts=of_code.version,
+            finished=max((run.date or "" for log in trained.values() for run in log.provenance), default=""),
             outdated=of_code.training.agent != submission.code,
         )
         if of_code
@@ -133,7 +139,7 @@ def trained_logs(
     """The scores of the runs that the project trained, by group id and protocol. Failed ones count as the
     floor."""
     runs, found = trained.runs, dict[str, dict[str, scorecard.GroupScore]]()
-    if runs.manifest is None or runs.problems:
+    if runs.manifest is None:
         return found
     budget = runs.manifest.protocol.budget
     for name, each in runs.groups.items():

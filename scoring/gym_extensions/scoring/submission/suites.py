@@ -46,6 +46,8 @@ def estimate(groups: Groups, names: Iterable[str], protocol: str, metric: Metric
 
 def _of_group(protocols: Mapping[str, scorecard.GroupScore], protocol: str, metric: Metric) -> Summary | None:
     if metric is JOINT_GAP:  # not a function of one run: joint and sequential runs are not paired
+        if len({protocols[name].budget for name in ("joint", protocol) if name in protocols}) > 1:
+            return None
         joint, sequential = (_of_group(protocols, name, FINAL) for name in ("joint", protocol))
         return subtract(joint, sequential) if joint and sequential else None
     score = protocols.get(protocol)
@@ -54,7 +56,10 @@ def _of_group(protocols: Mapping[str, scorecard.GroupScore], protocol: str, metr
 
 
 def suite_scores(groups: Groups) -> dict[str, dict[str, scorecard.SuiteScore]]:
-    """The mean of each metric over a suite's groups, by suite and protocol, of suites with every group."""
+    """The mean of each metric over a suite's groups, by suite and protocol.
+
+    Of suites with every group, all with the same budget.
+    """
 
     def value(names: Sequence[str], protocol: str, metric: Metric) -> MetricValue:
         total = estimate(groups, names, protocol, metric)
@@ -67,9 +72,11 @@ def suite_scores(groups: Groups) -> dict[str, dict[str, scorecard.SuiteScore]]:
     suites: dict[str, dict[str, scorecard.SuiteScore]] = {}
     for suite, names in SUITES.items():
         for protocol, metrics in METRICS.items():
-            if all(protocol in groups.get(name, {}) for name in names):
+            logs = [log for name in names if (log := groups.get(name, {}).get(protocol))]
+            budgets = {log.budget for log in logs}
+            if len(logs) == len(names) and len(budgets) == 1:
                 values = {metric.name: value(names, protocol, metric) for metric in metrics}
-                score = scorecard.SuiteScore(groups[names[0]][protocol].budget, tuple(names), values)
+                score = scorecard.SuiteScore(budgets.pop(), tuple(names), values)
                 suites.setdefault(suite, {})[protocol] = score
     return suites
 
@@ -117,14 +124,14 @@ def is_trained_here(card: scorecard.Scorecard) -> bool:
 
 
 def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[str, scorecard.GroupScore]:
-    """The scores of a submission with runs on the groups of the core, by group id, in its order.
+    """The scores of a submission's runs with the core's budget on its groups, by group id, in its order.
 
     Of sequential runs, those that the project trained itself, as soon as these are enough.
     """
     logs = {name: card.groups.get(name, {}).get(protocol) for name in CORES[CORE]}
     if protocol == "sequential" and is_trained_here(card):
         logs = {name: card.trained.get(name) for name in CORES[CORE]}
-    return {name: log for name, log in logs.items() if log is not None and log.runs}
+    return {name: log for name, log in logs.items() if log and log.runs and log.budget == STANDARD_BUDGET}
 
 
 def own_logs(card: scorecard.Scorecard) -> dict[str, scorecard.GroupScore]:
@@ -230,7 +237,7 @@ def retention(logs: Collection[scorecard.GroupScore], runs: int) -> Estimate:
 def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
     """The core score of a submission; None if it is withdrawn, or has no runs on the core with its budget."""
     logs = core_logs(card)
-    if card.withdrawn or all(log.budget != STANDARD_BUDGET for log in logs.values()):
+    if card.withdrawn or not logs:
         return None
     missing = tuple(name for name in CORES[CORE] if name not in logs)
     without = [
@@ -256,7 +263,7 @@ def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
         groups={name: on_group(log, look) for name, log in logs.items()},
         trained_here=is_trained_here(card),
         claim=found,
-        cost=scorecard.CoreCost() if missing else _cost(logs),
+        cost=_cost(logs),
         notes=tuple(_notes(card, logs, look, found)),
     )
 
@@ -286,9 +293,12 @@ def _notes(
         parts = ", ".join(f"{name} {count}" for name, count in counts.items())
         yield f"different-numbers-of-runs: The groups have {parts} runs."
     if beyond := {name: range(look, count) for name, count in counts.items() if count > look > 0}:
+        until = (
+            f"Waiting until every group has {after} runs" if (after := next_look(look)) else "Not compared"
+        )
         parts = _runs_by_group(beyond)
-        yield f"runs-beyond-the-look: Compared are runs 0 to {look - 1}. Further runs by number: {parts}."
-    if not card.steps_counted:
+        yield f"runs-beyond-the-look: Compared: runs 0 to {look - 1}. {until}: {parts}."
+    if not (card.steps_counted or is_trained_here(card)):
         yield "steps-claimed: Its training steps are claimed; its page says where its policies are from."
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
     if waiting and look:
@@ -304,12 +314,13 @@ def _notes(
 
 
 def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
-    """Ascending runs by group; consecutive ones by their ends."""
-    ends = {
-        name: (runs[0], "to", runs[-1]) if 1 < len(runs) == runs[-1] - runs[0] + 1 else runs
-        for name, runs in found.items()
-    }
-    return ", ".join(f"{name} {' '.join(map(str, each))}" for name, each in ends.items())
+    """Ascending runs with their groups, for example ``runs 5 to 7 of hopper-wall-v0``."""
+    names: dict[str, list[str]] = {}
+    for name, runs in found.items():
+        is_range = 1 < len(runs) == runs[-1] - runs[0] + 1
+        numbers = f"{runs[0]} to {runs[-1]}" if is_range else ", ".join(map(str, runs))
+        names.setdefault(f"run{'s' * (len(runs) > 1)} {numbers}", []).append(name)
+    return "; ".join(f"{runs} of {', '.join(groups)}" for runs, groups in names.items())
 
 
 def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
@@ -318,10 +329,11 @@ def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
     if not all(documents):
         return scorecard.CoreCost()
     total = _total(documents)
+    is_whole, is_timed = (number == len(CORES[CORE]) for number in (total.groups, total.timed_groups))
     peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
     return scorecard.CoreCost(
-        steps=total.steps,
-        cpu_seconds=total.cpu_seconds if total.timed_groups == total.groups else None,
+        steps=total.steps if is_whole else None,
+        cpu_seconds=total.cpu_seconds if is_timed else None,
         peak_memory_mb=max(map(max, peaks)) if all(peaks) else None,
         stored_steps=max(min(run.memory.stored_steps for run in runs) for runs in documents),
         parameters=max(min(run.memory.parameters_last for run in runs) for runs in documents),
@@ -341,6 +353,12 @@ def run_cost(card: scorecard.Scorecard) -> scorecard.RunCost | None:
 
 def _total(groups: Sequence[Sequence[scorecard.RunProvenance]]) -> scorecard.RunCost:
     times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in groups]
-    means = [fmean(seconds) for seconds in times if seconds]
-    steps = sum(fmean(run.steps for run in runs) for runs in groups)
-    return scorecard.RunCost(steps, len(groups), math.fsum(means), len(means))
+    timed = [seconds for seconds in times if seconds]
+    numbers = [len(seconds) for seconds in timed]
+    return scorecard.RunCost(
+        steps=sum(fmean(run.steps for run in runs) for runs in groups),
+        groups=len(groups),
+        cpu_seconds=math.fsum(map(fmean, timed)),
+        timed_groups=len(timed),
+        timed_runs=(min(numbers, default=0), max(numbers, default=0)),
+    )

@@ -1,7 +1,8 @@
 """Rules about the code of an agent. Its text is judged, by ``ast``; nothing of it runs.
 
-They bound what a text can carry: a network of 64 times 64 weights does not fit, a linear policy does. So an
-agent is one short text that a reader can judge (docs/security.md).
+They bound its size, numbers and strings, so that an agent is a short text that a reader can judge. They do
+not keep all weights out: a linear policy fits, and comments and docstrings can hold a network
+(docs/security.md).
 """
 
 import ast

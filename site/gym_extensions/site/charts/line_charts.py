@@ -129,20 +129,26 @@ def histories(result: submission_results.SubmissionResult) -> Iterator[tuple[Mar
 
 
 def curves(result: submission_results.SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:
-    """Per task with training curves its title, steps and raw returns over steps; one scale per group."""
+    """Per task with training curves its title, its steps with the first return beside the floor, and raw
+    returns over steps. The first return is the mean over runs of the first point. One scale per group."""
     points = [point for curve in result.detail.curves for point in curve.points]
     if not points:
         return
     steps, values = zip(*points, strict=True)
-    levels = (min(values), max(values))
-    x, y = svg.Scale(0, max(steps) or 1.0, *X), svg.scale_around(values, *Y, always=())
+    floors = {task: known.floor for task, known in result.detail.reference.items() if known.floor is not None}
+    x = svg.Scale(0, max(steps) or 1.0, *X)
+    y = svg.scale_around((*values, *floors.values()), *Y, always=())
     for task in result.tasks:
-        lines = [curve.points for curve in result.detail.curves if curve.task == task]
+        lines = [curve.points for curve in result.detail.curves if curve.task == task and curve.points]
         if lines:
-            final = ", ".join(fixed(line[-1][1], 0) for line in lines if line)
+            final = ", ".join(fixed(line[-1][1], 0) for line in lines)
             label = f"{task}: training returns, at the end {final}"
-            drawing = line_chart(list(map(_means, lines)), x, y, label, levels=levels)
-            yield variation(task, result.tasks), f"{grouped(int(max(steps)))} steps", drawing
+            floor = floors.get(task, min(values))
+            drawing = line_chart(list(map(_means, lines)), x, y, label, levels=(floor, max(values)))
+            first = fixed(fmean(line[0][1] for line in lines), 0)
+            facts = f"{grouped(int(max(steps)))} steps, first {first}"
+            facts += f", floor {fixed(floor, 0)}" if task in floors else ""
+            yield variation(task, result.tasks), facts, drawing
 
 
 def _means(line: submission_results.Points) -> submission_results.Points:
@@ -258,6 +264,7 @@ def records(best: Mapping[str, Sequence[tuple[str, CoreRow]]], until: str) -> Ma
             f'<path class="line p{number}" d="M{svg.px(at[0][0])} {svg.px(at[0][1])}{way}H{x.end:g}"/>'
         )
         texts = [fixed(means[row.name]) for _, row in steps]
-        body += [svg.text("tick name", at[i][0] + 4, at[i][1] - 6, text) for i, text in enumerate(texts)]
+        beside = -6 if number == 1 else 14  # above its line, or below it
+        body += [svg.text("tick name", at[i][0] + 4, at[i][1] + beside, text) for i, text in enumerate(texts)]
         said += [f"{title}: {text} since {day}" for text, (day, _) in zip(texts, steps, strict=True)]
     return svg.picture("profile", "384", "150", "; ".join(said), "".join(body))

@@ -20,7 +20,7 @@ from gym_extensions.site.text import count, grouped, mean, split_version
 from gym_extensions.submissions.review import TRAINED_HERE
 
 MOST = 60
-"""Changes that the page and the feed show."""
+"""Changes that the feed has."""
 
 
 @dataclass(frozen=True, order=True)
@@ -43,15 +43,16 @@ def changes(site: Leaderboard) -> list[Change]:
             found.setdefault((decision.date, decision.action), []).append(decision.reason)
         totals: dict[tuple[str, str], Counter[str]] = {}
         for part in card.verifications:
-            total = totals.setdefault((part.date, "verified" if part.passed else "not verified"), Counter())
+            kind = "verified" if part.passed else "undecided" if part.undecided else "not verified"
+            total = totals.setdefault((part.date, kind), Counter())
             total.update(runs=part.runs, repeated=part.repeated, episodes=part.episodes)
         for key, total in totals.items():
             text = count(total["runs"], "run")
             if total["episodes"]:
                 text += f", {grouped(total['repeated'])} of {grouped(total['episodes'])} episodes repeated"
             found[key] = [f"{text}."]
-        if card.training:
-            found.setdefault((card.training.date, TRAINED_HERE), []).append("The project trained its code.")
+        if card.training and (day := card.training.finished):
+            found.setdefault((day, TRAINED_HERE), []).append("The project trained its code.")
         for (date, kind), texts in found.items():
             rows.append(Change(date, card.name, kind, " ".join(texts), card.title))
     for title, steps in records(site).items():
@@ -64,8 +65,8 @@ def changes(site: Leaderboard) -> list[Change]:
 def records(site: Leaderboard) -> dict[str, list[tuple[str, CoreRow]]]:
     """By list of the core, the methods whose score was above those of all before them, oldest first.
 
-    A method counts from the day on which every group of the core had a verified run of it, or on which it was
-    trained here. Scores are those of today: nothing states those of a day that has passed.
+    A method counts from the day on which every group of the core had a verified run of it, or on which its
+    runs here were finished. Scores are those of today: nothing states those of a day that has passed.
     """
     cards, found = {card.name: card for card in site.submissions}, dict[str, list[tuple[str, CoreRow]]]()
     for each in site.scored.core.lists if site.scored.core else ():
@@ -74,7 +75,7 @@ def records(site: Leaderboard) -> dict[str, list[tuple[str, CoreRow]]]:
             card, logs = cards[row.name], [f"{split_version(group)[0]}/{SEQUENTIAL}" for group in row.groups]
             passed = [part for part in card.verifications if part.passed]
             days = [min((part.date for part in passed if log in part.logs), default="") for log in logs]
-            day = card.training.date if row.trained_here and card.training else all(days) and max(days)
+            day = card.training.finished if row.trained_here and card.training else all(days) and max(days)
             if day and (not best or day < best[0][0]):
                 best.insert(0, (day, row))
     return {title: best for title, best in found.items() if best}
@@ -83,11 +84,11 @@ def records(site: Leaderboard) -> dict[str, list[tuple[str, CoreRow]]]:
 def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     """The page, on which what is said of several submissions on a day is said once, and the feed."""
     rows, merged = changes(site), dict[tuple[str, str, str], list[Change]]()
-    for row in rows[:MOST]:
+    for row in rows:
         merged.setdefault((row.date, row.kind, row.text), []).append(row)
     best = records(site)
     is_drawn = len({day for steps in best.values() for day, _ in steps}) > 1
     drawing = line_charts.records(best, rows[0].date) if is_drawn else ""
-    values = {"merged": merged, "shown": MOST, "total": len(rows), "best": best, "drawing": drawing}
+    values = {"merged": merged, "best": best, "drawing": drawing}
     yield "changes.html", render("changes.html", "changes.html", final=core.FINAL, **values)
     yield paths.FEED, render("feed.xml", paths.FEED, changes=rows[:MOST])

@@ -7,14 +7,14 @@ from markupsafe import Markup, escape
 
 from gym_extensions.metrics import formulas
 from gym_extensions.scoring.ranking.boards import CoreReference, CoreRow
-from gym_extensions.scoring.scorecard import CoreScore, Scorecard
+from gym_extensions.scoring.scorecard import CoreScore, RunCost, Scorecard
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import count, fixed, grouped, mean, short, split_version
 
 FINAL, LEARNED, LOST = (each.name for each in (formulas.FINAL, formulas.LEARNING, formulas.FORGETTING))
 EDITIONS = {
-    1: "First edition: verified runs are ranked. As soon as the project has trained its own reference agent "
-    "here, only runs that were trained here are.",
+    1: "First edition: verified runs are ranked. Once the project has trained its reference agent itself, "
+    "only runs trained by the project will be ranked.",
     2: "Second edition: the project trained every run that is ranked, from the author’s code, on seeds that "
     "nobody knew before.",
 }
@@ -57,8 +57,8 @@ def shared_notes(rows: Sequence[CoreRow]) -> dict[str, list[str]]:
 def cost(card: Scorecard) -> tuple[str, str]:
     """Training steps and processor time of a run, for example ``8.7M steps``, ``21 min in 6 of 7 groups``.
 
-    Fewer than 100,000 steps and less than a minute are whole numbers. No time, and a dash, where no run
-    states it.
+    The time has the number of its runs. Fewer than 100,000 steps and less than a minute are whole numbers. No
+    time, and a dash, where no run states it.
     """
     if (found := card.cost) is None:
         return "–", ""
@@ -66,7 +66,16 @@ def cost(card: Scorecard) -> tuple[str, str]:
     minutes, timed = found.cpu_seconds / 60, found.timed_groups
     partly = f" in {timed} of {found.groups} groups" if timed < found.groups else ""
     spent = f"{fixed(minutes, int(minutes < 10))} min" if minutes >= 1 else f"{fixed(found.cpu_seconds, 0)} s"
-    return f"{short_count(found.steps)} steps{scope}", f"{spent}{partly}" if timed else ""
+    return (
+        f"{short_count(found.steps)} steps{scope}",
+        f"{spent}{partly}, {timed_runs(found)}" if timed else "",
+    )
+
+
+def timed_runs(found: RunCost) -> str:
+    """Over how many runs a processor time is the mean: of each group those that state it."""
+    fewest, most = found.timed_runs
+    return f"mean of {'' if fewest == most else f'{fewest} to '}{count(most, 'run')} per group"
 
 
 def short_count(steps: float) -> str:

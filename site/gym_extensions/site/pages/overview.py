@@ -26,12 +26,14 @@ from gym_extensions.site.pages import core
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import Episode, stroboscopes, watched
 from gym_extensions.site.submission_results import SEQUENTIAL, SubmissionResult, shade
-from gym_extensions.site.text import count, ends, fixed, mean, short, split_version, variation
+from gym_extensions.site.text import ends, fixed, group_name, mean, short, split_version, variation
 from gym_extensions.submissions.poses import Poses, load_submission, motion_of
 from gym_extensions.submissions.review import TRAINED_HERE
 
 MOST_IN_TRIANGLE = 12
 """Methods whose pairs are shown."""
+MOST_NAMED = 3
+"""Groups that the statement names."""
 COLUMNS = {
     "rank": (
         "Rank",
@@ -52,7 +54,7 @@ COLUMNS = {
         "Score right after the training on a task minus that at the end; lower is better. Below: the share "
         "of what was learned that is left.",
     ),
-    "minutes": ("Minutes", "Processor time of one run of all groups."),
+    "minutes": ("Minutes", "Processor time of a run of all groups: the mean over the runs that state it."),
     "tuning": ("Tuning", "Training steps spent on choosing the settings."),
     "level": (
         "Level",
@@ -167,19 +169,26 @@ class Overview:
         if not won:
             return start + Markup("has the highest mean, {}; no difference is significant.").format(score)
         is_clear = len(won) == len(others)
-        found = [row for group in self.board.groups if (row := self._on_groups.get((group, first.name)))]
-        alone = sum(row.metrics[core.FINAL].rank == (1, 1) for row, _ in found)
+        each = f"each of the other {len(others)}" if len(others) > 1 else "the other"
         looks = sorted({pair.look for pair in won})
         return start + Markup(LEADS).format(
             "keeps most" if is_clear else "has the highest mean",
             score,
-            "every other" if is_clear else f"{len(won)} of {len(others)} others",
-            f", alone first in {alone} of {count(len(found), 'group')}" if found else "",
+            each if is_clear else f"{len(won)} of {len(others)} others",
+            self._alone_first(first),
             " to ".join(map(str, dict.fromkeys((looks[0], looks[-1])))),
             EXPLORATORY.format(core.EXPLORATORY[self.board.edition])
             if any(pair.exploratory for pair in won)
             else ".",
         )
+
+    def _alone_first(self, row: CoreRow) -> str:
+        """On which groups a method is significantly ahead; nothing if its row of the core is on no board."""
+        boards = {group: self._on_groups.get((group, row.name)) for group in self.board.groups}
+        found = {group: each[0] for group, each in boards.items() if each}
+        alone = [group_name(name) for name, each in found.items() if each.metrics[core.FINAL].rank == (1, 1)]
+        named = f" ({', '.join(alone)})" if 0 < len(alone) <= MOST_NAMED else ""
+        return ON_GROUPS.format(len(alone), len(found), named) if found else ""
 
     def limits(self) -> dict[str, Any]:
         """The facts of what the statement does not show; none without a ranked method that states them."""
@@ -221,8 +230,8 @@ class Overview:
 
     @property
     def of_first_arithmetic(self) -> int:
-        """The number of methods whose runs were logged in the first arithmetic."""
-        return sum(self.cards[row.name].arithmetic == 1 for row in self.board.rows)
+        """The number of methods whose compared runs were logged in the first arithmetic."""
+        return sum(self.cards[row.name].arithmetic == 1 for row in self.board.rows if not row.trained_here)
 
     def tuning(self, row: CoreRow) -> int | None:
         """The steps spent on choosing the settings."""
@@ -234,7 +243,8 @@ NAME = Markup("<strong><bdi>{}</bdi></strong>")
 EXPLORATORY = Markup('; <a href="metrics.html#core">{}</a>.')
 ALONE = "{} is the only method with all runs of the core suite so far; it keeps {}."
 FALLS = "Trained task after task, {} falls from {} to {} (expert: 1). "
-LEADS = "{}, {}: significantly more than {}{}. {} runs{}"
+LEADS = "{}, {}: significantly more than {}.{} Compared on {} runs per method{}"
+ON_GROUPS = " In a single group, it is significantly ahead of all others in {} of {}{}."
 """The sentences of the statement."""
 
 X, Y = (52.0, 306.0), (92.0, 10.0)

@@ -28,7 +28,7 @@ DOCS = "docs/"
 
 
 def doc_link(file: str, title: str, root: str | None) -> Markup:
-    """A link to a page of the documentation; without one, the name of its file in the repository.
+    """A link to a page of the documentation; without one, its title and its file in the repository.
 
     Args:
         file: its file in ``docs/``, with the anchor if there is one, for example ``metrics.md#ranks``.
@@ -37,7 +37,7 @@ def doc_link(file: str, title: str, root: str | None) -> Markup:
     """
     name, _, anchor = file.partition("#")
     if root is None:
-        return Markup("<code>{}{}</code>").format(DOCS, name)
+        return Markup("{} (<code>{}{}</code>)").format(title, DOCS, name)
     page = name.replace("README.md", "index.md").replace(".md", ".html")
     address = f"{root}{DOCS}{page}{f'#{anchor}' if anchor else ''}"
     return Markup('<a href="{}">{}</a>').format(address, title)
@@ -75,8 +75,8 @@ def environment() -> Environment:
         LEARNING=LEARNING.name,
         paper_columns=PAPER_COLUMNS,
         reported=review.REPORTED,
+        TRAINED_HERE=review.TRAINED_HERE,
         TASKS=TASKS,
-        play_group_link=assets.play_group_link,
     )
     return templates
 
@@ -119,6 +119,7 @@ class Render:
                 docs=self.docs,
                 source=self.source,
                 doc=partial(doc_link, root=root if self.docs else None),
+                play_group_link=assets.play_group_link if self.simulator else lambda *_: "",
                 **values,
             )
         )

@@ -35,9 +35,9 @@ from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.site.board_views import BoardView, Leaderboard, Row
 from gym_extensions.site.paths import slug
 from gym_extensions.site.submission_results import SEQUENTIAL
-from gym_extensions.submissions.layout import runs_folder
 from gym_extensions.submissions.policies import mlp, mlp_arrays
 from gym_extensions.submissions.policies.files import has_policies, npz_bytes, read_policies, run_arrays
+from gym_extensions.submissions.submission import runs_folder
 
 PACKAGE, VERSION = "@mujoco/mujoco", "3.14.0"
 SHA256 = {

@@ -77,6 +77,14 @@ function shownRows(rows, state, columns) {
   return kept.sort((a, b) => compare(a, b) || a.order - b.order);
 }
 
+/* What the state names and the table does not have. */
+function unknown(rows, state, columns) {
+  const keys = [state.sort, ...state.hide].filter((key) => key && !columns.some((column) => column.key === key));
+  const filters = Object.entries(state.filters).filter(([key, value]) => value && !rows.some((row) => row.values[key]?.text === value));
+  const names = state.ticked.filter((name) => !rows.some((row) => row.name === name));
+  return [...keys, ...filters.map(([, value]) => value), ...names];
+}
+
 /* The page. */
 
 const make = (tag, properties = {}, ...children) => {
@@ -200,7 +208,8 @@ function start(table) {
     optional.forEach((column, at) => { boxes[at].checked = !state.hide.includes(column.key); });
     const total = `${rows.length} ${rows.length === 1 ? "submission" : "submissions"}`;
     const matching = shown.length === rows.length ? total : `${shown.length} of ${total}`;
-    status.textContent = more.hidden ? matching : `${matching}; the first ${SCREEN} are below`;
+    const lost = unknown(rows, state, columns), said = lost.length ? `. This table has no ${lost.join(", ")}.` : "";
+    status.textContent = (more.hidden ? matching : `${matching}; the first ${SCREEN} are below`) + said;
     compare.disabled = state.ticked.length !== 2;
   }
 

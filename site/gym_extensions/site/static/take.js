@@ -57,11 +57,19 @@
     return [...table.rows].filter((row) => !row.hidden && !row.parentNode.hidden).map((row) => `${cells(row).join(",")}\r\n`).join("");
   }
 
-  function offer(below, name, kinds) {
+  // What a figure or table is called: its caption, else its label, else the heading above it.
+  function title(place) {
+    const caption = place.querySelector("figcaption, caption"), label = (place.querySelector("svg[aria-label]") ?? place.closest("[aria-label]"))?.getAttribute("aria-label");
+    const text = caption?.textContent ?? label ?? (place.closest("section")?.querySelector("h2, h3") ?? document.querySelector("h1")).textContent;
+    const words = text.replace(/\s+/g, " ").trim();
+    return words.length > 80 ? `${words.slice(0, 80)}…` : words;
+  }
+
+  function offer(place, below, kinds) {
     const line = Object.assign(document.createElement("p"), { className: "take", textContent: "Save: " });
     for (const [kind, act] of Object.entries(kinds)) {
       const button = Object.assign(document.createElement("button"), { type: "button", textContent: kind });
-      button.setAttribute("aria-label", `Save ${name} as ${kind}`);
+      button.setAttribute("aria-label", `Save “${title(place)}” as ${kind}`);
       button.addEventListener("click", act);
       line.append(button);
     }
@@ -71,13 +79,13 @@
   document.querySelectorAll("main figure").forEach((figure, i) => {
     const svg = figure.querySelector("svg[viewBox]"), name = `${here}-figure-${i + 1}`;
     if (!svg || figure.closest(".maps")) return;
-    offer(figure.querySelector("figcaption") ?? svg, name, {
+    offer(figure, figure.querySelector("figcaption") ?? svg, {
       SVG: () => save(`${name}.svg`, new Blob([drawn(svg).text], { type: "image/svg+xml" })),
       PNG: () => png(svg, name),
     });
   });
   document.querySelectorAll("main table, .scroll#differences").forEach((place, i) => { // those of the page Compare come later, and change
     const name = `${here}-table-${i + 1}`, tables = () => (place.matches("table") ? [place] : [...place.querySelectorAll("table")]);
-    offer(place.closest(".scroll") ?? place, name, { CSV: () => save(`${name}.csv`, new Blob(["\ufeff", tables().map(csv).join("\r\n")], { type: "text/csv" })) });
+    offer(place, place.closest(".scroll") ?? place, { CSV: () => save(`${name}.csv`, new Blob(["\ufeff", tables().map(csv).join("\r\n")], { type: "text/csv" })) });
   });
 })();
