@@ -10,6 +10,8 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -196,14 +198,19 @@ def test_added():
 
 
 @pytest.fixture
-def copy(tmp_path: Path) -> Path:
-    """A copy of the repository without submissions; its source roots come first on the path of ``run``."""
-    copied = tmp_path / "copy"
-    for folder in (*ROOTS, *OTHERS):
-        shutil.copytree(ROOT / folder, copied / folder)
-    for path in (each for each in ROOT.iterdir() if each.is_file()):
-        shutil.copy(path, copied)
-    return copied
+def copy() -> Iterator[Path]:
+    """A copy of the repository without submissions; its source roots come first on the path of ``run``.
+
+    Everybody can read it, because the tests of the box run programs as an ordinary user.
+    """
+    with tempfile.TemporaryDirectory() as parent:
+        Path(parent).chmod(0o755)
+        copied = Path(parent) / "copy"
+        for folder in (*ROOTS, *OTHERS):
+            shutil.copytree(ROOT / folder, copied / folder)
+        for path in (each for each in ROOT.iterdir() if each.is_file()):
+            shutil.copy(path, copied)
+        yield copied
 
 
 def run(copy: Path, *arguments: str) -> None:
