@@ -119,7 +119,7 @@ class Method:
 
     @property
     def observes_task(self) -> bool:
-        """Whether the agent is told the task in evaluation."""
+        """Whether the agent observes the task in evaluation."""
         return bool(self.row["observes_task"])
 
     @property

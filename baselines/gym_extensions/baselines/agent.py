@@ -241,7 +241,7 @@ def create(make: Factory, spaces: tuple[gym.Space[Any], gym.Space[Any]], seed: i
     """Creates an agent and checks that the factory and the agent fit the training loop.
 
     Raises ``BenchError`` if ``make`` cannot be called as a factory, a method is missing or has other
-    arguments, ``card`` is no method, or ``observes`` is not valid. It names ``name``.
+    arguments, ``card`` is not a method, or ``observes`` is not valid. It names ``name``.
     """
     require_factory(make, name)
     agent = make(*spaces, seed)

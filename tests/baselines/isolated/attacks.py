@@ -269,7 +269,7 @@ ENDINGS = (
         ("has no such factory", "del Agent", "has no callable 'Agent'"),
         ("misspells its factory", "Agnet = Agent; del Agent", "Did you mean 'Agnet'?"),
         ("needs MuJoCo", "import mujoco", "and no simulator"),
-        ("has a card that is no method", "Agent.card = Card('x')", "def card(self)"),
+        ("has a card that is not a method", "Agent.card = Card('x')", "def card(self)"),
     ),
     *in_method(
         "make",

@@ -77,7 +77,7 @@ METHODS = lacking({})
 
 
 def planned(runs: Mapping[str, int], on_core: OnCore) -> list[tuple[str, frozenset[str]]]:
-    """The pairs that are not exploratory, by metric, of submissions with so many runs."""
+    """The metric and pair of each planned comparison, for submissions with these numbers of runs."""
     cards = [
         trained(on_core(name, normal(at, 0.3, runs=10)), normal(9 + at, 0.3, runs=count))
         for at, (name, count) in enumerate(runs.items())
