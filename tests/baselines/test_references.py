@@ -115,16 +115,17 @@ def test_published_references_are_not_replaced(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.usefixtures("quick")
-def test_tasks_of_an_existing_file_stay(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "mine.json"
+def test_tasks_of_a_file_stay_and_published_ones_are_not_measured(quick_file: Path, tmp_path: Path) -> None:
+    out, mixed = tmp_path / "mine.json", tmp_path / "mixed.toml"
+    tasks = ["", "max_steps = 10", "max_steps = 11"]  # the first is published, the second one of quick_file
+    mixed.write_text('name = "mixed"\n' + "".join(f'[[tasks]]\ntask = "Pusher"\n{each}\n' for each in tasks))
     options = ["--budget", "smoke", "--runs", "1000", "--agent", "random", "--out", str(out)]
-    assert references.main(["--groups", "pusher", *options]) == 0
+    assert references.main(["--groups", str(quick_file), *options]) == 0
     before = json.loads(out.read_text())["tasks"]
-    capsys.readouterr()
-    assert references.main(["--groups", "pusher,pusher-tracking", *options]) == 0
+    assert references.main(["--groups", str(mixed), *options]) == 0
     after = json.loads(out.read_text())["tasks"]
     assert {name: after[name] for name in before} == before
-    assert len(after) > len(before)
+    assert after.keys() - before.keys() == {"gym_extensions/Pusher.steps-11-v0"}
 
 
 @pytest.mark.parametrize("text", ["{", "[]", '{"format": 3, "version": "1", "tasks": {}}'])

@@ -190,11 +190,11 @@ def measured_floors(tasks: Sequence[Task], jobs: int) -> dict[str, references.Fl
 def custom(
     groups: Sequence[TaskGroup], training: tuple[str, str, Sequence[int]], out: Path, jobs: int
 ) -> references.File:
-    """Measures every task that a references file does not have: its floor, and an agent trained on it alone.
+    """Measures every task without a reference in the file: its floor, and an agent trained on it alone.
 
-    The agents are trained as in the protocol ``single``, with seeds that no submission has, and evaluated on
-    the 20 prescribed episodes of the group. Finished stages are stored beside ``out``, so that an interrupted
-    call can be repeated.
+    Tasks with a published reference, which is never replaced, are left out. The agents are trained as in the
+    protocol ``single``, with seeds that no submission has, and evaluated on the 20 prescribed episodes of the
+    group. Finished stages are stored beside ``out``, so that an interrupted call can be repeated.
 
     Args:
         groups: the groups of the tasks.
@@ -208,7 +208,8 @@ def custom(
     """
     agent, budget, runs = training
     tasks = {task.id: (group, index) for group in groups for index, task in enumerate(group.tasks)}
-    known = read_file(out, [group.tasks[index] for group, index in tasks.values()])
+    known = {*references.load_references().tasks}
+    known |= {*read_file(out, [group.tasks[index] for group, index in tasks.values()])}
     missing = [group.tasks[index] for id_, (group, index) in tasks.items() if id_ not in known]
     pending: dict[tuple[str, int], Measurement | runner.PendingJob] = {}
     for task in missing:
