@@ -1,15 +1,22 @@
 """The hypotheses of the second edition: one direction each, and open unless the test of the core decides."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from gym_extensions.catalog.groups import CORES
+from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair
 from gym_extensions.scoring.ranking.core_board import PLANNED
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.suites import core_score
 from tools.findings import hypotheses
 from tools.findings.tables import FINAL, LOST
+
+from ..conftest import MANIFEST, Write
 
 PLAN = Path(hypotheses.__file__).parents[2] / "docs/findings/plan.md"
 GROUPS = CORES["core-v1"]
@@ -86,6 +93,30 @@ def test_forgetting_is_tested_group_by_group_over_all_groups() -> None:
     assert {found[name] for name in names[2:] if name in found} == {"confirmed"}
     (lacking,) = hypotheses.forgetting({GROUPS[0]: clear})
     assert lacking.verdict == "open"
+
+
+@pytest.mark.usefixtures("known")
+def test_runs_after_the_first_ten_change_no_verdict(make_submission: Write) -> None:
+    """The hypotheses are tested once."""
+    folder = make_submission(runs=tuple(range(5)), manifest=MANIFEST.replace("smoke", "300k"))
+    card = score_folder(folder)
+    log = card.groups["hopper-gravity-v0"]["sequential"]
+    none, clear = (0.1, -0.1, 0.12, -0.12, 0.0) * 2, (0.5, 0.52, 0.48, 0.51, 0.5) * 2
+
+    def trained(name: str, first: tuple[float, ...], later: tuple[float, ...]) -> Scorecard:
+        values = MetricValue(mean=0.0, runs=first + later)
+        made = replace(log, runs=tuple(range(20)), metrics=dict.fromkeys(log.metrics, values))
+        made = replace(made, return_matrix=log.return_matrix * 4, level="trained here")
+        made_here = replace(card, name=name, trained=dict.fromkeys(GROUPS, made))
+        return replace(made_here, core=core_score(made_here))
+
+    def found(later: tuple[float, ...]) -> list[hypotheses.Verdict]:
+        cards = trained("trpo", none, later), trained("reset", none, none)
+        return hypotheses.tested({each.name: each for each in cards})
+
+    h3, *h7 = (each for each in found(clear) if each.name in ("H3", "H7"))
+    assert (h3.verdict, len(h7), {each.verdict for each in h7}) == ("open", 6, {"open"})
+    assert found(clear) == found(none)
 
 
 def test_every_hypothesis_of_the_plan_has_a_verdict_on_the_pairs_that_it_names() -> None:

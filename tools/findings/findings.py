@@ -143,7 +143,7 @@ def main() -> None:
         edition=edition,
         outcomes=editions.outcomes(editions.read_statements(FIRST_EDITION), stated),
         lacking=without_runs,
-        hypotheses=[] if without_runs else hypotheses.verdicts(board, claims.runs_of(reference, LOST)),
+        hypotheses=[] if without_runs else hypotheses.tested(own),
         cloning=cloning,
         packnet=packnet,
         gains=gains,

@@ -4,15 +4,18 @@ The plan and this module were written before any run of the second edition exist
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.statistics import ALPHA, holm_adjusted, interval, summary, zero_mean_p
 from gym_extensions.scoring.ranking.boards import CoreBoard
-from gym_extensions.scoring.ranking.core_board import PLANNED
-from tools.findings.claims import GroupRuns
+from gym_extensions.scoring.ranking.core_board import PLANNED, PLANNED_RUNS, core_board
+from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.submission.suites import core_score
+from tools.findings.claims import GroupRuns, runs_of
 from tools.findings.tables import FINAL, FINE_TUNING, LOST, Value, against
 
 CONFIRMED, CONTRADICTED, OPEN = "confirmed", "contradicted", "open"
@@ -81,3 +84,17 @@ def verdicts(board: CoreBoard, lost: GroupRuns) -> list[Verdict]:
     """All verdicts. ``lost`` is what the runs of fine-tuning forget."""
     pairs = [directed(board, name) for name in SIGNS]
     return [*pairs, *forgetting(lost), penalties(board)]
+
+
+def tested(cards: Mapping[str, Scorecard]) -> list[Verdict]:
+    """All verdicts, over runs 0 to 9, by the scorecards by name. Later runs test nothing again."""
+
+    def of_plan(card: Scorecard) -> Scorecard:
+        logs = card.trained.items()
+        card = replace(card, trained={name: replace(log, runs=log.runs[:PLANNED_RUNS]) for name, log in logs})
+        return replace(card, core=core_score(card))
+
+    planned = {name: of_plan(card) for name, card in cards.items()}
+    board = core_board(list(planned.values()))
+    assert board is not None
+    return verdicts(board, runs_of(planned[FINE_TUNING], LOST))
