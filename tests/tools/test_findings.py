@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,13 +13,17 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from gym_extensions.catalog.groups import CORES
 from gym_extensions.metrics.statistics import Interval
+from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 
 pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
 
 from tools.findings import claims, findings, reproduction, statements, tables
 from tools.findings.figures import write_picture
+
+from ..conftest import MANIFEST, Write
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = ("docs/findings.md", "docs/reproduction.md")
@@ -67,7 +72,13 @@ def test_only_what_the_plan_tested_is_in_bold() -> None:
 def forgetting(groups: dict[str, Sequence[float]]) -> dict[str, bool]:
     """Whether the corrected test finds forgetting, by group; all groups are learned."""
     frame = [
-        {"name": "trpo", "group": f"{name}-v0", "protocol": "sequential", "budget": "300k", "runs": 5}
+        {
+            "name": "trpo",
+            "group": f"{name}-v0",
+            "protocol": "sequential",
+            "budget": "300k",
+            "runs": len(groups[name]),
+        }
         | {"metric": metric, "mean": 0.5, "low": 0.4, "high": 0.6}
         for name in groups
         for metric in tables.COLUMNS
@@ -85,6 +96,11 @@ def test_forgetting_is_significant_from_0_after_a_correction_for_the_groups() ->
     assert found == {"hopper-wall": False, "walker2d-wall": False, "hopper-body": False}
     found = forgetting({"hopper-wall": weak, "pusher": none, "pusher-tracking": none})
     assert found["hopper-wall"], "groups beyond the core are another family"
+
+
+def test_a_group_with_fewer_runs_than_a_look_is_tested_over_all_of_them() -> None:
+    found = forgetting({"hopper-wall": (1.0, 1.1, 1.2, 1.1, 1.0), "pusher": (1.0, 1.1, 1.2)})
+    assert found == {"hopper-wall": True, "pusher": True}
 
 
 def test_replay_needs_five_runs_of_both_kinds() -> None:
@@ -118,6 +134,18 @@ def test_a_difference_over_groups_needs_runs_in_all_of_them() -> None:
     first, second = {"a": (1.0, 2.0), "b": (4.0, 4.0)}, {"a": (0.0, 1.0), "b": (1.0, 1.0)}
     assert claims.minus(first, second, ("a", "b")).mean == pytest.approx(2.0)
     assert math.isnan(claims.minus(first, {"a": (0.0, 1.0)}, ("a", "b")).mean)
+
+
+@pytest.mark.usefixtures("known")
+def test_a_method_without_all_groups_of_the_core_has_no_gains(make_submission: Write) -> None:
+    """As while its runs are trained here, one group after the other."""
+    manifest = MANIFEST.replace("smoke", "300k")
+    card = score_folder(make_submission(runs=tuple(range(5)), manifest=manifest))
+    log = replace(card.groups["hopper-gravity-v0"]["sequential"], level="verified", unverified=())
+    whole = replace(card, groups={name: {"sequential": log} for name in CORES["core-v1"]})
+    part = replace(card, groups={"hopper-gravity-v0": {"sequential": log}})
+    rows, correlated = claims.gains({"trpo": whole, "cloning": part}, "cloning")
+    assert (rows, correlated.is_known) == ([], False)
 
 
 def test_what_is_said_of_a_decline_and_of_an_interval() -> None:

@@ -10,6 +10,7 @@ from jinja2 import Environment, FileSystemLoader
 
 from gym_extensions.catalog.groups import CORES
 from gym_extensions.scoring import score_folder
+from gym_extensions.scoring.ranking.boards import CoreBoard
 from tools.findings import editions, findings
 from tools.findings.editions import ALONE, Statement, outcomes
 from tools.findings.orders import turned
@@ -56,6 +57,19 @@ def test_what_is_not_compared_again_is_neither_kept_nor_withdrawn() -> None:
     again = statement("l2-tuned", "trpo", mean=0.1, verdict="open")
     assert outcomes([both], [again]) == ([], [], [], 1)
     assert little.subject == "`ppo` − each task alone, learned"
+
+
+def test_what_was_learned_minus_each_task_alone_is_significant_by_its_interval() -> None:
+    board = CoreBoard(
+        edition=1, pairs={}, lists=(), suite="", groups=(), budget="", looks=(), levels=(), margin=0.05
+    )
+    values = {
+        "more": Value(0.1, 0.05, 0.15),
+        "less": Value(-0.1, -0.15, -0.05),
+        "same": Value(0.0, -0.1, 0.1),
+    }
+    found = editions.statements(board, [], [], values)
+    assert [each.verdict for each in found] == ["separated", "separated", "open"]
 
 
 def test_statements_are_stored_with_six_decimals(tmp_path: Path) -> None:

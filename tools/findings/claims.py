@@ -28,10 +28,11 @@ GroupRuns = Mapping[str, Sequence[float]]
 
 
 def runs_of(card: Scorecard, metric: str, protocol: str = "sequential") -> GroupRuns:
-    """A metric of a submission on the groups of the core; empty where it lacks a group."""
+    """A metric of a submission on the groups of the core; empty if it lacks one of them."""
     logs = core_logs(card, protocol)
     look = last_look(min(map(verified_runs, logs.values()), default=0))
-    return {name: log.metrics[metric].runs[:look] for name, log in logs.items()} if look else {}
+    is_whole = look and len(logs) == len(CORES[CORE])
+    return {name: log.metrics[metric].runs[:look] for name, log in logs.items()} if is_whole else {}
 
 
 def minus(first: GroupRuns, second: GroupRuns, groups: Sequence[str] = CORES[CORE]) -> Value:
@@ -101,8 +102,8 @@ def selections(board: CoreBoard, cards: Mapping[str, Scorecard]) -> list[Selecti
     errors = []
     for row in board.rows:
         if row.ranked:
-            parts = [summary(runs[:10]) for runs in runs_of(cards[row.name], FINAL).values()]
-            errors.append(math.sqrt(mean_of_groups(parts).squared_error))
+            mean = mean_of_groups([summary(runs[:10]) for runs in runs_of(cards[row.name], FINAL).values()])
+            errors.append(math.sqrt(mean.squared_error * mean.runs / 10))
     ends = (min(errors), float(np.median(errors)), max(errors))
     return [Selection(number, *(best_of(number) * error for error in ends)) for number in VARIANTS]
 

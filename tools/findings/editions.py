@@ -96,8 +96,9 @@ def statements(
     Args:
         board: its pairs.
         forgetting: what fine-tuning forgets by group, with the verdict of the page's table.
-        gains: of cloning over fine-tuning by group; separated are those whose interval does not contain 0.
-        alone: by method, what it learned minus each task alone; separated are those that learned little.
+        gains: of cloning over fine-tuning by group.
+        alone: by method, what it learned minus each task alone. Of these and of gains, those are separated
+            whose interval does not contain 0.
     """
 
     def verdict(is_separated: bool) -> str:
@@ -113,12 +114,9 @@ def statements(
             of = (FINE_TUNING,)
             found.append(Statement(of, LOST, row.group.name, row.values[2], verdict(row.significant)))
     both = (of_edition("cloning", board.edition), FINE_TUNING)
-    for each in gains:
-        is_separated = not each.gain.low <= 0 <= each.gain.high
-        found.append(Statement(both, FINAL, each.group, each.gain, verdict(is_separated)))
-    notes = {row.name: row.metrics[LOST].rank_note for row in board.rows}
-    for name, value in alone.items():
-        found.append(Statement((name, ALONE), LEARNED, "", value, verdict(bool(notes[name]))))
+    others = [(both, FINAL, each.group, each.gain) for each in gains]
+    others += [((name, ALONE), LEARNED, "", value) for name, value in alone.items()]
+    found += [Statement(*each, verdict(not each[-1].low <= 0 <= each[-1].high)) for each in others]
     return found
 
 

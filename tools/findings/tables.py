@@ -212,7 +212,7 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
         metrics: of ``results.metrics``.
         runs: forgetting of each run, by group id. A t test per group that was learned, with Holm's correction
             over those of the core and over the others, finds where its mean differs from 0. It tests the runs
-            of the last look alone.
+            of the last look alone; all runs if there are too few for a look.
     """
     found = {}
     for group in GROUPS.values():
@@ -221,7 +221,7 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
             found[group.id] = Forgetting(group, len(runs[group.id]), values, significant=False)
     for on_core in (True, False):
         family = [each for each in found.values() if each.is_learned and (each.group in CORE) == on_core]
-        tested = [runs[each.group.id][: last_look(each.runs)] for each in family]
+        tested = [runs[each.group.id][: last_look(each.runs) or None] for each in family]
         rejected = holm(np.array([zero_mean_p(summary(part)) for part in tested]))
         for each, is_significant in zip(family, rejected, strict=True):
             found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_significant))
