@@ -23,10 +23,9 @@ class OrderEffects:
     """A metric by position and by task over the runs of whole balanced squares.
 
     What has no value, such as forgetting in the last position, is an estimate without a mean. Intervals are
-    over runs. That of a position is Student's of y[r, j] − α_i(r, j), with n_runs − 1 − n (K − 1) / N degrees
-    of freedom, for n such values of n_runs runs, N values in all and K tasks; that of a task likewise. That
-    of a share is of the ratio of two means over runs, linearized, with the terms β (2 (y − m − α) − β) and
-    (y − m)² (docs/metrics.md).
+    over runs. That of a position is Student's of its n values y[r, j] − α_i(r, j), with n − 1 − n (K − 1) / N
+    degrees of freedom, for N values in all and K tasks; that of a task likewise. That of a share is of the
+    ratio of two means over runs, linearized, with the terms β (2 (y − m − α) − β) and (y − m)².
     """
 
     position: Annotated[tuple[Estimate, ...], about("mean at each position, over all tasks equally")]

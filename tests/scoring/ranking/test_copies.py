@@ -3,12 +3,20 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from shutil import rmtree
 
 import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.scoring.ranking.copies import duplicate_submissions, is_common, unusually_alike
+from gym_extensions.references import References
+from gym_extensions.scoring.pipeline import score_folder
+from gym_extensions.scoring.ranking.copies import (
+    duplicate_submissions,
+    duplicates,
+    is_common,
+    unusually_alike,
+)
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.scoring.scorecard import Scorecard, Sketch
 from gym_extensions.scoring.submission.scorer import run_sketches
@@ -16,7 +24,8 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Decision
 from gym_extensions.submissions.run import PolicyFile
 
-from ..made_submissions import GROUP, KEY, Enter, at_level, names
+from ...conftest import trained_here
+from ..made_submissions import FIVE, GROUP, KEY, Enter, at_level, names
 
 RUNS = (0, 1, 2)
 
@@ -96,6 +105,22 @@ def test_in_navigation_a_copy_has_the_same_policies(make_submission: Callable[..
     assert duplicate_submissions({"still": published("a"), "other": published("b")}) == {}
     assert duplicate_submissions({"still": published("a"), "copy": published("a")}) == {"copy": "still"}
     assert duplicate_submissions({"still": published(None), "other": published(None)}) == {}
+
+
+def test_failed_runs_make_no_copy(make_submission: Callable[..., Path], references: References) -> None:
+    """In the place of each lies the same run of the agent ``zero``."""
+
+    def trained(name: str, runs: tuple[int, ...], shift: float) -> Scorecard:
+        def value(protocol: str, run: int, *key: int) -> float:
+            return 5.0 + key[-1] / 8 if run == 0 else honest(protocol, run, *key) + shift
+
+        folder = make_submission(name=name, value=value, runs=runs, protocols=("sequential",))
+        trained_here(folder, failed={"hopper-gravity/sequential/run0": "too late"})
+        rmtree(folder / "hopper-gravity")
+        return score_folder(folder, references)
+
+    cards = [trained("half", (0, 1), 0.0), trained("one", FIVE, 3.0)]
+    assert duplicates(cards, replace(KEY, budget="smoke")) == {}
 
 
 def test_an_equal_sequential_log_is_a_copy_and_an_equal_single_or_joint_log_is_not(enter: Enter) -> None:

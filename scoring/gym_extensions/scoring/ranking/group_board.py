@@ -13,7 +13,7 @@ from itertools import combinations, product
 from gym_extensions.catalog.groups import GROUPS, SUITES
 from gym_extensions.catalog.protocol import FULL_SUBMISSION_RUNS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.metrics import formulas, statistics, values
-from gym_extensions.metrics.formulas import BOARD_METRICS, COLUMNS, FORGETTING, NEEDS, Metric
+from gym_extensions.metrics.formulas import BOARD_METRICS, BY_NAME, COLUMNS, FORGETTING, NEEDS, Metric
 from gym_extensions.metrics.statistics import Summary, summary
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import ALONE, References, load_references, trained_alone
@@ -180,11 +180,10 @@ def pairs_across(
     """The differences of the first submissions of two boards of a group, of the metrics that pages show."""
 
     def on(board: documents.Board) -> dict[str, Summaries]:
-        names, metrics = [row.name for row in board.rows[:MAX_PAIRED]], COLUMNS[board.protocol]
-        values = {name: cards[name].groups[board.group][board.protocol].metrics for name in names}
+        place, metrics = ((board.group,), board.protocol), COLUMNS[board.protocol]
         return {
-            name: {each: summary(of[each].runs) if of[each].runs else None for each in metrics}
-            for name, of in values.items()
+            row.name: {each: estimate(cards[row.name].groups, *place, BY_NAME[each]) for each in metrics}
+            for row in board.rows[:MAX_PAIRED]
         }
 
     pairs = product(on(first).items(), on(second).items())

@@ -146,14 +146,16 @@ def trained_logs(
         submitted = submissions.scored_group(each)
         returns = normalization.group_returns(submitted, budget)
         for protocol, numbers in returns.runs.items():
-            is_recorded = submitted.digests(protocol).items() <= trained.training.runs.items()
+            keys = submitted.digests(protocol)
+            is_recorded = keys.items() <= trained.training.runs.items()
+            sketches = zip(keys, run_sketches(submitted, protocol), strict=True)
             documents = [submitted.runs[protocol][run] for run in numbers]
             found.setdefault(name, {})[protocol] = score_group(
                 *(returns, references, protocol, budget),
                 level=TRAINED_HERE if is_recorded else CLAIMED,
                 why="" if is_recorded else "The record of its training has other runs.",
                 provenance=list(map(scorecard.RunProvenance.of, documents)),
-                sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
+                sketches=tuple(() if key in trained.training.failed else each for key, each in sketches),
             )
     return found
 
