@@ -241,7 +241,7 @@ def rank_intervals(submissions: Sequence[Summary], significant: Mask, better: st
     """The first and last possible rank of each submission, from the matrix of :func:`significant_pairs`.
 
     They are 1 + (number of significantly better submissions) and M − (number of significantly worse
-    submissions). With 95 % confidence, all of them hold simultaneously (Mogstad, Romano, Shaikh & Wilhelm
+    submissions). With 95 % confidence, all of them hold for normal runs (Mogstad, Romano, Shaikh & Wilhelm
     2024).
     """
     mean = np.array([submission.mean for submission in submissions])
