@@ -1,6 +1,7 @@
 """Every rule about the code of an agent reports its mistake, and honest agents break none."""
 
 import shutil
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -63,7 +64,6 @@ EXAMPLES: Table = {
         ("a control character", after_make("# \x0c" + "x" * 99), LINE_3, "U+000C"),
         ("a line in many", after_make(f"# {'x' * 99}\x0b{'x' * 99}"), LINE_3, "201 characters", (), 2),
         ("other text than a reader sees", code(UTF_7), CODE, "declares the encoding utf-7"),
-        ("what does not compile", after_make("return 1"), LINE_3, "outside function"),
         ("much", all_of(after_make(LONG), put("agent/b.py", LONG.encode())), "agent", "100 kB"),
     ],
     "many-numbers": [
@@ -122,6 +122,18 @@ def test_the_code_of_this_project_keeps_to_the_limits(
     code(path.read_text(encoding="utf-8"), path=f"agent/{path.stem}_.py")(folder)
     found = {problem.rule for problem in read(folder).problems}
     assert found <= {"foreign-package"}, "some import packages that this section does not state"
+
+
+def test_a_text_that_python_compiles_to_much_more_is_only_parsed(
+    good: CopySubmission, tmp_path: Path
+) -> None:
+    """Every ``return`` repeats what follows ``finally``, so that 23 kB need 330 MB when they are compiled."""
+    folder = good(GROUP, tmp_path)
+    code("def make():\n try:\n" + "  return\n" * 1000 + " finally:\n" + "  make()\n" * 1500)(folder)
+    tracemalloc.start()
+    assert read(folder).problems == ()
+    assert tracemalloc.get_traced_memory()[1] < 1.5e8
+    tracemalloc.stop()
 
 
 def test_code_alone_is_a_submission(good: CopySubmission, tmp_path: Path) -> None:

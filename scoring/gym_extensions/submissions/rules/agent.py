@@ -38,20 +38,20 @@ BY_TEXT = frozenset(
 """What imports, or runs, what a text says."""
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 REFUSED = (SyntaxError, ValueError, RecursionError, MemoryError)
-"""What Python raises for a text that it does not compile."""
+"""What Python raises for a text that it does not parse."""
 
 
 def decoded(data: bytes) -> str:
-    """The text of a file that Python compiles from UTF-8. Raises one of ``REFUSED`` for any other file.
+    """The text of a file that Python parses as UTF-8. Raises one of ``REFUSED`` for any other file.
 
     Python obeys a first line such as ``# coding: utf-7``. The text that it runs would not be the one that
-    the rules judge and a person reads.
+    the rules judge and a person reads. It is not compiled: a short text can give gigabytes of code.
     """
     encoding, _ = tokenize.detect_encoding(io.BytesIO(data).readline)
     if encoding != "utf-8":
         raise SyntaxError(f"It declares the encoding {encoding}, and must be UTF-8")
     text = data.decode("utf-8")
-    compile(text, "agent", "exec", dont_inherit=True)
+    ast.parse(text)
     return text
 
 
