@@ -1,13 +1,17 @@
 """Files that describe the project: links, versions and workflows agree with the tree."""
 
+import os
 import re
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 
 from gym_extensions.verification.episodes import HOURS
+
+from .curation.repositories import commit, git, make_repository
 
 ROOT = Path(__file__).resolve().parent.parent
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
@@ -104,7 +108,8 @@ def test_a_workflow_that_runs_on_untrusted_input_starts_without_permissions_and_
         assert ": write" not in texts[name]
         for secret in ("GH_TOKEN", "environment: record", "secrets."):
             assert [job for job, text in jobs.items() if secret in text] == writing
-    assert set(re.findall("ref: (.*)", texts["gate.yml"])) == {"${{ github.event.pull_request.base.sha }}"}
+    bases = re.findall("(?:ref|BASE): (.*)", texts["gate.yml"])
+    assert bases == ["${{ github.sha }}"] * 3, "not the older `pull_request.base.sha`"
     assert "github.event.pull_request.title" not in texts["gate.yml"]
 
 
@@ -133,6 +138,28 @@ def test_the_step_that_verifies_is_longer_than_the_hours_of_a_submission() -> No
     text = (ROOT / ".github/workflows/review.yml").read_text("utf-8")
     (minutes,) = re.findall(r"name: Verify.*\n +timeout-minutes: (\d+)", text)
     assert int(minutes) >= 60 * HOURS + 20
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the shell of a job on Linux")
+def test_a_job_reviews_its_own_submission_alone(tmp_path: Path) -> None:
+    """Policies run in it. A review of another submission that it writes is not taken."""
+    files = {f"submissions/{name}/submission.toml": "" for name in ("one", "two")}
+    commit(make_repository(tmp_path), files)
+    commands = {
+        "gh": "mkdir -p found/review-one && touch found/review-one/one.toml found/review-one/two.toml",
+        "gym-extensions": 'cp "$4" "$2/review.toml"',
+    }
+    for name, command in commands.items():
+        path = tmp_path / ".git" / name
+        path.write_text(f"#!/bin/sh\n{command}\n")
+        path.chmod(0o755)
+    job = jobs_of(ROOT / ".github/workflows/review.yml")["record"]
+    steps = re.findall(r"^        run: (?:\|\n)?(.+\n(?:          .*\n)*)", job, flags=re.MULTILINE)
+    assert len(steps) == 2
+    environment = {**os.environ, "PATH": f"{tmp_path / '.git'}:{os.environ['PATH']}", "RUN_ID": "1"}
+    for step in steps:
+        subprocess.run(["bash", "-e", "-c", step], cwd=tmp_path, env=environment, check=False)
+    assert git(tmp_path, "show", "--format=", "--name-only") == "submissions/one/review.toml"
 
 
 def test_the_comment_follows_only_the_gate_of_the_main_branch() -> None:

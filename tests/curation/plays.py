@@ -7,6 +7,7 @@ from .repositories import BOARD_MANIFEST, git
 
 NEW = "submissions/new"
 OLD, LOG = "submissions/old/hopper-gravity", f"{NEW}/hopper-gravity/sequential/run0.csv"
+IGNORING = f'[submodule "code"]\npath = {NEW}/code\nurl = code\nignore = all\n'
 Play = Callable[[Path], object]
 
 
@@ -67,6 +68,12 @@ PLAYS: dict[str, tuple[str, str, Play]] = {
     "a folder of submissions in capitals": file("stray-file", "Submissions/new/submission.toml"),
     "a symbolic link": file("file-mode", f"{NEW}/README.md", "../../scoring/rank.py", "120000"),
     "a submodule": file("file-mode", f"{NEW}/code", "1" * 40, "160000"),
+    "a submodule that git is told to ignore": (
+        *("file-mode", f"{NEW}/code"),
+        lambda project: index(
+            project, ("100644", IGNORING, ".gitmodules"), ("160000", "1" * 40, f"{NEW}/code")
+        ),
+    ),
     "an executable file": file("file-mode", f"{NEW}/README.md", "text", "100755"),
     "a file that is renamed from another submission": (
         "deleted-file",

@@ -153,7 +153,10 @@ def test_a_new_version_of_code_waits_thirty_days_and_may_drop_its_files(
 def test_the_code_of_a_submission_is_read_and_not_run(request_with_submission: Path) -> None:
     with (request_with_submission / NEW / "submission.toml").open("a", encoding="utf-8") as file:
         file.write('\n[agent]\nentry = "__init__.py:make"\n')
-    commit(request_with_submission, {f"{NEW}/agent/__init__.py": "make = 1 / 0\n"})
+    commit(
+        request_with_submission,
+        {f"{NEW}/agent/{name}.py": "make = 1 / 0\n" for name in ("__init__", "_part")},
+    )
     report = checked(request_with_submission)
     assert (report.verdict, report.trains, report.problems) == ("passed", True, ())
     assert "the code is trained on the core in a box" in comment(report)

@@ -76,6 +76,7 @@ def test_the_comment_says_what_was_proven() -> None:
         ({}, "the submission is verified and has a rank"),
         ({"scores": (replace(REPORT.scores[0], runs=4),)}, "is verified.\n\nA rank needs 5 runs."),
         ({"without_policies": 4}, "gets no rank, because 4 runs published no policies"),
+        ({"kind": "edit"}, "and all runs if the settings changed, are verified on them."),
         ({"kind": "donation"}, "It is scored as soon as all runs with lower numbers are there"),
         ({"level": "reported", "repeated": 0, "episodes": 0}, "A published table is shown, without a rank"),
     ],

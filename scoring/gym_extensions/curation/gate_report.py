@@ -117,6 +117,7 @@ HEADINGS = {
 CODE = "It changes code alone, which the ordinary tests check."
 NEXT = "There is nothing more to do. After the merge, new seeds follow from the merge commit."
 SUBMISSION = "If the returns of the policies on them agree with the log, the submission is verified{}."
+EDIT = "Runs that are new or changed, and all runs if the settings changed, are verified on them."
 DONATION = (
     "If the returns of the policies on them agree with the log, the run is verified. It is scored as soon as "
     "all runs with lower numbers are there, unless the submission is withdrawn."
@@ -188,5 +189,5 @@ def _what_follows(report: GateReport) -> list[str]:
             *limits,
         ]
     submission = SUBMISSION.format("" if limits else " and has a rank")
-    follows = DONATION if report.kind == "donation" else submission
+    follows = {"donation": DONATION, "edit": EDIT}.get(report.kind, submission)
     return [TABLE if report.level == REPORTED else f"{NEXT} {follows}", *limits]

@@ -35,7 +35,7 @@ LEARNED_IN_ORDER = re.compile(
 CODE = re.compile(rf"submissions/[^/]+/{layout.AGENT}/")
 DAYS_BETWEEN = 30
 """Between two versions of the code of a submission."""
-COMPONENT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*|__init__\.py")
+COMPONENT = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 MAX_PATH = 200
 """Characters of a path."""
 
@@ -63,8 +63,8 @@ class PullRequest:
     @cached_property
     def changes(self) -> tuple[ChangedFile, ...]:
         """Its changed files, sorted by path. Files that moved with the same content are renames."""
-        arguments = ("-r", "-z", "--raw", "--no-ext-diff", "--no-textconv", "-M100%", self.start, self.head)
-        fields = iter(self.repository.run("diff-tree", *arguments).split(b"\0"))
+        options = ("-r", "-z", "--raw", "--ignore-submodules=none", "-M100%")
+        fields = iter(self.repository.run("diff-tree", *options, self.start, self.head).split(b"\0"))
         changes = []
         for meta in filter(None, fields):
             _, mode, _, _, status = meta.decode().split()
@@ -261,24 +261,25 @@ def donated_twice(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def path_characters(pull_request: PullRequest) -> Iterator[Finding]:
-    """Names have ASCII letters, digits, dots, dashes and underscores, start with a letter or digit (but
-    __init__.py), and are not reserved on some system (CON, NUL, …; a dot at the end). A path has at most 200
-    characters."""
+    """Names have ASCII letters, digits, dots, dashes and underscores, start with no dot or dash, and are
+    not reserved on some system (CON, NUL, …; a dot at the end). A path has at most 200 characters."""
     for change in pull_request.changes:
         names = change.path.split("/")
         is_plain = all(map(COMPONENT.fullmatch, names)) and len(change.path) <= MAX_PATH
         if not is_plain or any(map(layout.is_reserved, names)):
-            message = "A name is reserved or has other characters, or is too long."
+            message = "A name is reserved, has other characters, starts with a dot or dash, or is too long."
             hint = "Use letters, digits, dots, dashes and underscores, at most 200 in all."
             yield Finding(change.path[:MAX_PATH], message, hint)
 
 
 @rule
 def submission_name(pull_request: PullRequest) -> Iterator[Finding]:
-    """The name of a submission is that of a submission's folder: 1 to 64 such characters."""
+    """The name of a submission is that of a submission's folder: 1 to 64 such characters, the first a letter
+    or digit."""
     for name in pull_request.submissions:
         if not layout.NAME.fullmatch(name):
-            yield Finding(f"submissions/{name[:MAX_PATH]}", "It is not a name of a submission.", "Rename it.")
+            where = f"submissions/{name[:MAX_PATH]}"
+            yield Finding(where, "It is not a name of a submission.", layout.NAME_HINT)
 
 
 @rule
@@ -333,8 +334,8 @@ def next_version(pull_request: PullRequest) -> Iterator[Finding]:
             seconds = time.time() - float(repository.run("show", "-s", "--format=%ct", before))
             if seconds < DAYS_BETWEEN * 86400:
                 message = f"The version before was merged {count(int(seconds // 86400), 'day')} ago."
-                where = f"{folder}/{layout.AGENT}"
-                yield Finding(where, message, f"Wait until {DAYS_BETWEEN} days have passed.")
+                hint = f"After {DAYS_BETWEEN} days, close and reopen the pull request."
+                yield Finding(f"{folder}/{layout.AGENT}", message, hint)
 
 
 @rule
@@ -374,7 +375,7 @@ def too_large(pull_request: PullRequest) -> Iterator[Finding]:
         files = pull_request.files_of(name)
         total = sum(file.size or 0 for file in files)
         if len(files) > layout.MAX_FILES or total > layout.MAX_SUBMISSION_BYTES:
-            message = f"It has {len(files)} files with {total} bytes."
+            message = f"It has {len(files)} files with {total} bytes; the limits are {layout.LIMITS}."
             yield Finding(f"submissions/{name}", message, "Leave out what is not part of a submission.")
         for file in files:
             if (file.size or 0) > (limit := layout.max_bytes(file.path.split("/", 2)[2])):

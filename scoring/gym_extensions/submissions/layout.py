@@ -44,6 +44,7 @@ LOG, DOCUMENT, POLICIES, NETWORK = ".csv", ".json", ".npz", ".onnx"
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 """A submission's folder name. It becomes part of a URL."""
+NAME_HINT = "Use 1 to 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
 RUN_FILE = re.compile(
     r"run(0|[1-9][0-9]{0,8})(\.csv|\.json|\.npz|\.stage(?:0|[1-9][0-9]{0,3})(?:\.[A-Za-z0-9_.-]{1,100})?\.onnx)"
 )
@@ -75,6 +76,7 @@ MAX_POLICY_BYTES = 256 * MEBIBYTE
 """Largest size of the arrays of a run's policies."""
 MAX_SUBMISSION_BYTES = 2048 * MEBIBYTE
 MAX_FILES = 50_000
+LIMITS = f"{MAX_FILES} files and {MAX_SUBMISSION_BYTES} bytes"
 MAX_RUNS = 100
 """Most runs of a group and protocol."""
 MAX_DEPTH = 4

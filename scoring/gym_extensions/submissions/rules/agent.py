@@ -1,7 +1,7 @@
 """Rules about the code of an agent. Its text is judged, by ``ast``; nothing of it runs.
 
 They bound its size, numbers and strings, so that an agent is a short text that a reader can judge. They do
-not keep all weights out: a linear policy fits, and comments and docstrings can hold a network
+not keep all weights out: a linear policy fits, and packed numbers, comments and docstrings can hold a network
 (docs/security.md).
 """
 
@@ -181,8 +181,9 @@ def foreign_package(sources: Sources, stated: Stated) -> Iterator[Finding]:
 
 @rule("agent")
 def hidden_import(sources: Sources, stated: Stated) -> Iterator[Finding]:
-    """The code imports by statements alone: it names no ``import_module``, ``__import__`` or the like, nor
-    ``exec`` and ``eval``, which run a text. (Methods of these two names are free.)"""
+    """The code names no ``import_module``, ``__import__`` or the like, nor ``exec`` and ``eval``, which run a
+    text. (Methods of these two names are free. Longer ways, such as ``pkgutil``, are not found; they lead to
+    the packages of the box alone.)"""
     for path, tree in parsed(sources).items():
         for node in ast.walk(tree):
             match node:

@@ -57,8 +57,7 @@ def folder_name(folder: Folder) -> Iterator[Finding]:
     digit, because it becomes part of a URL. No system reserves it (CON, NUL, …), and it does not end in a
     dot."""
     if not layout.NAME.fullmatch(folder.name) or layout.is_reserved(folder.name):
-        hint = "Use 1 to 64 letters, digits, dots, dashes and underscores; start with a letter or digit."
-        yield Finding(folder.name, f"The folder's name is '{folder.name}'.", hint)
+        yield Finding(folder.name, f"The folder's name is '{folder.name}'.", layout.NAME_HINT)
 
 
 @rule("folder")
@@ -151,8 +150,7 @@ def too_large(folder: Folder) -> Iterator[Finding]:
             yield Finding(item.path, message, "Leave out everything that the format does not need.")
     if not folder.is_within_limits:
         count, total = len(folder.files), sum(item.size for item in folder.files.values())
-        limits = f"{layout.MAX_FILES} files and {layout.MAX_SUBMISSION_BYTES} bytes"
-        message = f"The submission has {count} files and {total} bytes; the limits are {limits}."
+        message = f"The submission has {count} files and {total} bytes; the limits are {layout.LIMITS}."
         hint = "Submit fewer runs, or let the policies lie elsewhere (docs/rollout-log.md)."
         yield Finding(folder.name, message, hint)
 
