@@ -53,9 +53,8 @@ def validate(out: Path, groups: Iterable[TaskGroup] = ()) -> None:
     with _reports_access(out):
         name = out.resolve().name
         if not layout.NAME.fullmatch(name):
-            raise BenchError(
-                "bad-out", f"{name!r} is not a valid submission name.", str(out), layout.NAME_HINT
-            )
+            message = f"{name!r} is not a valid submission name."
+            raise BenchError("bad-out", message, str(out), layout.NAME_HINT)
         around = next((each for each in out.resolve().parents if (each / MANIFEST).exists()), None)
         if around and not layout.TRAINED_VERSION.fullmatch(out.resolve().relative_to(around).as_posix()):
             raise BenchError("bad-out", f"It is inside the submission {around}.", str(out), ANOTHER)

@@ -114,7 +114,6 @@ HEADINGS = {
     "refused": "Refused",
     "not-judged": "Not a submission",
 }
-CODE = "It changes code alone, which the ordinary tests check."
 NEXT = "There is nothing more to do. After the merge, new seeds follow from the merge commit."
 SUBMISSION = "If the returns of the policies on them agree with the log, the submission is verified{}."
 EDIT = "Runs that are new or changed, and all runs if the settings changed, are verified on them."
@@ -150,7 +149,7 @@ def comment(report: GateReport) -> str:
     if report.submission:
         parts.append(f"Submission `{report.submission}`.")
     if report.verdict == "not-judged":
-        parts.append(CODE)
+        parts.append("It changes code alone, which the ordinary tests check.")
     if report.problems:
         lines = [f"{each.where}: {each.rule}: {each.message} {each.hint}" for each in report.problems]
         parts.append(code_block(lines, report.more_problems))

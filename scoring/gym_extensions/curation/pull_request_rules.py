@@ -274,12 +274,10 @@ def path_characters(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def submission_name(pull_request: PullRequest) -> Iterator[Finding]:
-    """The name of a submission is that of a submission's folder: 1 to 64 such characters, the first a letter
-    or digit."""
+    """The name of a submission has 1 to 64 such characters, of which the first is a letter or digit."""
     for name in pull_request.submissions:
         if not layout.NAME.fullmatch(name):
-            where = f"submissions/{name[:MAX_PATH]}"
-            yield Finding(where, "It is not a name of a submission.", layout.NAME_HINT)
+            yield Finding(f"submissions/{name}", "It is not a name of a submission.", layout.NAME_HINT)
 
 
 @rule

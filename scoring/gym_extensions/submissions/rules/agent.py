@@ -182,8 +182,7 @@ def foreign_package(sources: Sources, stated: Stated) -> Iterator[Finding]:
 @rule("agent")
 def hidden_import(sources: Sources, stated: Stated) -> Iterator[Finding]:
     """The code names no ``import_module``, ``__import__`` or the like, nor ``exec`` and ``eval``, which run a
-    text. (Methods of these two names are free. Longer ways, such as ``pkgutil``, are not found; they lead to
-    the packages of the box alone.)"""
+    text. (Methods of these two names are free. Longer ways, such as ``pkgutil``, are not found.)"""
     for path, tree in parsed(sources).items():
         for node in ast.walk(tree):
             match node:
