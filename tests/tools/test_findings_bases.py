@@ -73,7 +73,9 @@ def test_equal_means_of_two_are_tested_by_welch_s_t_test_and_of_more_by_his_anal
 def test_means_without_variance_are_equal_or_not() -> None:
     constant, other = summary([1.0, 1.0]), summary([1.0, 3.0])
     assert equal_means_p([constant, constant]) == 1
-    assert equal_means_p([constant, other]) == 0
+    assert equal_means_p([constant, summary([2.0, 2.0])]) == 0
+    assert equal_means_p([constant, other]) == pytest.approx(zero_mean_p(subtract(constant, other)))
+    assert equal_means_p([constant, constant, summary([2.0, 2.0]), other]) == pytest.approx(0, abs=1e-9)
 
 
 def test_the_section_names_what_has_no_runs_and_claims_nothing_of_it() -> None:

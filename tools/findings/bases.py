@@ -37,13 +37,13 @@ def submission(base: str, addition: str = "") -> str:
 def equal_means_p(estimates: Sequence[Summary]) -> float:
     """The p value of equal means of two or more independent estimates (Welch 1951).
 
-    Their variances may differ. Of two it is that of Welch's t test. If one has no variance, it is 1 for equal
+    Their variances may differ. Of two it is that of Welch's t test. If none has a variance, it is 1 for equal
     means and 0 for others.
     """
     means, errors, df = np.array([(each.mean, each.squared_error, each.df) for each in estimates]).T
-    if not errors.all():
+    if not errors.any():
         return float((means == means[0]).all())
-    weights, count = 1 / errors, len(means)
+    weights, count = 1 / np.maximum(errors, 1e-12 * errors.max()), len(means)
     shares = weights / weights.sum()
     between = weights @ (means - shares @ means) ** 2 / (count - 1)
     spread = ((1 - shares) ** 2 / df).sum() / (count * count - 1)
