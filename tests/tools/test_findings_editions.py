@@ -2,8 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+import msgspec
 import pandas as pd
 import pytest
 from jinja2 import Environment, FileSystemLoader
@@ -11,18 +13,19 @@ from jinja2 import Environment, FileSystemLoader
 from gym_extensions.catalog.groups import CORES
 from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.ranking.boards import CoreBoard
-from tools.findings import editions, findings
+from tools.findings import editions, findings, hypotheses
 from tools.findings.editions import ALONE, Statement, outcomes
-from tools.findings.orders import turned
+from tools.findings.hypotheses import Verdict
 from tools.findings.tables import FINAL, LEARNED, LOST, Against, Method, Value
 
-from ..conftest import MANIFEST
+from ..conftest import MANIFEST, refused
+from ..curation.repositories import git
 
 GROUPS = CORES["core-v1"]
 
 
 def statement(*of: str, mean: float, verdict: str, metric: str = FINAL, group: str = "") -> Statement:
-    return Statement(of, metric, group, Value(mean, mean - 0.1, mean + 0.1), verdict)
+    return Statement(of, metric, group, Value(mean, mean - 0.1, mean + 0.1), verdict, (10, 20)[: len(of)])
 
 
 def test_a_statement_is_withdrawn_if_its_verdict_or_its_direction_is_another_one() -> None:
@@ -45,9 +48,12 @@ def test_a_statement_is_withdrawn_if_its_verdict_or_its_direction_is_another_one
     found = outcomes(first, second)
     assert [before for before, _ in found.withdrawn] == first[:4]
     assert [before for before, _ in found.kept] == first[4:]
-    assert found.kept[0][1].of == ("reset", "trpo")
+    turned = found.kept[0][1]
+    assert (turned.of, turned.runs) == (("reset", "trpo"), (20, 10))
     before, after = map(str, found.withdrawn[0])
-    assert (before, after) == ("0.20 (0.10 to 0.30), significant", "0.02 (−0.08 to 0.12), not significant")
+    assert before == "0.20 (0.10 to 0.30), significant; 10 and 20 runs"
+    assert after == "0.02 (−0.08 to 0.12), not significant; 10 and 20 runs"
+    assert str(first[3]).endswith("significant; 10 runs")
 
 
 def test_what_is_not_compared_again_is_neither_kept_nor_withdrawn() -> None:
@@ -72,16 +78,40 @@ def test_what_was_learned_minus_each_task_alone_is_significant_by_its_interval()
     assert [each.verdict for each in found] == ["separated", "separated", "open"]
 
 
-def test_statements_are_stored_with_six_decimals(tmp_path: Path) -> None:
-    stored = statement("a", "b", mean=1 / 3, verdict="open")
-    editions.write_statements(tmp_path / "a.json", [stored])
-    (found,) = editions.read_statements(tmp_path / "a.json")
-    assert found.value[0] == 0.333333
-    assert (found.of, found.verdict) == (stored.of, stored.verdict)
+def test_what_an_edition_states_stays_once_it_is_closed(tmp_path: Path) -> None:
+    first, second = (statement("a", "b", mean=mean, verdict="open") for mean in (0.25, 0.5))
+    stored = partial(editions.stored, tmp_path / "a.json", Statement)
+    assert stored(lambda: [first], is_open=False) == []
+    assert stored(lambda: [first], is_open=True) == [first]
+    assert stored(lambda: [second, second], is_open=True) == [second, second]
+    assert stored(lambda: [first], is_open=False) == [second, second]
+
+
+def test_verdicts_are_given_once_with_their_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(findings, "ROOT", tmp_path)
+    monkeypatch.setattr(findings, "HYPOTHESES", tmp_path / "hypotheses.json")
+    given = [Verdict("H1", "p = 0.01", "confirmed")]
+    monkeypatch.setattr(
+        hypotheses,
+        "tested",
+        lambda cards, commit: [msgspec.structs.replace(each, commit=commit) for each in given],
+    )
+    (tmp_path / "submissions").mkdir()
+    (tmp_path / "submissions/a").write_text("")
+    git(tmp_path, "init", "-q")
+    assert findings.verdicts({}, is_early=True) == []
+    with refused("not-committed", "submissions/a"):
+        findings.verdicts({}, is_early=False)
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "runs")
+    (found,) = findings.verdicts({}, is_early=False)
+    assert found.commit == git(tmp_path, "rev-parse", "HEAD")
+    given.clear()
+    assert findings.verdicts({}, is_early=True) == findings.verdicts({}, is_early=False) == [found]
 
 
 def test_the_committed_statements_are_those_of_the_first_edition() -> None:
-    found = editions.read_statements(findings.FIRST_EDITION)
+    found = editions.stored(findings.FIRST_EDITION, Statement, list, is_open=False)
     on_groups = [each.group for each in found if each.metric == LOST and each.of == ("trpo",)]
     assert sorted(on_groups) == sorted(name.rpartition("-v")[0] for name in GROUPS)
     assert {name for each in found for name in each.of if name.endswith("-tuned")} == set()
@@ -105,20 +135,6 @@ def test_a_group_has_the_runs_that_were_trained_here(make_submission: Callable[.
     assert groups[GROUPS[0]]["single"] is log
     few = replace(card, trained={GROUPS[0]: here})
     assert editions.as_compared(few).groups == own
-
-
-@pytest.mark.usefixtures("known")
-def test_runs_of_an_author_are_compared_with_his_own_alone(make_submission: Callable[..., Path]) -> None:
-    """As those in descending order, which are of the first edition."""
-    card = score_folder(make_submission(name="a", runs=(0, 1), protocols=("sequential", "descending")))
-    (group,) = card.groups
-    assert len(turned([editions.of_author(card)])) == 1
-    here = replace(card.groups[group]["sequential"], level="trained here")
-    card = replace(card, groups={group: card.groups[group] | {"sequential": here}, "b": {"sequential": here}})
-    assert {name: list(logs) for name, logs in editions.of_author(card).groups.items()} == {
-        group: ["descending"]
-    }
-    assert turned([editions.of_author(card)]) == []
 
 
 @pytest.mark.parametrize("is_learned_score", [True, False])

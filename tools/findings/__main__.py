@@ -1,4 +1,4 @@
-"""Writes docs/findings.md, docs/reproduction.md and their figures from the committed submissions."""
+"""Writes docs/findings.md, docs/reproduction.md, their figures and the results of the README."""
 
 import argparse
 

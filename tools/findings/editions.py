@@ -1,21 +1,22 @@
-"""The two editions of the core: what the first one stated, and whose runs the page reads.
+"""The two editions of the core: what each has stated for good, and whose runs the page reads.
 
-``docs/findings/first-edition.json`` has the statements of the first edition, so that its runs may leave the
-tree. It is written with the page until a run of the core was trained here, and only read from then on.
+Of the first edition these are its statements and a page, so that its runs may leave the tree: they are
+written with the page until a run of the core was trained here. Of the second one, the verdicts on its
+hypotheses, which are written once.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import msgspec
 
+from gym_extensions import references
 from gym_extensions.files import write_text
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import core_logs, suite_scores
-from gym_extensions.submissions.review import TRAINED_HERE
 from tools.findings.claims import Gain
 from tools.findings.tables import (
     CORE,
@@ -29,6 +30,7 @@ from tools.findings.tables import (
     of_edition,
 )
 
+Row = TypeVar("Row", bound=msgspec.Struct)
 OPEN, SEPARATED = "open", "separated"
 ALONE = "each task alone"
 WORDS = {FINAL: "at the end", LEARNED: "learned", LOST: "forgetting"}
@@ -43,13 +45,12 @@ def as_compared(card: Scorecard) -> Scorecard:
     return replace(card, groups=groups, suites=suite_scores(groups))
 
 
-def of_author(card: Scorecard) -> Scorecard:
-    """The scorecard with the author's own runs alone: partners of runs that were not trained here."""
-    own = {
-        name: {protocol: log for protocol, log in logs.items() if log.level != TRAINED_HERE}
-        for name, logs in card.groups.items()
-    }
-    return replace(card, groups={name: logs for name, logs in own.items() if logs})
+def stored(path: Path, kind: type[Row], state: Callable[[], Sequence[Row]], *, is_open: bool) -> list[Row]:
+    """What a file states for good, a row per line of JSON; nothing without it. While open, it is written."""
+    if is_open:
+        lines = (msgspec.json.encode(each).decode() for each in state())
+        write_text(path, "[\n" + ",\n".join(lines) + "\n]\n")
+    return msgspec.json.decode(path.read_bytes(), type=list[kind]) if path.exists() else []  # type: ignore[valid-type]
 
 
 class Statement(msgspec.Struct, frozen=True):
@@ -59,7 +60,9 @@ class Statement(msgspec.Struct, frozen=True):
         of: two names, whose difference it is, or one.
         metric: name of the metric.
         group: name of the group; empty for the mean over the core.
+        value: with six decimals.
         verdict: ``separated`` (from 0), ``equivalent`` or ``open``.
+        runs: how many it is over, of each name.
     """
 
     of: tuple[str, ...]
@@ -67,6 +70,7 @@ class Statement(msgspec.Struct, frozen=True):
     group: str
     value: Value
     verdict: str
+    runs: tuple[int, ...] = ()
 
     @property
     def subject(self) -> str:
@@ -82,10 +86,12 @@ class Statement(msgspec.Struct, frozen=True):
     def turned(self) -> "Statement":
         """The same about the second name minus the first."""
         mean, low, high = self.value
-        return Statement(self.of[::-1], self.metric, self.group, Value(-mean, -high, -low), self.verdict)
+        value = Value(-mean, -high, -low)
+        return msgspec.structs.replace(self, of=self.of[::-1], value=value, runs=self.runs[::-1])
 
     def __str__(self) -> str:
-        return f"{self.value}, {VERDICTS[self.verdict]}"
+        runs = " and ".join(map(str, dict.fromkeys(self.runs)))
+        return f"{self.value}, {VERDICTS[self.verdict]}; {runs} runs"
 
 
 def statements(
@@ -101,14 +107,17 @@ def statements(
             whose interval does not contain 0.
     """
 
-    def verdict(is_separated: bool) -> str:
-        return SEPARATED if is_separated else OPEN
-
+    looks = {row.name: row.look for row in board.rows}
+    looks.update((ALONE, each.runs) for each in board.references if each.name == references.ALONE)
     found = [
         Statement((pair.first, pair.second), metric, "", Value(pair.mean, pair.low, pair.high), pair.verdict)
         for metric, pairs in board.pairs.items()
         for pair in pairs
     ]
+
+    def verdict(is_separated: bool) -> str:
+        return SEPARATED if is_separated else OPEN
+
     for row in forgetting:
         if row.group in CORE:
             of = (FINE_TUNING,)
@@ -117,21 +126,14 @@ def statements(
     others = [(both, FINAL, each.group, each.gain) for each in gains]
     others += [((name, ALONE), LEARNED, "", value) for name, value in alone.items()]
     found += [Statement(*each, verdict(not each[-1].low <= 0 <= each[-1].high)) for each in others]
-    return found
 
+    def complete(each: Statement) -> Statement:
+        runs = [looks.get(name, 0) for name in each.of]
+        runs = runs if each.group or ALONE in each.of else [min(runs)] * 2  # those of the last look of both
+        value = Value(*(round(end, 6) for end in each.value))
+        return msgspec.structs.replace(each, value=value, runs=tuple(runs))
 
-def write_statements(path: Path, found: Sequence[Statement]) -> None:
-    """Writes statements as JSON, one per line, with six decimals."""
-    rounded = (
-        msgspec.structs.replace(each, value=Value(*(round(x, 6) for x in each.value))) for each in found
-    )
-    lines = (msgspec.json.encode(each).decode() for each in rounded)
-    write_text(path, "[\n" + ",\n".join(lines) + "\n]\n")
-
-
-def read_statements(path: Path) -> list[Statement]:
-    """The statements in such a file."""
-    return msgspec.json.decode(path.read_bytes(), type=list[Statement])
+    return [complete(each) for each in found]
 
 
 class Outcomes(NamedTuple):

@@ -4,7 +4,8 @@ Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables
 """
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank
 from gym_extensions.submissions.landscapes import best, landscapes_of
+from gym_extensions.verification.git import Repository
 from tools.findings import bases, claims, editions, hypotheses, tables
 from tools.findings.figures import draw_groups, draw_retention, write_picture
 from tools.findings.orders import ends_by_task, orders, turned
@@ -32,17 +34,20 @@ from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LO
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
-IMAGES = ROOT / "docs" / "images"
-FIRST_EDITION = FOLDER / "first-edition.json"
-TRAINED_SNAPSHOTS = "TRPO with a copy of its policy per learned task, picked by the task label."
-"""The description of the runs of ``snapshots`` that were trained here; its author's were assembled."""
+IMAGES, README = ROOT / "docs" / "images", ROOT / "README.md"
+RESULTS = re.compile(r"(?<=<!-- findings -->\n).*?(?=<!-- end -->)", re.DOTALL)
+"""The part of the README that is written with the page."""
+FIRST_EDITION, HYPOTHESES = FOLDER / "first-edition.json", FOLDER / "hypotheses.json"
 NOT_COMPARED = {"random", "zero", *IN_OTHER_WAYS, "trpo-2017", "trpo-2017-paper", "trpo-2017-paper-hopper"}
 
 
 def jinja() -> Environment:
     """The templates of the pages, which refuse a name that nothing defines."""
     here = FileSystemLoader(Path(__file__).parent)
-    return Environment(loader=here, undefined=StrictUndefined, trim_blocks=True)
+    made = Environment(loader=here, undefined=StrictUndefined, trim_blocks=True)
+    made.globals |= {"fmt": partial(fixed, digits=2), "rank": rank, "Value": tables.Value}
+    made.globals |= {"percent": tables.percent, "sides": tables.sides}
+    return made
 
 
 def of_runs(card: Scorecard, metric: str = LOST) -> dict[str, Sequence[float]]:
@@ -61,8 +66,18 @@ def landscape(submissions: Path, *names: str, group: str = "hopper-gravity") -> 
     raise BenchError("no-landscape", f"{names[0]} has no landscape.", str(submissions), hint)
 
 
+def verdicts(cards: Mapping[str, Scorecard], is_early: bool) -> list[hypotheses.Verdict]:
+    """The verdicts on the hypotheses: given once, with what is committed, and as stored from then on."""
+
+    def give() -> list[hypotheses.Verdict]:
+        return hypotheses.tested(cards, Repository(ROOT).fixed(ROOT, ["submissions", "scoring", "tools"]))
+
+    is_open = not (is_early or HYPOTHESES.exists())
+    return editions.stored(HYPOTHESES, hypotheses.Verdict, give, is_open=is_open)
+
+
 def main() -> None:
-    """Writes the page and its figures, and in the first edition the file of its statements."""
+    """Writes the page and its figures, the results of the README, and what an edition states for good."""
     submissions = ROOT / "submissions"
     own = {folder.name: card for folder, card in valid_scorecards(submissions, make_scorer()).items()}
     cards = {name: editions.as_compared(card) for name, card in own.items()}
@@ -80,8 +95,22 @@ def main() -> None:
     alone = claims.less_than_alone(board, cards)
     without_runs = lacking({row.name: row.look for row in board.rows if row.ranked})
     stated = editions.statements(board, groups, gains, alone)
-    if not any(map(is_trained_here, own.values())):
-        editions.write_statements(FIRST_EDITION, stated)
+    effects, templates = results.order_effects(submissions), jinja()
+    templates.globals |= {"FINAL": FINAL, "LEARNED": LEARNED, "LOST": LOST, "fine_tuning": FINE_TUNING}
+    templates.globals |= {"cloning": cloning, "packnet": packnet, "edition": edition}
+    templates.globals |= {"pair_of": partial(tables.against, board)}
+    is_first = not any(map(is_trained_here, own.values()))
+    before = editions.stored(FIRST_EDITION, editions.Statement, lambda: stated, is_open=is_first)
+    if is_first:
+        page = templates.get_template("first-edition.md.jinja").render(
+            transfer_titles=[BY_NAME[name].title for name in tables.TRANSFERS],
+            transfers=tables.transfers(metrics),
+            practice=tables.practice_by_other_runs(results.evaluations(submissions / FINE_TUNING)),
+            descending=orders(metrics, effects, "descending"),
+            turned=turned(list(cards.values())),
+        )
+        write_text(FIRST_EDITION.with_suffix(".md"), page + "\n")
+    templates.globals |= {"hypotheses": verdicts(own, bool(without_runs))}
 
     write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
     draw_groups(list(finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
@@ -94,27 +123,20 @@ def main() -> None:
     policies = policies[policies["group"].isin([group.id for group in CORE])]
     trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
     scored = {row.group.name for row in groups}
-    descriptions = {name: card.manifest.description for name, card in cards.items() if card.manifest}
-    if is_trained_here(own[claims.SNAPSHOTS]):
-        descriptions[claims.SNAPSHOTS] = TRAINED_SNAPSHOTS
-    effects, authors = results.order_effects(submissions), list(map(editions.of_author, own.values()))
-    templates = jinja()
-    templates.globals.update(
-        fmt=partial(fixed, digits=2), rank=rank, Value=tables.Value, percent=tables.percent
-    )
-    templates.globals.update(pair_of=partial(tables.against, board, FINAL), sides=tables.sides)
+    joint, *_ = other_ways = [
+        tables.Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()
+    ]
+    known = {method.row["name"]: method for method in methods}
+    block = templates.get_template("readme.md.jinja").render(known=known, joint=joint)
+    write_text(README, RESULTS.sub(lambda _: block + "\n", README.read_text("utf-8")))
     text = templates.get_template("page.md.jinja").render(
         budget=STANDARD_BUDGET,
-        fine_tuning=FINE_TUNING,
         core=[group.name for group in CORE],
         methods=methods,
-        descriptions=descriptions,
+        descriptions={name: card.manifest.description for name, card in cards.items() if card.manifest},
         improvements=tables.improvements(methods, cards),
-        other_ways=[tables.Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()],
+        other_ways=other_ways,
         incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
-        LEARNED=LEARNED,
-        FINAL=FINAL,
-        LOST=LOST,
         finals=finals.items(),
         losses=tables.by_group(metrics, names, LOST),
         learned=learned,
@@ -126,9 +148,6 @@ def main() -> None:
             if name in trained
         ],
         open_tasks={name: each for name, each in tables.open_tasks().items() if name in scored},
-        transfer_titles=[BY_NAME[name].title for name in tables.TRANSFERS],
-        transfers=tables.transfers(metrics_frame([own[FINE_TUNING]])),
-        practice=tables.practice_by_other_runs(results.evaluations(submissions / FINE_TUNING)),
         replay={
             metric: tables.replay({name: of_runs(cards[name], metric) for name in REPLAY})
             for metric in (LEARNED, FINAL, LOST)
@@ -140,12 +159,8 @@ def main() -> None:
             for group, logs in reference.groups.items()
             if (log := logs.get("sequential")) and log.metrics[LOST].runs
         },
-        edition=edition,
-        outcomes=editions.outcomes(editions.read_statements(FIRST_EDITION), stated),
+        outcomes=editions.outcomes(before, stated),
         lacking=without_runs,
-        hypotheses=[] if without_runs else hypotheses.tested(own),
-        cloning=cloning,
-        packnet=packnet,
         gains=gains,
         correlated=correlated,
         differences=claims.differences(cards, cloning, packnet),
@@ -158,9 +173,7 @@ def main() -> None:
             for group in CORE
             if group.id in SUITES["gravity"]
         },
-        descending=orders(metrics_frame(authors), effects, "descending"),
         balanced=orders(metrics, effects, "balanced"),
-        turned=turned(authors),
         bases=bases.base_by_addition(
             {
                 name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}

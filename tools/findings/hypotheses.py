@@ -1,12 +1,14 @@
 """The hypotheses of the second edition and their verdicts, as docs/findings/plan.md states them.
 
-The plan and this module were written before any run of the second edition existed.
+The plan and this module were written before any run of the second edition existed. The verdicts are written
+once, to ``docs/findings/hypotheses.json``.
 """
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+import msgspec
 import numpy as np
 
 from gym_extensions.catalog.groups import CORE, CORES
@@ -28,13 +30,13 @@ FORGETTING = tuple(name for name in CORES[CORE] if not name.startswith("hopper-b
 WORDS = {FINAL: "at the end", LOST: "forgetting"}
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """A hypothesis by its number, what was found, and whether that confirms it."""
+class Verdict(msgspec.Struct, frozen=True):
+    """A hypothesis by its number, what was found, whether that confirms it, and the commit of the runs."""
 
     name: str
     found: str
     verdict: str
+    commit: str = ""
 
 
 def directed(board: CoreBoard, name: str) -> Verdict:
@@ -86,7 +88,7 @@ def verdicts(board: CoreBoard, lost: GroupRuns) -> list[Verdict]:
     return [*pairs, *forgetting(lost), penalties(board)]
 
 
-def tested(cards: Mapping[str, Scorecard]) -> list[Verdict]:
+def tested(cards: Mapping[str, Scorecard], commit: str = "") -> list[Verdict]:
     """All verdicts, over runs 0 to 9, by the scorecards by name. Later runs test nothing again."""
 
     def of_plan(card: Scorecard) -> Scorecard:
@@ -97,4 +99,5 @@ def tested(cards: Mapping[str, Scorecard]) -> list[Verdict]:
     planned = {name: of_plan(card) for name, card in cards.items()}
     board = core_board(list(planned.values()))
     assert board is not None
-    return verdicts(board, runs_of(planned[FINE_TUNING], LOST))
+    found = verdicts(board, runs_of(planned[FINE_TUNING], LOST))
+    return [msgspec.structs.replace(each, commit=commit) for each in found]

@@ -190,7 +190,7 @@ class Repository:
         Raises ``BenchError`` if one is not committed as it is, or the clone lacks older commits.
         """
         inside = self.inside(folder)
-        paths = [f"{inside}/{name}" for name in names]
+        paths = [f"{inside}/{name}".removeprefix("./") for name in names]
         specs = (f":(top,literal){path}" for path in paths)
         changed = self.run("status", "--porcelain", "--untracked-files=all", "--", *specs)
         commit = "" if changed else self.last_change(self.commit("HEAD"), paths)

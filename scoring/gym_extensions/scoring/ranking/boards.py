@@ -231,7 +231,9 @@ class CorePair:
     high: Annotated[float, about("upper end of the interval, adjusted for all pairs and looks")]
     p_value: Annotated[float, about("adjusted for all pairs (Holm) and looks; at most .05 if separated")]
     verdict: Annotated[Verdict, about("`separated`, `equivalent` (interval inside the margin), or `open`")]
-    exploratory: Annotated[bool, about("false if the plan names the pair, and all its methods have ten runs")]
+    exploratory: Annotated[
+        bool, about("false if the plan names the pair, and its methods alone have ten runs")
+    ]
     next_look: Annotated[int | None, about("the look that may decide it; null if decided or after the last")]
 
 

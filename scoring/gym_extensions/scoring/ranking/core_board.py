@@ -48,7 +48,9 @@ PLANNED = (
 """The pairs that the plan of the second edition (docs/findings/plan.md) names: hypothesis, submissions,
 metric. All other pairs are exploratory."""
 PLANNED_RUNS = 10
-"""Of each of these submissions, when the pairs are tested; before, they are exploratory as well."""
+PLANNED_LOOKS = {name: PLANNED_RUNS for _, *names, _ in PLANNED for name in names}
+"""The runs of these submissions when their pairs are tested, once: before and afterwards, with other runs or
+submissions, they are exploratory as well."""
 KEY = boards.BoardKey(CORE, "sequential", STANDARD_BUDGET, False)
 GroupRuns = tuple[tuple[float, ...], ...]
 """One value per run, by group."""
@@ -94,12 +96,11 @@ def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired:
 
 
 def lacking(looks: Mapping[str, int]) -> list[str]:
-    """The submissions of the plan of which fewer than ``PLANNED_RUNS`` runs are compared.
+    """The submissions of the plan of which too few runs are compared.
 
     ``looks`` are those of the ranked submissions, by name.
     """
-    planned = dict.fromkeys(name for _, *names, _ in PLANNED for name in names)
-    return [name for name in planned if looks.get(name, 0) < PLANNED_RUNS]
+    return [name for name, runs in PLANNED_LOOKS.items() if looks.get(name, 0) < runs]
 
 
 def compared_pairs(
@@ -265,7 +266,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     ranked = {row.name: method for row in rows if row.ranked and (method := methods[row.name])}
     notes = {row.name: values.retention_note(row.metrics, alone) for row in rows if row.name in ranked}
     learners = [method for name, method in ranked.items() if not notes[name]]
-    as_planned = edition > 1 and not lacking({name: method.look for name, method in ranked.items()})
+    as_planned = edition > 1 and {name: method.look for name, method in ranked.items()} == PLANNED_LOOKS
     # Two families of pairs, each at 5 %.
     families = {FINAL.name: list(ranked.values()), FORGETTING.name: learners}
     pairs = {
