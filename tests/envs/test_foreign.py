@@ -141,6 +141,22 @@ def test_what_an_environment_returns_is_made_regular(task_of: Callable[..., Any]
     assert several.step(np.full((2, 1), 0.25, np.float32))[1].tolist() == [0.25, 0.25]
 
 
+def own_array(self: Any) -> Any:
+    """One array for all observations, as in many environments, which is 0 after every 200 steps."""
+    self.array = getattr(self, "array", np.zeros(2, np.float32))
+    self.array[:] = self.rng.uniform(-1, 1, 2) if self.steps % 200 else 0
+    return self.array
+
+
+def test_an_observation_does_not_change_in_later_steps(task_of: Callable[..., Any]) -> None:
+    task = task_of(type("OwnArray", (Odd,), {"seen": own_array}), max_episode_steps=2000)
+    foreign.check([task])
+    env = make(task)
+    first, _ = env.reset(seed=0)
+    env.step(np.zeros(1, np.float32))
+    assert first.tolist() == [0, 0]
+
+
 def raises(error: Exception) -> Any:
     """A method that raises it."""
 
@@ -155,6 +171,10 @@ BROKEN: dict[str, tuple[dict[str, Any], str]] = {
     "Unseeded": (
         {"reset": lambda self, **_: Odd.reset(self)},
         "differ at step 0. Call super().reset(seed=seed), and draw every random number from",
+    ),
+    "UnseededOwnArray": (
+        {"seen": own_array, "reset": lambda self, **_: Odd.reset(self)},
+        "differ at step 1.",
     ),
     "SeededWhenMade": ({"steps": 0, "reset": lambda self, **_: (self.seen(), {})}, "differ at step 0."),
     "GlobalGenerator": (

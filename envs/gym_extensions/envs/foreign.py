@@ -27,7 +27,7 @@ REWARD = Box(-np.inf, np.inf, (1,), np.float64)
 class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
     """An environment of another package. It reports no success, because its task defines none.
 
-    Observations are arrays of the type of their space, rewards and ends are plain numbers.
+    Observations are new arrays of the type of their space, rewards and ends are plain numbers.
 
     Raises ``BenchError`` if the environment raises an error, returns another number of values, or a value
     that is not finite or has another shape. It names the task, the step of the episode and the action.
@@ -69,8 +69,8 @@ class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
 
     def _array(self, name: str, value: Any, space: Any, where: str) -> NDArray[Any]:
         try:
-            array = np.asarray(value, space.dtype)
-            is_same = array is value or array.dtype.kind == "f" or np.array_equal(array, value)
+            array = np.array(value, space.dtype)  # a copy: many environments change one array of their own
+            is_same = array.dtype.kind == "f" or np.array_equal(array, value)
         except (TypeError, ValueError, OverflowError):
             is_same = False
         if not is_same:
