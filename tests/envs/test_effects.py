@@ -1,5 +1,6 @@
 """The wall, noise on the motors and the sensor, and goals that move during the episode."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
@@ -8,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from gym_extensions.catalog.bodies import Rectangle
+from gym_extensions.catalog.bodies import Body, Rectangle
+from gym_extensions.envs import Variation, customize, make, make_vec
 from gym_extensions.envs.effects import move
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.range_beams import beam_noise, disturb
@@ -33,6 +35,28 @@ def test_the_wall_is_the_box_of_the_specification(name: str) -> None:
     assert (wall.contype[0], wall.conaffinity[0], wall.condim[0], wall.priority[0]) == (1, 1, 1, 1)
     assert env.model.body("wall").id == env.model.nbody - 1
     assert env.model.body("wall").mass[0] == 0
+
+
+@dataclass(frozen=True)
+class Hurdle(Variation):
+    """Adds a box without contacts, which a program can move: a variation of a user."""
+
+    x: float
+
+    def apply(self, body: Body, spec: Any) -> None:
+        hurdle = spec.worldbody.add_body(name="hurdle", mocap=True, pos=(self.x, 0, 0.05))
+        hurdle.add_geom(size=(0.05, 0, 0), mass=0, contype=0, conaffinity=0)
+
+
+@pytest.mark.parametrize("name", ["HopperWall", "HumanoidWall", "StrikerMovingStart", "StrikerTrackingGoal"])
+def test_walls_and_goals_leave_a_users_own_bodies_in_place(name: str) -> None:
+    env, plain = make(name, [Hurdle(0.7)]).unwrapped, make(name).unwrapped
+    vector: Any = make_vec(customize(name, [Hurdle(0.7)]), 2)
+    assert np.array_equal(env.reset(seed=1)[0], plain.reset(seed=1)[0])
+    assert np.array_equal(vector.reset(seed=1)[0][0], plain.reset(seed=1)[0])
+    assert env.data.body("hurdle").xpos.tolist() == [0.7, 0, 0.05]  # type: ignore[attr-defined]
+    places = [row[:, 0].tolist() for row in vector.states()["mocap_pos"]]
+    assert all(0.7 in row and len(set(row)) == 2 for row in places)
 
 
 @pytest.mark.parametrize("name", ["HopperWall", "HalfCheetahWall"])

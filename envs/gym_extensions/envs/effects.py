@@ -83,20 +83,20 @@ class WallEffect(Effect):
 
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         self._walls = [variation_of(template.task, variations.Wall) for template in templates]
+        self._rest = [each.model.body_pos[each.model.body_mocapid >= 0] for each in templates]
+        self._wall = templates[0].model.body(variations.WALL).mocapid[0]
 
     @staticmethod
     def shard_key(variation: variations.Wall) -> object:
         return variation.half_sizes
 
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
-        """Adds ``mocap_pos``, the walls' centers."""
-        centers = np.zeros((len(indices), 1, 3))
+        """Adds ``mocap_pos``, with the walls' centers."""
+        starts["mocap_pos"] = np.array([self._rest[index] for index in indices])
         for row, (index, generator) in enumerate(zip(indices, generators, strict=True)):
             wall = self._walls[index]
-            centers[row, 0] = wall.rest
             if not wall.parked:
-                centers[row, 0, 0] = generator.uniform(wall.nearest, wall.farthest)
-        starts["mocap_pos"] = centers
+                starts["mocap_pos"][row, self._wall, 0] = generator.uniform(wall.nearest, wall.farthest)
 
 
 @functools.cache
@@ -113,11 +113,11 @@ class RangeSensorEffect(Effect):
     def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
         self._num_envs = len(templates)
         self._fan = range_beams.FANS[templates[0].task.body.beams]
-        self._lift = templates[0].root_lift
-        self._qpos = fields.field("qpos")
-        wall = variation_of(templates[0].task, variations.Wall)
-        self._center = fields.field("mocap_pos")[:, 0] if wall is not None else None
-        self._half_sizes = np.array(wall.half_sizes) if wall is not None else np.zeros(3)
+        self._lift = np.array([template.root_lift for template in templates])
+        self._qpos, self._center = fields.field("qpos"), None
+        if (wall := variation_of(templates[0].task, variations.Wall)) is not None:
+            self._center = fields.field("mocap_pos")[:, templates[0].model.body(variations.WALL).mocapid[0]]
+            self._half_sizes = np.array(wall.half_sizes)
 
     def observation(self) -> Array:
         """The present readings, (num_envs, 10)."""

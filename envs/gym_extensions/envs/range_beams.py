@@ -17,11 +17,12 @@ ANGLES = tuple(math.radians(-45 + 10 * beam) for beam in range(BEAMS))
 _COS = np.array([math.cos(angle) for angle in ANGLES])
 _SIN = np.array([math.sin(angle) for angle in ANGLES])
 
-Fan = Callable[[Array, float], tuple[Array, Array]]
-"""(root qpos (…, nq), height of the torso at root z = 0) -> origins (…, 3), directions (…, 10, 3)."""
+Lift = Array | float
+Fan = Callable[[Array, Lift], tuple[Array, Array]]
+"""(root qpos (…, nq), height of the torso at root z = 0 (…)) -> origins (…, 3), directions (…, 10, 3)."""
 
 
-def planar_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+def planar_fan(qpos: Array, lift: Lift) -> tuple[Array, Array]:
     """Beams of a body on slides x, z and hinge y, which turn with its pitch."""
     origins, directions = np.zeros((*qpos.shape[:-1], 3)), np.zeros((*qpos.shape[:-1], BEAMS, 3))
     origins[..., 0], origins[..., 2] = qpos[..., 0], lift + qpos[..., 1]
@@ -30,7 +31,7 @@ def planar_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
     return origins, directions
 
 
-def torso_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+def torso_fan(qpos: Array, lift: Lift) -> tuple[Array, Array]:
     """Beams in the x–z plane of a free torso, which turn with its quaternion (of any length except 0)."""
     w, x, y, z = (qpos[..., index] for index in (3, 4, 5, 6))
     square = w * w + x * x + y * y + z * z
@@ -40,13 +41,13 @@ def torso_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
     return _lifted(qpos, lift), _COS[:, None] * forward[..., None, :] + _SIN[:, None] * up[..., None, :]
 
 
-def world_fan(qpos: Array, lift: float) -> tuple[Array, Array]:
+def world_fan(qpos: Array, lift: Lift) -> tuple[Array, Array]:
     """Beams in the world's x–z plane about +x at any attitude of the torso, for bodies that start lying."""
     directions = np.stack([_COS, np.zeros(BEAMS), _SIN], axis=-1)
     return _lifted(qpos, lift), np.broadcast_to(directions, (*qpos.shape[:-1], BEAMS, 3))
 
 
-def _lifted(qpos: Array, lift: float) -> Array:
+def _lifted(qpos: Array, lift: Lift) -> Array:
     return np.stack([qpos[..., 0], qpos[..., 1], lift + qpos[..., 2]], axis=-1)
 
 

@@ -1,6 +1,7 @@
 """Vector environments equal Gymnasium's vector of the single environments bit for bit, infos included."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -9,8 +10,9 @@ import pytest
 from gymnasium.vector import SyncVectorEnv
 
 from gym_extensions import envs
+from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.tasks import TASKS, Task, task
-from gym_extensions.catalog.variations import Course, RangeSensor, Wall
+from gym_extensions.catalog.variations import Course, RangeSensor, Variation, Wall
 
 SEED, SCALE = 5, 1.2
 BEFORE_LIMIT = 4
@@ -87,7 +89,22 @@ def test_whole_episodes(tasks: list[str]) -> None:
     assert_bitwise_equal(tasks, num_envs=len(tasks), steps=1005)
 
 
+@dataclass(frozen=True)
+class Raised(Variation):
+    """Moves the torso up: a variation of a user."""
+
+    height: float
+
+    def apply(self, body: Body, spec: Any) -> None:
+        x, y, z = spec.body("torso").pos
+        spec.body("torso").pos = [x, y, z + self.height]
+
+
 CUSTOM: dict[str, list[Task]] = {
+    "sensors at several heights": [
+        Task("CheetahWall", "HalfCheetah", (RangeSensor(), Wall())),
+        Task("CheetahRaised", "HalfCheetah", (RangeSensor(), Wall(), Raised(0.1))),
+    ],
     "everything at once on one body": [
         Task(
             "HopperBusy",

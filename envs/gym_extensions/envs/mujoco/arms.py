@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -120,7 +119,6 @@ class StrikerRules(ArmRules):
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         super().__init__(physics, templates)
-        self._height = mujoco.MjData(templates[0].model).mocap_pos[0, 2]
         self._best = np.full(len(templates), np.inf)
         self._struck = np.zeros(len(templates), np.bool_)
         self._strike_place = np.zeros((len(templates), 3))
@@ -135,7 +133,9 @@ class StrikerRules(ArmRules):
         qvel = template.init_qvel.copy()
         qvel[:ARM] = generator.uniform(-STRIKER_ARM_SPEED, STRIKER_ARM_SPEED, ARM)
         qpos = np.concatenate((template.init_qpos[:ARM], ball[::-1]))
-        position, turn = np.array([[*goal, self._height]]), facing(ball, goal)[None]
+        is_mocap = template.model.body_mocapid >= 0  # the goal, before a user's own bodies
+        position, turn = template.model.body_pos[is_mocap], template.model.body_quat[is_mocap]
+        position[0, :2], turn[0] = goal, facing(ball, goal)
         return {"qpos": qpos, "qvel": qvel, "mocap_pos": position, "mocap_quat": turn}
 
     def on_reset(self, indices: Indices) -> None:
