@@ -33,7 +33,10 @@ class Wind(Variation):
 OwnGravity = type("Gravity", (Wind,), {"__repr__": lambda self: f"Gravity(factor={self.speed})"})
 
 
-@pytest.mark.parametrize("base", ["Hopper", "gym_extensions/Hopper-v0", task("Hopper")])
+NAMES = ("Hopper", "gym_extensions/Hopper-v0", "gym_extensions.envs:gym_extensions/Hopper-v0")
+
+
+@pytest.mark.parametrize("base", [*NAMES, task("Hopper")])
 def test_a_task_is_given_by_name_id_or_value(base: str | Task) -> None:
     assert customize(base) == task("Hopper")
 

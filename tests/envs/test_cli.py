@@ -60,9 +60,19 @@ def test_check_finds_a_difference(
     assert "definition.max_steps is 1000, published as 999" in capsys.readouterr().err
 
 
-def test_an_unknown_name_prints_an_error_without_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["show", "HopperGravtyHalf"]) == 2
-    assert "'HopperGravityHalf'" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["show", "HopperGravtyHalf"], "'HopperGravityHalf'"),
+        (["show", "Pendulum-v1"], "envs list names them"),
+        (["list", "mine"], "envs list names them"),
+    ],
+)
+def test_an_unknown_name_prints_an_error_without_a_traceback(
+    arguments: list[str], hint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(arguments) == 2
+    assert hint in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["Pusher", "State-Based-Navigation-2d-Map0-Goal0"])

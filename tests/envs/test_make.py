@@ -136,6 +136,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (lambda: make("HopperGravtyHalf"), "unknown-task", "Did you mean 'HopperGravityHalf'?"),
     (lambda: make("gym_extensions/hopper-v0"), "unknown-task", "'gym_extensions/Hopper-v0'?"),
     (lambda: make(None), "unknown-task", "There is no task 'None'"),  # type: ignore[arg-type]
+    (lambda: make("HopperGravityHalf-v0"), "unknown-task", "Did you mean 'HopperGravityHalf'?"),
     (lambda: make_vec("Pendulum", 1), "unknown-task", "such as Pendulum-v1"),
     (lambda: make(Task("Mine", "Hoper")), "unknown-base", "Did you mean 'Hopper'?"),
     (lambda: make("Hopper", Gravity(0.5)), "no-list", "Give a list"),  # type: ignore[arg-type]
@@ -151,7 +152,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
         (lambda steps=steps: make("Hopper", max_steps=steps), "bad-limit", repr(steps))
         for steps in (0, -3, 2.5, True, "10")
     ),
-    (lambda: step(np.zeros(4)), "bad-action", "shape (4,); expected (3,)"),
+    (lambda: step(np.zeros(4)), "bad-action", "shape (4,). Give numbers of the shape (3,)"),
     (lambda: step(0.5), "bad-action", "shape ()"),
     (lambda: step(np.array([0, np.nan, 0])), "bad-action", "action[1] is nan"),
     (lambda: step(["a", "b", "c"]), "bad-action", "dtype <U1"),

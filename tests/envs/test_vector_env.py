@@ -242,7 +242,7 @@ MISTAKES: list[tuple[Callable[[], object], str, str]] = [
     (lambda: make_vec("Hopper", 2).reset(seed=[True, 2]), "bad-seeds", "True"),
     (lambda: after_reset().reset(options={"reset_mask": np.zeros(2, bool)}), "bad-reset-mask", "2 booleans"),
     (lambda: make_vec("Hopper", 2).call("fly"), "unknown-call", "no 'fly'"),
-    (lambda: after_reset().step(np.zeros((2, 4))), "bad-action", "expected (2, 3)"),
+    (lambda: after_reset().step(np.zeros((2, 4))), "bad-action", "of the shape (2, 3)"),
     (lambda: after_reset().step(np.array([[0, 0, 0], [0, np.nan, 0]])), "bad-action", "action[1, 1] is nan"),
 ]
 

@@ -138,7 +138,8 @@ def group(name: str) -> TaskGroup:
     for each in GROUPS.values():
         if name in (each.name, each.id):
             return each
-    raise BenchError("unknown-group", f"There is no group {name!r}.", hint=did_you_mean(name, GROUPS))
+    hint = did_you_mean(name, GROUPS) or "gym-extensions envs list names them."
+    raise BenchError("unknown-group", f"There is no group {name!r}.", hint=hint)
 
 
 SUITE_BODIES = tuple(body.lower() for body in task_module.RUNNING_BODIES)

@@ -170,7 +170,7 @@ def task(name: str) -> Task:
     by_name = {each.bare_name: each for each in TASKS.values()}
     if found := TASKS.get(name) or by_name.get(name):
         return found
-    other = "An environment of another package has an id with a version, such as Pendulum-v1."
+    other = "gym-extensions envs list names them. Ids of other packages have a version, such as Pendulum-v1."
     hint = did_you_mean(name, TASKS if "/" in name else by_name) or other
     raise BenchError("unknown-task", f"There is no task {name!r}.", hint=hint)
 
@@ -281,8 +281,8 @@ def customize(
     if isinstance(task, Task):
         base = task
     else:
-        task = str(task)
-        is_ours = task.startswith(f"{NAMESPACE}/") or task in {each.bare_name for each in TASKS.values()}
+        task = str(task).removeprefix(f"{NAMESPACE}.envs:")  # which tells Gymnasium what to import
+        is_ours = task.startswith(f"{NAMESPACE}/") or f"{NAMESPACE}/{task}" in TASKS
         is_foreign = not is_ours and GYMNASIUM_ID.fullmatch(task)
         base = foreign_task(task, limit) if is_foreign else _published(task)
     if base.is_foreign:

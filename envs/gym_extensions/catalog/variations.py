@@ -180,7 +180,7 @@ class LimbScale(Variation):
 
     def apply(self, body: Body, spec: mujoco.MjSpec) -> None:
         """Scales radius and mass of the part's geoms. Raises ``BenchError`` for an unknown part."""
-        require_known("part", self.part, body.parts)
+        require_known("part", self.part, body.parts, body.name)
         geoms = [spec.geom(name) for name in body.parts[self.part]]
         before = {geom.name: mass(geom) for geom in geoms}
         # HalfCheetah's compiler scales all masses to a total, which rises so that no other mass moves.

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog import bodies, tasks, variations
 from gym_extensions.envs import range_beams
-from gym_extensions.envs.interfaces import Array, Fields, Generators, Indices, Steps, Template
+from gym_extensions.envs.interfaces import Array, Generators, Indices, Steps, Template
+from gym_extensions.envs.mujoco.simulation import Physics
 from gym_extensions.errors import BenchError
 from gym_extensions.files import compiled
 
@@ -33,7 +34,7 @@ class Effect:
     kept: ClassVar[tuple[str, ...]] = ()
     """Attributes beside the physics on which later steps depend; copies have them too."""
 
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         """Reads the parameters of the variation, from the template of each environment."""
 
     @staticmethod
@@ -81,7 +82,7 @@ class WallEffect(Effect):
 
     of = variations.Wall
 
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         self._walls = [variation_of(template.task, variations.Wall) for template in templates]
         self._rest = [each.model.body_pos[each.model.body_mocapid >= 0] for each in templates]
         self._wall = templates[0].model.body(variations.WALL).mocapid[0]
@@ -110,13 +111,13 @@ class RangeSensorEffect(Effect):
 
     of: ClassVar[type[variations.Variation]] = variations.RangeSensor
 
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         self._num_envs = len(templates)
         self._fan = range_beams.FANS[templates[0].task.body.beams]
         self._lift = np.array([template.root_lift for template in templates])
-        self._qpos, self._center = fields.field("qpos"), None
+        self._qpos, self._center = physics.field("qpos"), None
         if (wall := variation_of(templates[0].task, variations.Wall)) is not None:
-            self._center = fields.field("mocap_pos")[:, templates[0].model.body(variations.WALL).mocapid[0]]
+            self._center = physics.field("mocap_pos")[:, templates[0].model.body(variations.WALL).mocapid[0]]
             self._half_sizes = np.array(wall.half_sizes)
 
     def observation(self) -> Array:
@@ -133,8 +134,8 @@ class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
     of = variations.SensorNoise
     kept = ("_working", "_shift", "_latched")
 
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
-        super().__init__(fields, templates)
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
+        super().__init__(physics, templates)
         self._noise = variation_of(templates[0].task, variations.SensorNoise)
         self._max_steps = templates[0].task.max_steps
         shape = (len(templates), self._max_steps + 1, range_beams.BEAMS)
@@ -167,7 +168,7 @@ class MotorNoiseEffect(SeededNoise):
     of = variations.MotorNoise
     kept = ("_noise",)
 
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         self._max_steps = templates[0].task.max_steps
         self._scale = variation_of(templates[0].task, variations.MotorNoise).scale
         self._ranges = templates[0].model.actuator_ctrlrange
@@ -199,14 +200,14 @@ class TrackingGoalEffect(Effect):
     of = variations.TrackingGoal
     kept = ("_velocity",)
 
-    def __init__(self, fields: Fields, templates: Sequence[Template]) -> None:
+    def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         task = templates[0].task
         assert task.body.goal_area is not None, "the variation fits only bodies with one"
         self._area, self._dt = task.body.goal_area, templates[0].dt
         self._speed = variation_of(task, variations.TrackingGoal).speed
         self._velocity = np.zeros((len(templates), 2))
         mocap = templates[0].model.nmocap > 0  # Striker's goal is a mocap body, Pusher's is on slides
-        self._position = fields.field("mocap_pos")[:, 0, :2] if mocap else fields.field("qpos")[:, -2:]
+        self._position = physics.field("mocap_pos")[:, 0, :2] if mocap else physics.field("qpos")[:, -2:]
 
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
         speed = self._speed
@@ -223,11 +224,11 @@ EFFECTS: tuple[type[Effect], ...] = (
 """Every effect, in the order in which effects draw at reset; a new one is the last."""
 
 
-def effects_of(fields: Fields, templates: Sequence[Template]) -> list[Effect]:
+def effects_of(physics: Physics, templates: Sequence[Template]) -> list[Effect]:
     """Returns the effects on environments with one layout, in the order in which they draw."""
     present = [each for each in EFFECTS if variation_of(templates[0].task, each.of) is not None]
     replaced = {each.of.needs for each in present}
-    return [each(fields, templates) for each in present if each.of not in replaced]
+    return [each(physics, templates) for each in present if each.of not in replaced]
 
 
 def shard_keys(task: tasks.Task) -> tuple[object, ...]:

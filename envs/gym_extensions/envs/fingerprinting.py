@@ -7,7 +7,6 @@ import platform
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -19,7 +18,7 @@ from gym_extensions.catalog.tasks import TASKS, Task, definition
 from gym_extensions.envs.make import build
 from gym_extensions.envs.mujoco.model import asset
 from gym_extensions.errors import BenchError
-from gym_extensions.versions import version
+from gym_extensions.versions import CPU_INFO, version
 
 SEEDS = (0, 1)
 STEPS = 8
@@ -72,7 +71,6 @@ def _rounded(value: float, digits: int) -> float:
 
 
 ENGINE = ("mujoco", "gymnasium")
-CPU_INFO = Path("/proc/cpuinfo")
 PLATFORM = "Linux-x86_64"
 """The system on which the physics is the same to the last bit on every machine."""
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -44,26 +44,19 @@ class Template:
         return float(self.model.opt.timestep * self.frame_skip)
 
 
-class Fields(Protocol):
-    """Simulations of one model layout, of which effects read and write fields."""
-
-    def field(self, name: str) -> Array:
-        """A live field of ``mjData`` of every environment, ``(num_envs, …)``."""
-
-
 def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:
     """Returns the actions as an array, with dtype and values unchanged; values out of range pass.
 
     Raises ``BenchError`` if the shape is not ``(act,)``, or ``(num_envs, act)`` in a vector environment, or a
     value is not a finite number. It names ``where``.
     """
+    hint = f"Give numbers of the shape {shape}."
     try:
         array = np.asarray(actions)
     except ValueError as error:
-        raise BenchError("bad-action", "The parts of the action differ in shape.", where) from error
+        raise BenchError("bad-action", "The parts of the action differ in shape.", where, hint) from error
     if array.shape != shape:
-        message = f"The action has shape {array.shape}; expected {shape}."
-        raise BenchError("bad-action", message, where, "Give one number per actuator.")
+        raise BenchError("bad-action", f"The action has shape {array.shape}.", where, hint)
     if array.dtype.kind not in "fiu":
         message = f"The action has dtype {array.dtype}."
         raise BenchError("bad-action", message, where, "Give floating-point numbers.")

@@ -146,9 +146,9 @@ def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
     return TaskEnv(task, **rendering)
 
 
-def construct_mujoco(task: str | Task, **rendering: Any) -> TaskEnv:
+def construct_mujoco(task: str | Task) -> TaskEnv:
     """Returns the environment of a MuJoCo task without wrappers, with its MuJoCo types."""
-    env = build(resolve(task), **rendering)
+    env = build(resolve(task))
     assert isinstance(env, TaskEnv)
     return env
 

@@ -103,12 +103,7 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     environment.
     """
 
-    def __init__(
-        self,
-        tasks: Sequence[Task],
-        spaces: tuple[Box, Box],
-        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP,
-    ) -> None:
+    def __init__(self, tasks: Sequence[Task], spaces: tuple[Box, Box], autoreset_mode: AutoresetMode) -> None:
         self.tasks = tuple(tasks)
         self.num_envs = len(self.tasks)
         self.autoreset_mode = autoreset_mode

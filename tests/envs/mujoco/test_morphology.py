@@ -95,7 +95,7 @@ def test_variations_of_different_parts_compose_in_any_order() -> None:
 @pytest.mark.parametrize(
     ("body", "part", "code", "fact"),
     [
-        ("HalfCheetah", "Fot", "unknown-part", "'Foot'"),
+        ("HalfCheetah", "Fot", "unknown-part", "HalfCheetah: There is no part 'Fot'. Did you mean 'Foot'?"),
         ("Hopper", "Arm", "unknown-part", "Foot, Leg, Thigh, Torso"),
         ("Pusher", "Arm", "misplaced-variation", "It fits Hopper"),
     ],
