@@ -76,8 +76,8 @@ class TaskEnv(MujocoEnv):
 
     Tasks without variations equal Gymnasium's v5 environments bit for bit, but for lengths in rewards of
     Pusher and infos of Humanoid, which have the same last bit on all processors here. Deep copies and pickles
-    continue exactly where the original is. ``rendering`` is ``render_mode``, and Gymnasium's sizes and camera
-    arguments. Raises ``BenchError`` if a variation does not fit the body.
+    continue exactly where the original is, with the model of the task. ``rendering`` is ``render_mode``, and
+    Gymnasium's sizes and camera arguments. Raises ``BenchError`` if a variation does not fit the body.
     """
 
     metadata = {"render_modes": ["human", "rgb_array", "depth_array", "rgbd_tuple"]}  # noqa: RUF012
