@@ -138,6 +138,8 @@ def test_the_step_that_verifies_is_longer_than_the_hours_of_a_submission() -> No
     text = (ROOT / ".github/workflows/review.yml").read_text("utf-8")
     (minutes,) = re.findall(r"name: Verify.*\n +timeout-minutes: (\d+)", text)
     assert int(minutes) >= 60 * HOURS + 20
+    written = re.findall("gym-extensions verify .* --record", text)
+    assert ["--retrain" in each for each in written] == [False, True], "a long training loses no verdict"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the shell of a job on Linux")
