@@ -15,7 +15,7 @@ import tomli_w
 from msgspec.structs import replace
 
 from gym_extensions import baselines
-from gym_extensions.baselines import agent, cli, submission as written, workers
+from gym_extensions.baselines import cli, submission as written, workers
 from gym_extensions.baselines.training.progress import Event, JobFailed
 from gym_extensions.catalog.groups import CORE, CORES, GROUPS
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
@@ -98,17 +98,6 @@ def present(submission: Submission, value: str) -> tuple[int, Training]:
     return trained.version, trained.training
 
 
-def boxed(
-    submission: Path,
-    entry: str,
-    budget: str,
-    protocol: str = SEQUENTIAL,
-    groups: Collection[str] = CORE_GROUPS,
-) -> agent.Factory:
-    """The factory of a submission's code, whose agents live in boxes. Raises ``BenchError`` without boxes."""
-    return cli.isolated(f"{submission / AGENT}/{entry}", list(groups), [protocol], budget)
-
-
 def train_here(
     submission: Submission,
     runs: int,
@@ -142,7 +131,8 @@ def train_here(
     if trial:
         training, folder, budget = replace(training, runs={}, failed={}), trial / str(number), "smoke"
     assert submission.manifest and submission.manifest.agent, "it has code"
-    factory = boxed(submission.path, submission.manifest.agent.entry, budget, protocol, groups)
+    code = f"{submission.path / AGENT}/{submission.manifest.agent.entry}"
+    factory = cli.isolated(code, [*groups], [protocol], budget)
     titles = {f"{group} {protocol}-run{run}": key for key, (group, _, run) in wanted.items()}
 
     def missing() -> list[str]:
@@ -274,7 +264,7 @@ def repeats(folder: Path, entry: str) -> str:
 
     Raises ``BenchError`` if no box can be started, the agent fails, or the manifest states another one.
     """
-    factory = boxed(folder, entry, "smoke")
+    factory = cli.isolated(f"{folder / AGENT}/{entry}", [*CORE_GROUPS], [SEQUENTIAL], "smoke")
     with tempfile.TemporaryDirectory() as scratch:
         first, second = Path(scratch, "first"), Path(scratch, "second")
         for name in CORE_GROUPS:  # one job alone raises its own error

@@ -61,6 +61,7 @@ EXAMPLES: Table = {
         ("not UTF-8", code(MAKE.encode() + b"# \xff"), CODE, "UTF-8"),
         ("a long line", after_make(f"# {'x' * 149}"), LINE_3, "151 characters"),
         ("hidden text", after_make("# \u202e"), LINE_3, "U+202E"),
+        ("hidden weights", after_make("# ·\ufe00\U000e0101\U000e01ef"), LINE_3, "U+FE00"),
         ("a control character", after_make("# \x0c" + "x" * 99), LINE_3, "U+000C"),
         ("a line in many", after_make(f"# {'x' * 99}\x0b{'x' * 99}"), LINE_3, "201 characters", (), 2),
         ("other text than a reader sees", code(UTF_7), CODE, "declares the encoding utf-7"),

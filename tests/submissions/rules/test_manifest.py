@@ -112,6 +112,10 @@ EXAMPLES: Table = {
         ("a space of no width", title("TR\u200bPO"), TITLE, "invisible"),
         ("a soft hyphen", title("TR\u00adPO"), TITLE, "invisible"),
         ("a joiner between Latin letters", title("TR\u200dPO"), TITLE, "invisible"),
+        ("joiners beside each other", title("TR\u200d\u200c\u200dPO"), TITLE, "invisible"),
+        ("a selector of emoji", title("TR\ufe0fPO"), TITLE, "invisible"),
+        ("a selector of variants", title("TR\U000e0100PO"), TITLE, "invisible"),
+        ("a reserved character", title("TR\U000e0fffPO"), TITLE, "invisible"),
         ("a tag", title("TRPO\U000e0041"), TITLE, "invisible"),
         ("a mark that joins", title("TR\u034fPO"), TITLE, "invisible"),
         ("a right-to-left override", title("An \\u202esubmission"), TITLE, "invisible"),
@@ -124,6 +128,15 @@ EXAMPLES: Table = {
         ("many", put(README, b"\x00\n" * 9), f"{README}, line 1", "U+0000", (), 4),
     ],
 }
+
+
+@pytest.mark.parametrize("text", ["می\u200cخواهم", "क\u094d\u200dष", "🏳\ufe0f\u200d🌈", "1\ufe0f\u20e3"])
+def test_joiners_stand_where_scripts_and_emoji_need_them(
+    text: str, good: CopySubmission, tmp_path: Path
+) -> None:
+    folder = good(GROUP, tmp_path)
+    title(text)(folder)
+    assert read(folder).problems == ()
 
 
 def test_all_mistakes_of_a_manifest_are_reported_at_once(good: CopySubmission, tmp_path: Path) -> None:

@@ -16,10 +16,13 @@ from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, 
 
 INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
-JOINERS = frozenset("\u200c\u200d")
-"""Format characters that Persian, Hindi and emoji need."""
-BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2800\u3164\uffa0")
-"""Letters and marks without a glyph, with which one text can look like another."""
+JOINERS = frozenset("\u180b\u180c\u180d\u180f\u200c\u200d\ufe0e\ufe0f")
+"""Characters without a glyph that Mongolian, Persian, Hindi and emoji need."""
+IGNORABLE = (range(0x180B, 0x1810), range(0xFE00, 0xFE10), range(0xFFF0, 0xFFF9), range(0xE0000, 0xE1000))
+BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2065\u2800\u3164\uffa0").union(
+    chr(code) for codes in IGNORABLE for code in codes
+)
+"""Characters without a glyph, with which one text can look like another, or hide a third one."""
 SCRIPTS = (
     *("LATIN", "CYRILLIC", "GREEK", "ARMENIAN", "GEORGIAN", "HEBREW", "ARABIC", "THAANA", "ETHIOPIC"),
     *("DEVANAGARI", "BENGALI", "GURMUKHI", "GUJARATI", "ORIYA", "TAMIL", "TELUGU", "KANNADA", "MALAYALAM"),
@@ -191,12 +194,12 @@ def _strings(value: object, where: str, multiline: bool = False) -> Iterator[tup
 
 
 def first_invisible(text: str) -> str:
-    """The first invisible character of a text, or nothing. A joiner counts only between ASCII characters."""
+    """The first invisible character of a text, or nothing. A joiner may stand beside one beyond ASCII."""
     if text.isascii() and text.isprintable():
         return ""
     for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
-        is_allowed_joiner = char in JOINERS and not (before + after).isascii()
-        if char in BLANK or (unicodedata.category(char) in INVISIBLE and not is_allowed_joiner):
+        is_hidden = char in BLANK or unicodedata.category(char) in INVISIBLE
+        if is_hidden and (char not in JOINERS or "".join({before, after} - JOINERS).isascii()):
             return char
     return ""
 
