@@ -1,7 +1,8 @@
 """Assembles a submission of ``snapshots`` from the stages that another one stored, without simulating.
 
     python -m tools.snapshots submissions/trpo --groups core --runs 0-9 --out submissions/snapshots
-    python -m tools.snapshots submissions/ppo-tuned --out submissions/ppo-snapshots-tuned
+    python -m tools.snapshots submissions/ppo-tuned --out submissions/ppo-snapshots-tuned \\
+        --groups hopper-gravity,halfcheetah-gravity,walker2d-wall
 
 After stage s, a task that was learned has the policy that the source stored right after learning it; every
 other task has the source's present policy. That is what the agent ``snapshots`` has after it learned as the
@@ -27,7 +28,7 @@ from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.files import write_text
 from gym_extensions.policies import Policy, load
-from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, POLICIES, run_file
+from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, POLICIES, README, run_file
 from gym_extensions.submissions.manifest import parse
 from gym_extensions.submissions.policies.files import (
     AnyPolicy,
@@ -39,6 +40,8 @@ from gym_extensions.submissions.policies.files import (
 from gym_extensions.submissions.policies.mlp import by_task
 from gym_extensions.submissions.run import PolicyFile, read_run, write_run
 from gym_extensions.submissions.submission import runs_folder
+
+ASSEMBLED = "The author's own runs were not trained: they are assembled from stages that the submission {} stored.\n"
 
 
 def assembled_log(text: str, tasks: int) -> str:
@@ -85,16 +88,15 @@ def write_run_of(source: Path, group: TaskGroup, run: int, out: Path) -> None:
     write_text(place(out, LOG), log)
 
 
-def manifest_from(tables: dict[str, Any], source: str) -> dict[str, Any]:
-    """The manifest of the snapshots of the submission ``source``, with its settings and its tuning."""
+def manifest_from(tables: dict[str, Any]) -> dict[str, Any]:
+    """The manifest of the snapshots of a submission, from its own, with its settings and its tuning."""
     protocol, title = tables["protocol"], tables["title"]
     algorithm = "snapshots" if protocol["algorithm"] == "trpo" else f"{protocol['algorithm']}-snapshots"
     if protocol["evaluation"] != "deterministic":
         raise SystemExit("Sampled actions differ between stages; these episodes have to be simulated.")
     return {key: table for key, table in tables.items() if key != "agent"} | {
-        "title": f"{title} + snapshots (assembled)",
-        "description": f"{title} with a copy of its policy per learned task, picked by the task label; "
-        f"not trained: assembled from the stages that the submission {source} stored.",
+        "title": f"{title} + snapshots",
+        "description": f"{title} with a copy of its policy per learned task, picked by the task label.",
         "protocol": protocol | {"algorithm": algorithm, "parent": protocol["algorithm"]},
         "observes": {"task_in_training": True, "task_in_evaluation": True, "boundaries": True},
     }
@@ -110,8 +112,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--runs", default="0-9")
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args(argv)
-    tables = manifest_from(parse((options.source / MANIFEST).read_bytes()), options.source.name)
+    tables = manifest_from(parse((options.source / MANIFEST).read_bytes()))
     write_text(options.out / MANIFEST, tomli_w.dumps(tables))
+    write_text(options.out / README, ASSEMBLED.format(options.source.name))
     for run in parse_runs(options.runs):
         for group in parse_groups(options.groups.split(",")):
             write_run_of(options.source, group, run, options.out)

@@ -66,6 +66,7 @@ def test_runs_that_were_trained_here_are_read_where_their_author_has_none(tmp_pa
         return {path.name: path.read_bytes() for path in out.glob("pusher/sequential/*")}
 
     own = assembled(tmp_path / "own")
+    assert "the submission source" in (tmp_path / "own/README.md").read_text("utf-8")
     trained_here(source)
     shutil.rmtree(source / "pusher")
     assert assembled(tmp_path / "trained") == own

@@ -1,4 +1,4 @@
-"""False alarms and power of the test of an author's claim, from the committed runs of authors on the core.
+"""False alarms and power of the test of an author's claim, from the committed runs on the core.
 
 ``python -m tools.benchmarks.measure_claims``: of every method, 4,000 honest submissions of five runs against
 five others, drawn per group without replacement; and submissions whose scores are raised.
@@ -13,7 +13,7 @@ import numpy as np
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.formulas import FINAL
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.submission.suites import claim_of, own_logs
+from gym_extensions.scoring.submission.suites import claim_of, core_logs
 
 ROOT = Path(__file__).resolve().parents[2]
 SIMULATED, RUNS, RAISED = 4000, 5, (0.0, 0.03, 0.10, 0.15)
@@ -28,7 +28,7 @@ def main() -> int:
     out.write(f"| method | runs | {head} |\n|---|---:|{'---:|' * len(RAISED)}\n")
     for folder in sorted((ROOT / "submissions").iterdir()):
         card = score_folder(folder)
-        logs = own_logs(card)
+        logs = core_logs(card)
         values = [np.array(log.metrics[FINAL.name].runs) for log in logs.values()]
         if len(logs) < len(CORES[CORE]) or min(map(len, values)) < 2 * RUNS:
             continue
