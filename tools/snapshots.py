@@ -41,7 +41,9 @@ from gym_extensions.submissions.policies.mlp import by_task
 from gym_extensions.submissions.run import PolicyFile, read_run, write_run
 from gym_extensions.submissions.submission import runs_folder
 
-ASSEMBLED = "The author's own runs were not trained: they are assembled from stages that the submission {} stored.\n"
+ASSEMBLED = (
+    "Its author's runs were not trained: they are assembled from stages that the submission {} stored.\n"
+)
 
 
 def assembled_log(text: str, tasks: int) -> str:
