@@ -106,11 +106,12 @@ def test_a_group_with_and_without_its_version_is_the_same_group() -> None:
 
 def test_the_tasks_of_a_group_can_be_made_and_have_equal_spaces() -> None:
     require_fit(each for name, each in GROUPS.items() if not name.startswith("nav-"))
-    for second, code, fact in (
-        (task("HopperWall"), "different-spaces", "HopperWall-v0 has Box"),
-        (customize("Hopper", [MovingGoal()]), "misplaced-variation", "It fits Pusher."),
+    moving = customize("Hopper", [MovingGoal()])
+    for second, code, fact, where in (
+        (task("HopperWall"), "different-spaces", "HopperWall-v0 has Box", "mixed"),
+        (moving, "misplaced-variation", "It fits Pusher.", f"mixed, {moving.id}"),
     ):
-        with refused(code, fact, where="mixed"):
+        with refused(code, fact, where=where):
             require_fit([TaskGroup("mixed", (task("Hopper"), second))])
 
 

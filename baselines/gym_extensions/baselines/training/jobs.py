@@ -148,7 +148,7 @@ def require_fit(groups: Iterable[TaskGroup]) -> None:
             if theirs := [task for task in group.tasks if task.is_foreign]:
                 foreign.check(theirs)
         except BenchError as error:
-            where = f"{group.name}, {error.where}" if error.code == foreign.CODE else group.name
+            where = group.name if error.code == "different-spaces" else f"{group.name}, {error.where}"
             raise BenchError(error.code, error.message, where, error.hint) from error
 
 
