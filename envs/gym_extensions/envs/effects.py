@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog import bodies, tasks, variations
 from gym_extensions.envs import range_beams
-from gym_extensions.envs.interfaces import Array, Generators, Indices, Steps, Template
-from gym_extensions.envs.mujoco.simulation import Physics
+from gym_extensions.envs.interfaces import Array, Generators, Indices, Physics, Steps, Template
 from gym_extensions.errors import BenchError
 from gym_extensions.files import compiled
 

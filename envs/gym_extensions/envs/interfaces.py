@@ -1,4 +1,4 @@
-"""What the modules of environments share: array types, the template of a task, and what is refused."""
+"""What the modules of environments share: array types, templates, physics, and what is refused."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -42,6 +42,36 @@ class Template:
     def dt(self) -> float:
         """Seconds per environment step, computed as Gymnasium computes it."""
         return float(self.model.opt.timestep * self.frame_skip)
+
+
+class Physics:
+    """Simulations of one model layout."""
+
+    lost_threads = False
+    _fields: dict[str, Array]
+
+    def reset(self, indices: Indices, starts: Starts) -> None:
+        """Starts some environments in the given rows of states."""
+
+    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
+        """Runs one environment step in some environments, or in all."""
+
+    def states(self) -> dict[str, Array]:
+        """Returns copies of the states by name, ``(num_envs, …)``."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Ends the threads."""
+
+    def require_threads(self) -> None:
+        """Raises ``BenchError`` in a forked process, where a step would wait for lost threads for ever."""
+        if self.lost_threads:
+            hint = "Make the environments in the process that steps them, or with num_threads=1."
+            raise BenchError("forked", "The threads stayed in the parent process.", "make_vec", hint)
+
+    def field(self, name: str) -> Array:
+        """Returns a live field, ``(num_envs, …)``."""
+        return self._fields[name]
 
 
 def check_actions(actions: Any, shape: tuple[int, ...], where: str) -> NDArray[Any]:

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog import bodies, variations
 from gym_extensions.envs.effects import variation_of
-from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template
+from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Physics, Template
 from gym_extensions.envs.mujoco.base import Rules
-from gym_extensions.envs.mujoco.simulation import Physics
 
 APART = 0.17
 """Least distance between object and goal at reset, m (the arm tasks of 2017 and of Gymnasium)."""

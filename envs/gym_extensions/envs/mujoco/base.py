@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS, Distance, Height, Success
 from gym_extensions.envs.effects import effects_of
-from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template
-from gym_extensions.envs.mujoco.simulation import Physics
+from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Physics, Template
 
 
 class Rules:

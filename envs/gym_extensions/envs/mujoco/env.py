@@ -53,7 +53,7 @@ SKIPPED = ("model", "data", "mujoco_renderer", "_shard")
 """Attributes that a copy makes again."""
 
 
-class _Simulation(simulation.Physics):
+class _Simulation(interfaces.Physics):
     """The simulation of a single environment."""
 
     def __init__(self, env: MujocoEnv) -> None:

@@ -6,9 +6,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.envs.interfaces import Array, Flags, Template
+from gym_extensions.envs.interfaces import Array, Flags, Physics, Template
 from gym_extensions.envs.mujoco.base import Rules
-from gym_extensions.envs.mujoco.simulation import Physics
 
 CONTACT_WEIGHT, MAX_CONTACT_COST = 5e-7, 10.0
 FORWARD_WEIGHT, HEALTHY_REWARD, FALLEN_REWARD = 1.25, 5.0, 1.0

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import Health
-from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Template
+from gym_extensions.envs.interfaces import Array, Flags, Generators, Indices, Physics, Template
 from gym_extensions.envs.mujoco.base import Rules, uniform_rows
-from gym_extensions.envs.mujoco.simulation import Physics
 
 
 class PlanarRules(Rules):

@@ -12,8 +12,7 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from gym_extensions.envs.interfaces import MOCAP, Array, Indices, Starts
-from gym_extensions.errors import BenchError
+from gym_extensions.envs.interfaces import MOCAP, Array, Indices, Physics, Starts
 
 _THREADED: "weakref.WeakSet[Physics]" = weakref.WeakSet()
 """The simulations that are open and have threads of their own."""
@@ -36,36 +35,6 @@ if hasattr(os, "register_at_fork"):  # not on Windows, which does not fork
 
 def _state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
     return ("qpos", "qvel", "time", *(MOCAP if model.nmocap else ()))
-
-
-class Physics:
-    """Simulations of one model layout."""
-
-    lost_threads = False
-    _fields: dict[str, Array]
-
-    def reset(self, indices: Indices, starts: Starts) -> None:
-        """Starts some environments in the given rows of states."""
-
-    def step(self, ctrl: NDArray[Any], indices: Indices | None) -> None:
-        """Runs one environment step in some environments, or in all."""
-
-    def states(self) -> dict[str, Array]:
-        """Returns copies of the states by name, ``(num_envs, …)``."""
-        raise NotImplementedError
-
-    def close(self) -> None:
-        """Ends the threads."""
-
-    def require_threads(self) -> None:
-        """Raises ``BenchError`` in a forked process, where a step would wait for lost threads for ever."""
-        if self.lost_threads:
-            hint = "Make the environments in the process that steps them, or with num_threads=1."
-            raise BenchError("forked", "The threads stayed in the parent process.", "make_vec", hint)
-
-    def field(self, name: str) -> Array:
-        """Returns a live field, ``(num_envs, …)``."""
-        return self._fields[name]
 
 
 class BatchPhysics(Physics):
