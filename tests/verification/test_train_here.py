@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from gym_extensions.baselines import Origin, train
+from gym_extensions.baselines import Origin, cli, train
 from gym_extensions.curation.cli import maintain
 from gym_extensions.errors import BenchError
 from gym_extensions.references import load_references
@@ -212,7 +212,7 @@ def test_a_trial_changes_nothing_and_is_not_taken(folder: Path, monkeypatch: pyt
     submission, trial = folder / "main/submissions/new", folder / "trial"
     before = digests(submission)
     monkeypatch.setattr(train_here, "STANDARD_BUDGET", "300k")
-    monkeypatch.setattr(train_here.cli, "isolated", lambda *_: "random")
+    monkeypatch.setattr(cli, "isolated", lambda *_: "random")
     tried = train_here.train_here(read(submission), 1, groups=[GROUP], trial=trial)
     assert (list(tried.runs), (trial / f"1/{RUN}.csv").exists()) == ([RUN], True)
     assert digests(submission) == before
@@ -237,9 +237,7 @@ BALANCED = {f"{GROUP}/balanced/run{run}" for run in (0, 1)}
 def train_balanced(folder: Path, monkeypatch: pytest.MonkeyPatch, meanwhile: Change = id) -> Training:
     """Trains two balanced runs of an agent in the place of the code, and in no box."""
     submission = folder / "main/submissions/new"
-    monkeypatch.setattr(
-        train_here.cli, "isolated", lambda *_: (meanwhile(submission / "trained"), "random")[1]
-    )
+    monkeypatch.setattr(cli, "isolated", lambda *_: (meanwhile(submission / "trained"), "random")[1])
     return train_here.train_here(read(submission), 2, protocol="balanced", groups=[GROUP])
 
 
