@@ -16,6 +16,7 @@ LIGHT, DARK = (
     dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", block)) for block in COLOURS.split(":root {")[1:3]
 )
 HEAT_TINT, COLD_TINT = 0.61, 0.35
+HATCHES = re.findall(r"--hatch: (#[0-9a-f]{6})([0-9a-f]{2});", COLOURS)
 
 
 def luminance(colour: str) -> float:
@@ -49,6 +50,14 @@ def test_numbers_are_readable_on_the_strongest_tint_and_marks_are_visible(scheme
             assert contrast(scheme[mark], scheme[ground]) >= 3, f"{mark} on {ground}"
     assert f".h10 {{ --p: {HEAT_TINT:.0%} !important; }}" in SHEET
     assert f"var(--cold) {COLD_TINT:.0%}" in SHEET
+
+
+@pytest.mark.parametrize(
+    ("scheme", "hatch"), [(LIGHT, HATCHES[0]), (DARK, HATCHES[1])], ids=["light", "dark"]
+)
+def test_numbers_are_readable_on_hatching(scheme: dict[str, str], hatch: tuple[str, str]) -> None:
+    tinted = mixed(scheme["heat"], scheme["paper"], HEAT_TINT)
+    assert contrast(scheme["ink"], mixed(hatch[0], tinted, int(hatch[1], 16) / 255)) >= 4.5
 
 
 @in_both_schemes

@@ -51,6 +51,10 @@ SERIOUS = """([excluded, only]) => axe.run({ exclude: [excluded] }, { resultType
 """Violations of at least moderate impact, on the whole page apart from copies of rows."""
 
 
+SMALL = """() => [...document.querySelectorAll("main svg text")].filter((e) => e.checkVisibility())
+  .map((e) => [parseFloat(getComputedStyle(e).fontSize) * e.getScreenCTM().a, e])
+  .filter(([size]) => size && size < 9.5)
+  .map(([size, e]) => `${size} ${e.closest("svg").getAttribute("class")} ${e.textContent}`).slice(0, 5)"""
 CUT_CAPTIONS = """() => [...document.querySelectorAll(".scroll caption")].filter((e) => {
   const region = e.closest(".scroll"), style = getComputedStyle(region);
   if (!e.checkVisibility()) return false;
@@ -63,6 +67,7 @@ ON_SCREEN = {
     "wider than the screen": WIDE,
     "cut without a mark": UNMARKED,
     "cut captions": CUT_CAPTIONS,
+    "small text of drawings": SMALL,
     "low targets": f"() => ({LOW_TARGETS})({json.dumps(TARGETS)})",
 }
 

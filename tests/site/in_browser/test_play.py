@@ -36,7 +36,7 @@ WORLD = """async ([name, options]) => {
   const index = await (await fetch("play/index.json")).json();
   globalThis.mujoco ||= await loadMujoco(index.mujoco, new URL(".", location.href));
   const task = index.tasks[name], body = index.bodies[task.body];
-  const world = new World(mujoco, body, await (await fetch(body.model)).text());
+  const world = new World(mujoco, body, mujoco.parseXMLString(await (await fetch(body.model)).text()));
   world.change({ gravity: task.gravity, limbs: task.limbs, wall: options.wall ?? null });
   const [expert] = await readPolicies(await (await fetch(task.expert)).arrayBuffer());
   %s
@@ -55,6 +55,13 @@ EPISODES = """
     while (!world.ended) world.step(expert.act(world.observe(expert.inputs)));
     return world.total;
   });"""
+MEMORY = """
+  const [part] = Object.keys(body.parts), bytes = [];
+  for (let change = 0; change < 150; change++) {
+    world.change({ limbs: { [part]: 0.5 + 0.05 * (change % 20) } });
+    if (change % 50 === 49) bytes.push(world.data.qpos.buffer.byteLength);
+  }
+  return bytes;"""
 ACT = """async ([bytes, observations, task]) => {
   const { readPolicies } = await import(new URL("static/play/policy.js", location.href));
   const [policy] = await readPolicies(new Uint8Array(bytes).buffer);
@@ -146,6 +153,11 @@ def test_an_expert_returns_what_it_returns_in_python(loaded: Page, name: str) ->
     assert np.mean(seen) == pytest.approx(np.mean(returns), rel=0.02)
 
 
+def test_a_part_that_is_changed_again_and_again_takes_no_more_memory(loaded: Page) -> None:
+    first, _, last = loaded.evaluate(WORLD % MEMORY, ["Hopper", {}])
+    assert last == first
+
+
 @pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("name", policies())
 def test_actions_have_the_bits_of_python_in_both_orders_of_an_array(
@@ -214,6 +226,8 @@ def test_the_keyboard_pauses_pushes_and_changes_the_world(panel: Page) -> None:
     paused = caption(panel, 0)
     panel.wait_for_timeout(100)
     assert caption(panel, 0) == paused
+    panel.locator("#play-forward").press("Enter")
+    said(panel, "#play-status", "text.includes('pushed')")
     panel.locator("#play-gravity").press("ArrowLeft")
     assert panel.locator("#play-gravity + output").inner_text() == "0.70 g"
     said(panel, "#play-status", "text.includes('no task')")
@@ -221,8 +235,6 @@ def test_the_keyboard_pauses_pushes_and_changes_the_world(panel: Page) -> None:
     panel.locator("#play-factor").press("ArrowRight")
     assert panel.locator("#play-factor + output").inner_text() == "× 1.05"
     panel.locator("#play-run").press("Space")
-    panel.locator("#play-forward").press("Enter")
-    said(panel, "#play-status", "text.includes('pushed')")
     panel.locator("#play-group").select_option("humanoid-gravity-v0")
     said(panel, "#play-status", "text.startsWith('This is Humanoid')")
     assert panel.lines == []  # type: ignore[attr-defined]
@@ -301,6 +313,19 @@ def test_finished_episodes_are_counted_and_policies_can_be_taken(panel: Page) ->
     assert '.load("submissions/agile", "hopper-gravity", run=0, stage=2)' in line
 
 
+def test_an_episode_of_two_worlds_is_none_of_the_task_and_is_not_counted(panel: Page) -> None:
+    walk(panel)
+    panel.locator("#play-again").press("Enter")
+    panel.locator("#play-gravity").press("ArrowLeft")
+    panel.locator("#play-gravity").press("ArrowRight")
+    said(panel, "#play-status", "text.includes('the world changed')")
+    panel.locator("#play-speed").select_option("4")
+    said(panel, ".sides figcaption", "/It fell|End of the episode/.test(text)")
+    assert "finished" not in caption(panel, 0)
+    panel.locator("#play-again").press("Enter")
+    said(panel, "#play-status", "text.startsWith('This is HopperGravityThreeQuarters.')")
+
+
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (390, 844)])
 def test_body_and_return_are_on_the_first_screen_and_a_finger_scrolls_it(
     panel: Page, width: int, height: int
@@ -315,13 +340,44 @@ def test_body_and_return_are_on_the_first_screen_and_a_finger_scrolls_it(
     assert touch == "pan-y pinch-zoom"
 
 
-@pytest.mark.parametrize(("name", "value"), [("group", "nothing"), ("part", "Nose"), ("gravity", "abc")])
-def test_what_is_unknown_in_the_address_is_said(page: Page, http_address: str, name: str, value: str) -> None:
-    page.goto(f"{http_address}play.html#?task=Hopper&{name}={value}")
+@pytest.mark.parametrize(
+    ("address", "unknown"),
+    [
+        ("task=Hopper&group=nothing&part=Nose", "group nothing, part Nose"),
+        ("task=Hopper&gravity=abc&wall=near", "gravity abc, wall near"),
+        ("group=hopper-gravity-v0&task=HopperWall&stage=99", "task HopperWall, stage 99"),
+        ("task=Hopper&submission=nobody&run2=7", "submission nobody, run2 7"),
+    ],
+)
+def test_what_is_unknown_in_the_address_is_said(
+    page: Page, http_address: str, address: str, unknown: str
+) -> None:
+    page.goto(f"{http_address}play.html#?{address}")
     page.locator("#play-load").click()
     runs(page)
     status = page.locator("#play-status").inner_text()
-    assert status.startswith(f"This page has no {name} {value}; shown is another.")
+    assert status.startswith(f"This page has no {unknown}; shown is another.")
+
+
+SLOW = """const load = fetch;
+globalThis.fetch = async (address, ...rest) => {
+  if (/\\.(npz|xml)$/.test(address)) await new Promise((done) => setTimeout(done, 500));
+  return load(address, ...rest);
+};"""
+
+
+def test_of_two_addresses_the_second_counts_while_files_of_the_first_are_loaded(
+    page: Page, http_address: str
+) -> None:
+    page.add_init_script(SLOW)
+    page.goto(f"{http_address}play.html#?task=Hopper&submission=agile&run=0")
+    page.locator("#play-load").click()
+    page.wait_for_function("() => !document.getElementById('play-panel').hidden")
+    page.evaluate("location.hash = '#?task=Hopper&gravity=1&submission=%2Fexpert'")
+    runs(page)
+    assert page.locator("select.policy").evaluate_all(VALUES) == ["/expert", "/expert"]
+    assert page.locator("#play-status").inner_text().startswith("This is Hopper.")
+    assert "submission=%2Fexpert&stage=0&submission2=%2Fexpert&stage2=0" in page.url
 
 
 def test_the_panel_fits_a_narrow_screen_and_is_accessible(panel: Page) -> None:
@@ -358,6 +414,7 @@ def test_a_simulator_that_is_not_the_built_one_is_not_run(
     page.goto(f"{http_address}play.html")
     page.locator("#play-load").click()
     assert "The simulator did not load." in problem(page)
+    assert page.locator("#play-problem").evaluate("(note) => note === document.activeElement")
     assert not page.locator("#play-panel").is_visible()
 
 

@@ -56,6 +56,7 @@ def test_the_keyboard_plays_scrubs_and_changes_the_speed(panel: Locator) -> None
     time.press("End")
     assert panel.locator("output").inner_text() == "4.0 s"
     assert time.get_attribute("aria-valuetext") == "4.0 s"
+    assert panel.locator("output").get_attribute("aria-live") == "off", "it changes ten times per second"
     time.press("ArrowLeft")
     assert float(time.input_value()) < 60
     speed = panel.get_by_label("Speed")

@@ -3,7 +3,7 @@
 "use strict";
 
 let index = null;
-const loaded = {};
+const loaded = {}; // differences by board: false while they are loaded, undefined where that failed
 function compareIndex(document) { index = document; start(); }
 function boardPairs(document) { loaded[document.board] = document; }
 
@@ -57,9 +57,9 @@ function answer(first, second, boards) {
   }
   if (!list.children.length) {
     const whys = [first, second].filter((name) => index.unranked[name]).map((name) => ` ${title(name)}: ${index.unranked[name]}`);
-    list.append(make("p", {}, "The two are not compared over the ", link("core", "core.html"), `, because only ranked submissions are.${whys.join("")}`));
+    list.append(make("p", {}, `${title(first)} and ${title(second)} are not compared over the `, link("core", "core.html"), `, because only ranked submissions are.${whys.join("")}`));
   }
-  if (!boards.length) list.append(make("p", {}, "The two share no group with the same protocol and budget, so there is nothing to compare."));
+  if (!boards.length) list.append(make("p", {}, `${title(first)} and ${title(second)} share no group with the same protocol and budget, so there is nothing to compare.`));
   return list;
 }
 
@@ -87,9 +87,9 @@ function table(boards, first, second) {
     return found && [found.mean, found.low, found.high, found.p, found.runs];
   };
   const rows = boards.map((board) => {
-    const data = loaded[board.id], at = data ? data.columns.indexOf("forgetting") : -1;
+    const data = loaded[board.id], value = (at) => data && (at < 0 ? null : difference(data, first, second, at));
     return { page: board.page, group: board.group, label: board.label, runs: `${board.submissions[first]}, ${board.submissions[second]}`,
-      kept: data && difference(data, first, second), lost: at < 0 ? null : difference(data, first, second, at) };
+      kept: value(0), lost: value(data && data.columns.indexOf("forgetting")) };
   });
   const core = pooled("final_performance");
   if (core) rows.unshift({ page: "core.html", group: "Core suite", label: "mean over its groups; interval for all pairs together",
@@ -97,7 +97,7 @@ function table(boards, first, second) {
   const reach = Math.max(0.1, ...rows.flatMap(({ kept }) => (kept ? kept.slice(0, 3).map(Math.abs) : [])));
   const named = (name, td) => { td.dataset.label = name; return td; };
   const number = (name, found) => named(name, make("td", { className: "num" },
-    make("span", { className: "value strong" }, found ? fixed(found[0]) : "\u2013"), " ",
+    make("span", { className: "value strong" }, found ? fixed(found[0]) : found === null ? "\u2013" : "\u2026"), " ",
     make("span", { className: "ends" }, found ? (found[1] === null ? "one run" : range(found[1], found[2])) : "")));
   const lines = rows.map(({ page, group, label, runs, kept, lost }) => make("tr", {},
     make("th", { scope: "row" }, link(group, page), " ", make("span", { className: "tags" }, label)),
@@ -141,12 +141,14 @@ function show(first, others) {
       place.prepend(make("p", { className: "note" }, `This site compares no submission ${unknown.map((name) => `“${name}”`).join(" or ")}; shown are others. `,
         link("All submissions", "submissions.html")));
     }
+    const failed = shared.flat().filter(({ id }) => loaded[id] === undefined).map(({ group }) => group);
+    if (failed.length) place.append(make("p", { className: "note" }, `Differences (\u2026) could not be loaded: ${[...new Set(failed)].join(", ")}. Reload the page to try again.`));
     region.replaceChildren(...others.flatMap((other, i) => (shared[i].length ? [table(shared[i], first, other)] : [])), ...networks([first, ...others]));
   };
   for (const board of shared.flat()) {
     if (loaded[board.id] !== undefined) continue;
-    loaded[board.id] = null;
-    const onerror = () => { delete loaded[board.id]; };
+    loaded[board.id] = false;
+    const onerror = () => { delete loaded[board.id]; render(); };
     document.head.append(make("script", { src: board.pairs, onload: () => render(), onerror }));
   }
   render();

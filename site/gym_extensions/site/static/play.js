@@ -39,6 +39,7 @@
       document.getElementById("play-panel").hidden = true;
       problem("The simulator did not load.", "A file is missing, or is not the one that this site was built with. "
         + "Reload the page; if that does not help, the site has to be built again.");
+      document.getElementById("play-problem").focus(); // the button, which had it, is gone
     }
   }
 

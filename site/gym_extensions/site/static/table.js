@@ -46,7 +46,7 @@ const readState = (hash) => {
   return {
     q: given.get("q") || "", sort: given.get("sort") || "", up: given.get("up") === "1", runs: given.get("runs") || "",
     filters: Object.fromEntries(Object.keys(FILTERS).map((key) => [key, given.get(key) || ""])),
-    hide: list("hide"), ticked: list("compare"), all: given.get("all") === "1",
+    hide: list("hide"), ticked: list("compare").slice(-2), all: given.get("all") === "1",
   };
 };
 
@@ -82,6 +82,7 @@ function unknown(rows, state, columns) {
   const keys = [state.sort, ...state.hide].filter((key) => key && !columns.some((column) => column.key === key));
   const filters = Object.entries(state.filters).filter(([key, value]) => value && !rows.some((row) => row.values[key]?.text === value));
   const names = state.ticked.filter((name) => !rows.some((row) => row.name === name));
+  if (state.runs && state.runs !== String(FULL_RUNS)) filters.push(["runs", state.runs]);
   return [...keys, ...filters.map(([, value]) => value), ...names];
 }
 

@@ -128,7 +128,7 @@
     const controls = document.createElement("div"), button = section.querySelector(".play");
     controls.className = "controls";
     controls.innerHTML = '<label>Time <input type="range" min="0" value="0" step="0.1"></label> '
-      + '<label>Speed <select></select></label> <output></output>';
+      + '<label>Speed <select></select></label> <output aria-live="off"></output>';
     const [range, select, output] = controls.querySelectorAll("input, select, output");
     range.max = frames - 1;
     figure.speeds(select);

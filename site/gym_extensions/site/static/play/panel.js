@@ -111,10 +111,10 @@ class Side {
     return this.policy && this.world && !this.world.ended;
   }
 
-  place(mujoco, body, xml, settings) {
+  place(mujoco, body, model, settings) {
     if (this.world?.body !== body) {
       for (const part of ["data", "model"]) this.world?.[part].delete(); // WebAssembly frees no memory by itself
-      this.world = new World(mujoco, body, xml);
+      this.world = new World(mujoco, body, model);
     }
     this.world.change(settings);
   }
@@ -156,7 +156,7 @@ class Side {
     const end = !world.ended ? "" : `${world.fell ? " It fell." : " End of the episode."}${waits}`;
     const falls = this.past.filter(([, fell]) => fell).length;
     const before = this.past.length ? ` Fell in ${falls} of ${this.past.length} finished.` : "";
-    caption.textContent = `Return ${world.total.toFixed(1)}, step ${world.steps} (${seconds.toFixed(1)} s), ${qpos[0].toFixed(1)} m.${end}${before}`;
+    caption.textContent = `Return ${figure.fixed(world.total, 1)}, step ${world.steps} (${seconds.toFixed(1)} s), ${figure.fixed(qpos[0], 1)} m.${end}${before}`;
   }
 
   // The return on a scale with floor, expert and what was logged for this policy; a dot per finished episode, hollow after a fall.
@@ -177,7 +177,7 @@ class Side {
     pen.strokeStyle = pen.fillStyle = colour("--soft");
     line(16, y, far, y);
     for (const [name, value, at] of known) {
-      const text = `${name} ${value.toFixed(0)}`, half = pen.measureText(text).width / 2;
+      const text = `${name} ${figure.fixed(value, 0)}`, half = pen.measureText(text).width / 2;
       line(X(value), y - 7, X(value), y + 7);
       pen.fillText(text, Math.min(Math.max(X(value) - half, 0), width - 2 * half), at);
     }
@@ -288,16 +288,16 @@ class Panel {
     by("group").addEventListener("change", () => this.chooseGroup());
     by("task").addEventListener("change", () => this.chooseTask());
     by("has-wall").addEventListener("input", () => this.putWall());
-    for (const name of ["gravity", "factor", "part", "wall", "has-wall"]) by(name).addEventListener("input", () => this.change());
     by("wall").addEventListener("input", () => { this.wallIsDrawn = false; });
+    for (const name of ["gravity", "factor", "part", "wall", "has-wall"]) by(name).addEventListener("input", () => this.change());
     by("run").addEventListener("click", () => this.run(!this.running));
     by("again").addEventListener("click", () => this.restart());
     by("back").addEventListener("click", () => this.push(-1));
     by("forward").addEventListener("click", () => this.push(1));
     by("panel").addEventListener("change", () => this.write());
     by("panel").hidden = false;
-    await this.visit();
     addEventListener("hashchange", () => { if (location.hash.startsWith("#?")) this.visit(); });
+    await this.visit();
     figure.clock((elapsed) => this.frame(Math.min(elapsed, LONGEST_FRAME)))(true);
   }
 
@@ -318,33 +318,27 @@ class Panel {
     const group = groups.find(({ id }) => id === wanted.group) || groups.find(({ tasks }) => tasks.includes(wanted.task)) || groups[0];
     by("group").value = group.id;
     await this.chooseGroup(wanted);
-    const known = { group: groups.map(({ id }) => id), task: groups.flatMap(({ tasks }) => tasks) };
-    for (const name of ["gravity", "part", "factor", "speed"]) known[name] = [by(name).value];
-    const [lost] = Object.keys(known).filter((name) => wanted[name] && !known[name].includes(wanted[name]));
-    if (lost) this.missing = `This page has no ${lost} ${wanted[lost]}; shown is another. `;
-    for (const at of ["", "2"]) {
-      const [chosen, run] = [wanted[`submission${at}`], wanted[`run${at}`]];
-      const runs = group.submissions.find(({ name }) => name === chosen)?.runs || [];
-      if (chosen && ![EXPERT, NOBODY].includes(chosen) && !runs.some(([number]) => !run || String(number) === run)) {
-        this.missing = `This site does not offer ${run ? `run ${run} of ` : ""}${chosen} here. `;
-      }
-    }
+    if (this.wanted !== wanted) return;
+    const lost = Object.entries(this.choices).filter(([name, value]) => wanted[name] && wanted[name] !== value && Number(wanted[name]) !== Number(value))
+      .map(([name]) => `${name} ${wanted[name]}`);
+    if (lost.length) this.missing = `This page has no ${lost.join(", ")}; shown is another. `;
+  }
+
+  // Every choice by its name in the address.
+  get choices() {
+    const sides = this.sides.map(({ menu, runs, stages }, at) => [["submission", menu.value || NOBODY], ["run", runs.value], ["stage", stages.value]]
+      .map(([name, value]) => [`${name}${at ? "2" : ""}`, value]));
+    const named = (names) => names.map((name) => [name, by(name).value]);
+    return Object.fromEntries([...named(["group", "task"]), ...sides.flat(), ...named(["gravity", "part", "factor"]), ["wall", `${this.settings.wall ?? "none"}`], ...named(["speed"])]);
   }
 
   // Puts every choice into the address, as far as it differs from what the task says.
   write() {
-    const { task, settings } = this, [[part] = []] = Object.entries(settings.limbs);
-    const given = new URLSearchParams({ group: by("group").value, task: by("task").value });
-    const put = (name, value) => { if (value !== "" && value !== false) given.set(name, value); };
-    this.sides.forEach(({ menu, runs, stages }, at) => {
-      [["submission", menu], ["run", runs], ["stage", stages]].forEach(([name, select]) => put(name + (at ? "2" : ""), select.value || (select === menu && NOBODY)));
-    });
-    put("gravity", settings.gravity !== task.gravity && settings.gravity);
-    put("part", JSON.stringify(settings.limbs) !== JSON.stringify(task.limbs) && (part || by("part").value));
-    put("factor", given.has("part") && by("factor").value);
-    put("wall", settings.wall === null ? task.wall && "none" : !this.wallIsDrawn && settings.wall);
-    put("speed", by("speed").value !== "1" && by("speed").value);
-    history.replaceState(null, "", `#?${given}`);
+    const { task, settings } = this, isWhole = JSON.stringify(settings.limbs) === JSON.stringify(task.limbs);
+    const same = { gravity: settings.gravity === task.gravity, part: isWhole, factor: isWhole,
+      wall: settings.wall === null ? !task.wall : this.wallIsDrawn, speed: by("speed").value === "1" };
+    const given = Object.entries(this.choices).filter(([name, value]) => value && !same[name]);
+    history.replaceState(null, "", `#?${new URLSearchParams(given)}`);
   }
 
   // `wanted` is what the address asks for: a task; a submission, its run and stage, and the same of the second body, without
@@ -356,6 +350,7 @@ class Panel {
   }
 
   async chooseTask(wanted = {}) {
+    this.wanted = wanted; // the last choice, which may come while files of another one are loaded
     this.missing = "";
     const task = this.task, body = this.index.bodies[task.body], [[part, factor] = [Object.keys(body.parts)[0], 1]] = Object.entries(task.limbs);
     fill(by("part"), Object.keys(body.parts).map((name) => [name, name]));
@@ -369,18 +364,19 @@ class Panel {
     if (wanted.speed) by("speed").value = [...by("speed").options].some(({ value }) => value === wanted.speed) ? wanted.speed : "1";
     this.work = [0, 0];
     this.ready = false; // policies and bodies of two tasks do not fit each other
+    const other = wanted.submission2 === NOBODY ? "" : wanted.submission2 ?? wanted.submission;
+    const second = { submission: other, run: wanted.run2 ?? wanted.run, stage: wanted.stage2 };
+    const offered = Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i ? second : wanted)));
     try {
       const reply = this.models[body.name] ? null : await fetch(new URL(body.model, this.site));
       if (reply && !reply.ok) throw new Error("no model");
-      if (reply) this.models[body.name] = await reply.text();
+      if (reply) this.models[body.name] = this.mujoco.parseXMLString(await reply.text());
     } catch {
       by("status").textContent = `${task.body} could not be loaded. Choose a task to try again.`;
       return;
     }
-    const other = wanted.submission2 === NOBODY ? "" : wanted.submission2 ?? wanted.submission;
-    const second = { submission: other, run: wanted.run2 ?? wanted.run, stage: wanted.stage2 };
-    await Promise.all(this.sides.map((side, i) => side.offer(task, this.group, i ? second : wanted)));
-    if (task !== this.task) return;
+    await offered;
+    if (this.wanted !== wanted) return;
     for (const side of this.sides) side.place(this.mujoco, body, this.models[body.name], this.settings);
     this.ready = true;
     this.restart();
@@ -394,6 +390,7 @@ class Panel {
       if (side.policy !== side.before || world !== this.world) side.past = []; // episodes of another policy or world
       side.before = side.policy;
     }
+    this.touched ||= world !== this.world; // until both start again
     this.world = world;
     this.describe();
   }
@@ -474,8 +471,8 @@ class Panel {
       side.canvas.setAttribute("aria-label", `${this.task.body} under ${side.title}`);
     }
     const [simulated, spent] = this.work, ratio = spent > 0 ? simulated / spent : 0;
-    const world = this.touched ? "The body was pushed: this return is not one of the task."
-      : this.isTask ? `This is ${by("task").value}.` : "This world is no task of the benchmark.";
+    const world = !this.isTask ? "This world is no task of the benchmark."
+      : this.touched ? "The body was pushed or the world changed: this return is not one of the task." : `This is ${by("task").value}.`;
     by("status").textContent = `${this.missing}${world}${ratio ? ` One body simulates ${ratio.toFixed(ratio < 10 ? 1 : 0)}\u00a0× as fast as real time.` : ""}`;
     by("status").dataset.ratio = ratio;
   }

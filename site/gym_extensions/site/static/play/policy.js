@@ -85,7 +85,7 @@ export class Policy {
     this.arrays = arrays;
     this.layers = Object.keys(arrays).filter((name) => name.startsWith("weight_")).length;
     this.inputs = this.layers ? arrays.weight_0.shape.at(-2) : null;
-    this.knowsTask = Object.keys(arrays).some((name) => /^(weight|mask)_/.test(name) && arrays[name].shape.length > 2);
+    this.knowsTask = Object.entries(arrays).some(([name, { shape }]) => shape.length > (/weight|mask/.test(name) ? 2 : 1));
   }
 
   // The row of a task: of the leading axis, where an array has it.

@@ -24,7 +24,7 @@ export function camera(canvas, [x, y]) {
 const mixed = (colour, other, share) => `color-mix(in srgb, ${colour} ${Math.round(100 * share)}%, ${other})`;
 
 export function drawSpace(view, shapes, place) {
-  const { pen, colour, width } = view, { project, zoom } = camera(pen.canvas, place);
+  const { pen, colour } = view, { project, zoom } = camera(pen.canvas, place);
   const line = (from, to, thickness, style) => {
     const [x1, y1] = project(from), [x2, y2] = project(to);
     pen.strokeStyle = style;
@@ -53,8 +53,6 @@ export function drawSpace(view, shapes, place) {
     const lift = radius * 0.4;
     line([start[0], start[1], start[2] + lift], [end[0], end[1], end[2] + lift], thickness * 0.3, mixed("white", "transparent", 0.28));
   }
-  pen.fillStyle = colour("--soft");
-  pen.fillText(`${place[0].toFixed(1)} m`, width - 48, 16);
 }
 
 const depthOf = ([role, , start, end], project) => (

@@ -5,9 +5,9 @@ const PARKED = -100;
 const PULL = 25, STRONGEST = 12; // of a hand, per kg: N/m, and N
 
 export class World {
-  // `mujoco` is the module, `body` the facts of index.json, `xml` the text of its model.
-  constructor(mujoco, body, xml) {
-    Object.assign(this, { mujoco, body, xml, rules: RULES[body.name](body) });
+  // `mujoco` is the module, `body` the facts of index.json, `base` its model, parsed.
+  constructor(mujoco, body, base) {
+    Object.assign(this, { mujoco, body, base, rules: RULES[body.name](body) });
     this.settings = { gravity: 1, limbs: {}, wall: null };
     this.build();
   }
@@ -22,8 +22,9 @@ export class World {
   }
 
   // Compiles the model as gym_extensions.catalog.variations changes it, with a wall that may be out of reach.
+  // MuJoCo frees the memory of a copy; that of a parsed model it keeps.
   build() {
-    const { mujoco } = this, spec = mujoco.parseXMLString(this.xml);
+    const { mujoco } = this, spec = new mujoco.MjSpec(this.base);
     const geom = (name) => mujoco.mjs_asGeom(mujoco.mjs_findElement(spec, mujoco.mjtObj.mjOBJ_GEOM, name));
     const kilograms = (geoms) => geoms.reduce((sum, each) => sum + mass(each), 0);
     // HalfCheetah's compiler scales all masses to a total, which rises so that no other mass moves.
@@ -37,7 +38,7 @@ export class World {
       });
     }
     const feet = this.body.feet;
-    if (feet && !this.xml.includes("<exclude") && feet.names.reduce((sum, name) => sum + geom(name).size[0], 0) > feet.distance) {
+    if (feet && feet.names.reduce((sum, name) => sum + geom(name).size[0], 0) > feet.distance) {
       const exclude = mujoco.mjs_addExclude(spec);
       [exclude.bodyname1, exclude.bodyname2] = feet.names;
     }
