@@ -52,7 +52,8 @@ SERIOUS = """([excluded, only]) => axe.run({ exclude: [excluded] }, { resultType
 
 
 SMALL = """() => [...document.querySelectorAll("main svg text")].filter((e) => e.checkVisibility())
-  .map((e) => [parseFloat(getComputedStyle(e).fontSize) * e.getScreenCTM().a, e])
+  .map((e) => [e, e.getScreenCTM()])
+  .map(([e, { a, b }]) => [parseFloat(getComputedStyle(e).fontSize) * Math.hypot(a, b), e])
   .filter(([size]) => size && size < 9.5)
   .map(([size, e]) => `${size} ${e.closest("svg").getAttribute("class")} ${e.textContent}`).slice(0, 5)"""
 CUT_CAPTIONS = """() => [...document.querySelectorAll(".scroll caption")].filter((e) => {
