@@ -61,6 +61,20 @@ class Bounded(ActorCriticPolicy):
         return torch.tanh(5 * super()._predict(observation, deterministic))
 
 
+class Squared(ActorCriticPolicy):
+    """An own class of which the network of the actor sees squares."""
+
+    def extract_features(self, obs: Any, features_extractor: Any = None) -> Any:
+        return super().extract_features(obs**2, features_extractor)
+
+
+class Scaled(ActorCriticPolicy):
+    """An own class of which the layer of the mean sees other values."""
+
+    def _get_action_dist_from_latent(self, latent_pi: Any) -> Any:
+        return super()._get_action_dist_from_latent(50 * latent_pi)
+
+
 class BoundedActor(Actor):
     """An own actor of SAC."""
 
@@ -87,6 +101,8 @@ NETWORKS: dict[str, tuple[Any, dict[str, Any], gym.spaces.Box]] = {
     "PPO, own extractor, normalized": (PPO, EXTRACTED | {"normalize_observations": True}, OBSERVATIONS),
     "PPO, own class": (PPO, {"policy": Own}, OBSERVATIONS),
     "PPO, own actions": (PPO, {"policy": Bounded}, OBSERVATIONS),
+    "PPO, own features": (PPO, {"policy": Squared}, OBSERVATIONS),
+    "PPO, own distribution": (PPO, {"policy": Scaled}, OBSERVATIONS),
     "SAC, own actor": (SAC, {"policy": BoundedSac, "buffer_size": 10}, OBSERVATIONS),
     "SAC, own extractor": (SAC, EXTRACTED | {"buffer_size": 10}, OBSERVATIONS),
     "TD3, own extractor": (TD3, EXTRACTED | {"buffer_size": 10}, OBSERVATIONS),
@@ -202,9 +218,10 @@ def test_a_policy_that_cannot_be_expressed_trains_without_one_and_is_named_on_ex
         assert agent.policy() is None
     with pytest.raises(BenchError, match="use_sde"):
         exported(agent._model)
-    own: Any = sb3(PPO, Bounded, deterministic=False)(OBSERVATIONS, ACTIONS, 0)
-    with pytest.warns(UserWarning, match="Bounded, overrides _predict, which a network cannot follow"):
-        assert own.policy() is None
+    for kind, name in ((Bounded, "_predict"), (Scaled, "_get_action_dist_from_latent")):
+        own: Any = sb3(PPO, kind, deterministic=False)(OBSERVATIONS, ACTIONS, 0)
+        with pytest.warns(UserWarning, match=f"{kind.__name__}, overrides {name}, which a network cannot"):
+            assert own.policy() is None
 
 
 @pytest.mark.parametrize("settings", [EXTRACTED, {"policy_kwargs": {"activation_fn": nn.GELU}}])
@@ -240,6 +257,14 @@ def test_every_activation_is_the_same_function(activation: type[nn.Module]) -> N
     network = nn.Sequential(nn.Linear(5, 16), activation(), nn.Linear(16, 2))
     policy = Policy(np.zeros(2, np.float32), np.ones(2, np.float32), **policy_layers(network))
     expected = network(torch.tensor(seen, dtype=torch.float32)).detach().numpy()
+    np.testing.assert_allclose(policy.act(seen), expected, rtol=1e-5, atol=1e-5)
+
+
+def test_a_layer_that_a_sequence_uses_twice_is_there_twice() -> None:
+    tied, activation, seen = nn.Linear(2, 2), nn.Tanh(), np.ones((1, 2))
+    network = nn.Sequential(tied, activation, tied, activation, nn.Linear(2, 2))
+    policy = Policy(np.zeros(2), np.ones(2), **policy_layers(network))
+    expected = network(torch.ones(1, 2)).detach().numpy()
     np.testing.assert_allclose(policy.act(seen), expected, rtol=1e-5, atol=1e-5)
 
 

@@ -26,7 +26,10 @@ ACTIVATIONS: dict[type[torch.nn.Module], str] = {
 }
 """The name in a policy of each activation, with PyTorch's default settings."""
 LIBRARIES = ("stable_baselines3", "sb3_contrib", "sbx", "torch", "builtins", "abc", "typing")
-ACTING = ("predict", "_predict", "forward", "forward_actor", "get_distribution", "get_action_dist_params")
+ACTING = (
+    *("predict", "_predict", "forward", "forward_actor", "extract_features"),
+    *("get_distribution", "get_action_dist_params", "_get_action_dist_from_latent"),
+)
 SUPPORTED = ", ".join(["Linear", *(kind.__name__ for kind in ACTIVATIONS)])
 
 
@@ -57,7 +60,9 @@ def policy_layers(*modules: torch.nn.Module) -> Layers:
         >>> [weights.shape for weights in layers["weights"]], layers["activation"]
         ([(3, 8), (8, 2)], 'tanh')
     """
-    leaves = [leaf for module in modules for leaf in module.modules() if not any(leaf.children())]
+    # ``modules`` visits a layer once, and a sequence may use it several times.
+    parts = [part for each in modules for part in (each if isinstance(each, torch.nn.Sequential) else [each])]
+    leaves = [leaf for part in parts for leaf in part.modules() if not any(leaf.children())]
     is_linear = [isinstance(leaf, torch.nn.Linear) for leaf in leaves]
     linear: Any = [leaf for leaf in leaves if isinstance(leaf, torch.nn.Linear)]
     activations = set()

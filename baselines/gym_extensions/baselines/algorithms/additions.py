@@ -363,11 +363,13 @@ def with_addition(base: Sb3Factory, addition: str, **settings: Setting) -> Sb3Fa
     ``base`` is that of ``ppo`` or ``sac64``, or your own of :func:`gym_extensions.baselines.sb3`.
     ``addition`` is a key of ``ADDITIONS``; ``settings`` change the defaults of its class.
 
-    Raises ``BenchError`` if there is no such addition or setting. The factory raises it (``no-actor``) if the
-    algorithm has no actor that the addition can see.
+    Raises ``BenchError`` if there is no such addition or setting, or ``base`` has an addition. The factory
+    raises it (``no-actor``) if the algorithm has no actor that the addition can see.
     """
     require_known("addition", addition, ADDITIONS, "with_addition()")
     kind, name = ADDITIONS[addition], base.card.algorithm
+    if base.kind is not None:
+        raise BenchError("second-addition", f"{name} has one already.", "with_addition()", "Give its base.")
     for each in settings:
         require_known("setting", each, kind.settings, f"with_addition(), {addition}")
     card = replace(
