@@ -205,9 +205,9 @@ def restored(load: Callable[[Any, Path], Any]) -> Any:
 def test_what_load_returns_is_an_agent_or_nothing() -> None:
     checked(Restored)
     returns_true = restored(lambda self, path: True)
-    with refused("bad-agent", "load() returned a value of type bool"):
-        checked(returns_true)
-    checked(returns_true, "joint")  # has one stage, after which nothing is loaded
+    for protocol in ("sequential", "joint"):  # also of one stage: evaluations during training load a copy
+        with refused("bad-agent", "load() returned a value of type bool"):
+            checked(returns_true, protocol)
 
     def raises(self: Any, path: Path) -> None:
         raise ValueError("The file is too old.")

@@ -32,6 +32,7 @@ MISTAKES = [
     (command("trpo", budget="100K"), "'100k'"),
     (command("trpo", runs="1000"), "--runs"),
     (command("trpo", runs="0,4-1"), "1-4"),
+    (command("trpo", runs="0-9999999999"), "is not a list of runs"),
     (command("zero", out="zero run"), "'zero run'"),
     (command("trpo", jobs="-1"), "--jobs: jobs is -1. Give a whole number from 0."),
     (command("trpo", num_envs="0"), "--num-envs"),
@@ -129,6 +130,16 @@ def test_a_second_signal_does_not_interrupt_what_follows_the_first(
     monkeypatch.setattr("gym_extensions.baselines.train", interrupted)
     assert main(command("trpo", out=str(tmp_path / "mine"))) == 128 + signal.SIGTERM
     assert ended == ["in order"]
+
+
+def test_an_interrupt_while_the_simulator_is_loaded_has_the_same_exit_status(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def interrupted(name: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gym_extensions.baselines.__getattr__", interrupted)
+    assert main(command("trpo")) == 128 + signal.SIGINT
 
 
 FAILING = """

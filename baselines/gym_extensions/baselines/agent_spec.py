@@ -22,7 +22,7 @@ from gym_extensions.baselines import agent as agents, algorithms, generators
 from gym_extensions.baselines.agent import Agent, Array, Card, Context, Factory, TaskLabel, VectorEnv
 from gym_extensions.baselines.algorithms.floors import FLOORS
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import IN_ORDER, STANDARD_BUDGET, evaluation_seed
+from gym_extensions.catalog.protocol import STANDARD_BUDGET, evaluation_seed
 from gym_extensions.envs import make_vec, rollout
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, manifest, rules, run
@@ -103,7 +103,7 @@ class AgentSpec:
             message = "The agent gives no policy, and a run without policies has no rank. "
             hint = "Add a method policy() before you train: finished runs are not trained again."
             warnings.warn(message + hint, stacklevel=3)
-        if isinstance(trial, agents.Resumable) and any(protocol in IN_ORDER for _, protocol in logs):
+        if isinstance(trial, agents.Resumable):
             other, acted = agents.create(make, spaces, 1, name), list[Array]()
             with tempfile.TemporaryDirectory() as folder:
                 agents.save(trial, saved := Path(folder, "agent.npz"))

@@ -56,7 +56,6 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str] | None = None) -> int:
     """Trains, writes the submission and returns the exit status."""
     options = parser().parse_args(argv)
-    from gym_extensions.baselines import Monitor, Origin, Parallel, train  # loads the simulator
 
     def interrupt(number: int, _: Any) -> None:
         signal.signal(number, signal.SIG_IGN)  # a scheduler may send it twice
@@ -64,6 +63,8 @@ def main(argv: list[str] | None = None) -> int:
 
     before = signal.signal(signal.SIGTERM, interrupt)  # from a scheduler whose time limit has passed
     try:
+        from gym_extensions.baselines import Monitor, Origin, Parallel, train  # loads the simulator
+
         what = parse_names(options.groups), parse_names(options.protocol), options.budget
         train(
             isolated(options.agent, *what) if options.isolated else options.agent,
@@ -125,7 +126,7 @@ def parse_runs(text: str) -> list[int]:
     """The numbers of a list with ranges such as ``0,2,5-7``; raises ``BenchError`` for anything else."""
     runs: list[int] = []
     for part in text.split(","):
-        match = re.fullmatch(r"\s*(\d+)\s*(?:-\s*(\d+)\s*)?", part)
+        match = re.fullmatch(r"\s*(\d{1,6})\s*(?:-\s*(\d{1,6})\s*)?", part)
         if match is None:
             hint = "Use numbers and ranges, such as 0,1 or 0-4."
             raise BenchError("bad-runs", f"{text!r} is not a list of runs.", "--runs", hint)

@@ -333,6 +333,11 @@ ENDINGS = (
             "cannot be read",
             "bad-card",
         ),
+        (
+            "states what is no JSON",
+            "return Card('x', hyperparameters={'rates': {0.1}})",
+            "card(): The agent raised",
+        ),
     ),
     *in_method("act", ("returns wrong shapes in evaluation", "return numpy.zeros(7)", "shape (1, 3)")),
     *in_method(

@@ -131,7 +131,6 @@ def name_of(agent: str | Factory) -> str:
     if isinstance(agent, str):
         path, attribute = place_of(agent)
         module = path.stem if path else agent.rpartition(":")[0]
-        attribute = attribute if ":" in agent else agent
     else:
         module = getattr(agent, "__module__", type(agent).__module__)
         attribute = getattr(agent, "__name__", type(agent).__name__)

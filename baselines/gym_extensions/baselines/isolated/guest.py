@@ -52,6 +52,8 @@ class Guest:
                 (name, arguments), blob = self.pipe.read_message(self.limit)
                 reply: Reply | None = getattr(self, name)(*arguments, *([blob] if blob else []))
                 sys.stdout.flush()
+                if reply is not None:
+                    self.pipe.write_message(frames.REPLY, *reply)
             except EOFError:  # the world has closed the pipe
                 os._exit(0)
             except BaseException as error:  # noqa: BLE001 - also SystemExit: the world has to know
@@ -60,8 +62,6 @@ class Guest:
                     sys.stdout.flush()
                 self.pipe.write_message(frames.ERROR, text)
                 os._exit(1)
-            if reply is not None:
-                self.pipe.write_message(frames.REPLY, *reply)
 
     def scopes(self, closed: int, opened: list[int | None]) -> Reply:
         """Leaves and enters what keeps or seeds the global random generators in the world at the moment."""

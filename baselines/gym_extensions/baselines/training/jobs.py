@@ -57,7 +57,7 @@ class Parallel:
 
 @dataclass(frozen=True)
 class Origin:
-    """Who trains runs, and from what their seeds follow. Raises ``BenchError`` if ``by`` is too long.
+    """Who trains runs, and from what their seeds follow. Raises ``BenchError`` for anything but such texts.
 
     Args:
         by: who trains them, at most 200 characters: for runs that are donated to a submission of others.
@@ -72,6 +72,8 @@ class Origin:
         if not isinstance(self.by, str) or len(self.by) > LONGEST:
             message = f"It is not text of at most {LONGEST} characters."
             raise BenchError("bad-by", message, "--by", "Shorten it.")
+        if not isinstance(self.seeds, str):
+            raise BenchError("bad-seeds", "It is not text.", "--seeds", "Give a string.")
 
 
 @dataclass(frozen=True)

@@ -105,11 +105,11 @@ def acting_copy(agent: Agent, create: Callable[[], Agent], path: Path) -> Iterat
     agent of the same kind; the file ``path`` is written and deleted.
     """
     with generators.preserved_global_generators():
-        acting = create() if isinstance(agent, Resumable) else agent
-        if isinstance(agent, Resumable) and isinstance(acting, Resumable):
+        acting = agent
+        if isinstance(agent, Resumable):
             try:
                 agents.save(agent, path)
-                acting = agents.load(acting, path)
+                acting = agents.load(create(), path)  # type: ignore[arg-type]
             finally:
                 remove(path)
         yield acting

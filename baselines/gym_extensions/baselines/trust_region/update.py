@@ -78,8 +78,8 @@ class Penalty(Protocol):
 class TrustRegion:
     """Limits of an update.
 
-    From ``curvature_states`` states n on, the Fisher matrix is an average over a part of the batch: every
-    k-th state, with k = n // curvature_states.
+    From twice ``curvature_states`` states n on, the Fisher matrix is an average over a part of the batch:
+    every k-th state, with k = n // curvature_states.
     """
 
     max_kl: float  # largest mean KL(old ‖ new) over the states, in nats, summed over the action's components
