@@ -112,8 +112,8 @@ def isolated(agent: str, groups: list[str], protocols: list[str], budget: str) -
 
     require_possible()
     request = parse_request(groups, protocols, budget, 0, None)
-    jobs = [(group, job) for group, protocol in request.logs() for job in jobs_of(group, protocol, [0])]
-    steps = [(group, sum(stage.steps for stage in job.stages(request.budget))) for group, job in jobs]
+    jobs = [job for log in request.logs() for job in jobs_of(*log, [0])]
+    steps = [(job.group, sum(stage.steps for stage in job.stages(request.budget))) for job in jobs]
     return IsolatedAgent(agent, Limits.of(steps))
 
 

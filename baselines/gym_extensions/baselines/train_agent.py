@@ -5,7 +5,6 @@ import shlex
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
@@ -104,8 +103,7 @@ def train(
 
     def unfinished() -> list[runner.PendingJob]:
         missing = [submission.missing_jobs(path, *log, request.runs) for log in request.logs()]
-        pending = (runner.PendingJob(job, settings, path) for job in chain.from_iterable(missing))
-        return [_limited(each) for each in pending]
+        return [runner.PendingJob(job, settings, path) for job in chain.from_iterable(missing)]
 
     titles = dict.fromkeys(each.job.run_title for each in unfinished())
     if titles:
@@ -121,15 +119,6 @@ def train(
         raise workers.jobs_failed(failures, len(pending), hint)
     runs_of = [(group.name, protocol, run) for group, protocol in request.logs() for run in request.runs]
     return [path / layout.run_file(*each, layout.LOG) for each in runs_of]
-
-
-def _limited(pending: runner.PendingJob) -> runner.PendingJob:
-    """The job, whose agent, if it lives in a box, has the limits of this job alone."""
-    spec = pending.settings.agent
-    if not isinstance(spec.factory, IsolatedAgent):
-        return pending
-    factory = spec.factory.for_job(pending.job.group, pending.steps)
-    return replace(pending, settings=replace(pending.settings, agent=replace(spec, factory=factory)))
 
 
 def _run(

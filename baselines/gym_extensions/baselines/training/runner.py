@@ -142,13 +142,15 @@ class PendingJob:
         if len(done) < len(stages):
             evaluator = Evaluator(job.group, spec.observes.task_in_evaluation)
             env = evaluator.envs(stages[0].evaluated[0])
+            limited = getattr(spec.factory, "for_job", None)  # of agents in boxes
+            factory = limited(job.group, self.steps) if limited else spec.factory
 
             def create() -> Agent:
                 spaces = env.single_observation_space, env.single_action_space
                 seeds = self.seed("observation space"), self.seed("action space")
                 observations, actions = map(generators.seeded_copy, spaces, seeds)
                 with generators.preserved_global_generators(self.seed("creation")):
-                    make = algorithms.factory(spec.factory)
+                    make = algorithms.factory(factory)
                     generators.seed_global_generators()  # the agent's file may have loaded torch
                     return make(observations, actions, self.seed("agent"))
 
