@@ -39,12 +39,8 @@ def parser() -> argparse.ArgumentParser:
     every = "also evaluate during training, after each number of steps (default: after each stage only)"
     add("--evaluate-every", type=int, metavar="STEPS", help=every)
     add("--evaluate-episodes", type=int, default=5, help="episodes per task of these (default: 5)")
-    add(
-        "--by",
-        default="",
-        metavar="NAME",
-        help="your name, if you donate these runs to a submission of others",
-    )
+    by = "your name, if you donate these runs to a submission of others"
+    add("--by", default="", metavar="NAME", help=by)
     add("--isolated", action="store_true", help="run the agent in a box without network and files")
     seeds = "a text from which the seeds of training follow, as those of runs that the project trained"
     add("--seeds", default="", metavar="TEXT", help=seeds)

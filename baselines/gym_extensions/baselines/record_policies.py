@@ -190,10 +190,8 @@ def record(
 
     Args:
         policy: a function from observations (n, …) to actions (n, …), an object with such a method ``act``,
-            a :class:`gym_extensions.submissions.policies.mlp.Policy` or
-            :class:`gym_extensions.submissions.policies.onnx.OnnxPolicy`,
-            which the submission then contains, or an object with a method ``predict`` as in
-            Stable-Baselines3. Actions are clipped to the action space.
+            a :class:`gym_extensions.policies.Policy` or an ``OnnxPolicy``, which the submission contains, or
+            an object with a method ``predict`` as in Stable-Baselines3. Actions are clipped to their space.
         group: a task group: the name of a published group, the TOML file of a custom group, or a
             :class:`gym_extensions.envs.TaskGroup`.
         protocol: ``"sequential"``, ``"single"`` or another one (docs/concepts.md).
@@ -206,8 +204,8 @@ def record(
         card: what the manifest says about the algorithm. The algorithm, the hyperparameters and
             ``evaluation`` are the same in every call.
         observes: what the policies of all stages observe besides observations. By default the attribute
-            ``observes`` of the policy; a :class:`gym_extensions.submissions.policies.mlp.Policy` observes the
-            task if it has arrays per task. Pass it if the policies of the first stages have none.
+            ``observes`` of the policy; a ``Policy`` observes the task if it has arrays per task. Pass it if
+            the policies of the first stages have none.
         curves: the stage's training curves by task name, each as pairs of training step and mean return;
             optional.
 

@@ -104,6 +104,17 @@ def test_a_policy_with_rows_for_too_many_tasks_stops_the_run_after_its_stage(tmp
         train(later, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path / "mine")
 
 
+@pytest.mark.parametrize("is_later", [True, False])
+def test_a_policy_in_some_stages_stops_the_run_after_the_first_of_the_others(
+    is_later: bool, tmp_path: Path
+) -> None:
+    some = counting(policy=lambda self: Counting.policy(self) if bool(self.stages) == is_later else None)
+    with refused("bad-policy", "Only some stages have a policy"):
+        train(some, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert [path.name for path in tmp_path.rglob("stage*.json")] == ["stage0.json"]
+    train(some, QUICK_GROUP, "joint", "smoke", 0, out=tmp_path / "joint")
+
+
 def test_policies_that_grew_too_large_are_kept_and_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,6 +18,7 @@ from gym_extensions.catalog import groups, protocol
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec
 from gym_extensions.envs.rollout import Outcome, Watch, run_episodes
+from gym_extensions.errors import BenchError
 from gym_extensions.files import remove
 from gym_extensions.submissions.log import Episode
 from gym_extensions.submissions.policies.files import AnyPolicy
@@ -209,6 +210,10 @@ class StageRun:
         policy, episodes = agents.policy_of(agent), list[Episode]()
         if policy is not None:
             agent_spec.require_submittable(policy, spec.card, spec.observes, self.pending.job.group)
+        with_policy, without = self.folder.policies()  # of earlier stages
+        if without if policy is not None else with_policy:
+            hint = "Return one in every stage, before training, too, or None in all."
+            raise BenchError("bad-policy", "Only some stages have a policy.", "policy()", hint)
         for task in stage.evaluated:
             start = time.perf_counter()
             with generators.preserved_global_generators(self.pending.seed(f"evaluation {number}", task.id)):
