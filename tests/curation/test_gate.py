@@ -117,6 +117,7 @@ def test_the_keys_that_an_edit_changes_are_named(project: Path) -> None:
 
 AGENT = f"{OLD}/agent"
 EARLY = [("next-version", AGENT)]
+FILES = (f"{AGENT}/agent.py", f"{AGENT}/part.py")
 
 
 @pytest.mark.usefixtures("no_judge")
@@ -125,6 +126,7 @@ EARLY = [("next-version", AGENT)]
     [
         (29, "agent.py:make", {f"{AGENT}/agent.py": "make = other = 2\n"}, EARLY),
         (31, "agent.py:make", {f"{AGENT}/agent.py": "make = other = 2\n", f"{AGENT}/part.py": None}, []),
+        (31, "agent.py:make", dict.fromkeys(FILES), [("deleted-file", path) for path in FILES]),
         (1, "agent.py:other", {}, EARLY),
         (31, "agent.py:other", {}, []),
         (29, "agent.py:make", {f"{OLD}/README.md": "A text.\n"}, []),
@@ -137,7 +139,7 @@ def test_a_new_version_of_code_waits_thirty_days_and_may_drop_its_files(
     manifest = (project / OLD / "submission.toml").read_text() + '\n[agent]\nentry = "agent.py:make"\n'
     git(project, "switch", "--quiet", "main")
     monkeypatch.setenv("GIT_COMMITTER_DATE", f"{int(time.time()) - days * 86400} +0000")
-    code = {f"{AGENT}/agent.py": "make = other = 1\n", f"{AGENT}/part.py": "part = 1\n"}
+    code = dict.fromkeys(FILES, "make = other = 1\n")
     commit(project, code | {f"{OLD}/submission.toml": manifest})
     monkeypatch.delenv("GIT_COMMITTER_DATE")
     manifest = manifest.replace("Submission old", "The old submission")  # no version

@@ -82,6 +82,18 @@ def test_runs_of_the_merged_code_are_taken_and_do_not_change(folder: Path) -> No
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
+def test_its_settings_are_those_of_the_code_and_the_cost_of_tuning_is_what_its_author_states(
+    folder: Path,
+) -> None:
+    manifest = take(folder) / "submission.toml"
+    text = manifest.read_text(encoding="utf-8").replace("steps = 0", "steps = 900")
+    manifest.write_text(text.replace('algorithm = "random"', 'algorithm = "mine"'), encoding="utf-8")
+    stated = score(read(manifest.parent), load_references()).manifest
+    assert stated is not None
+    assert stated.tuning is not None
+    assert (stated.protocol.algorithm, stated.tuning.steps) == ("random", 900)
+
+
 def test_a_run_that_was_finished_when_the_machine_died_is_taken(folder: Path) -> None:
     record = folder / "trained/1.toml"
     training = training_of(record.read_bytes())

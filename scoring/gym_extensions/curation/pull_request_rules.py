@@ -32,7 +32,7 @@ LEARNED_IN_ORDER = re.compile(
     rf"submissions/[^/]+/(?:{layout.TRAINED}/\d+/)?[^/]+/({'|'.join(IN_ORDER)})/run\d+"
     r"\.(csv|npz|stage[1-9]\d*\.onnx)"
 )
-CODE = re.compile(rf"submissions/[^/]+/{layout.AGENT}/")
+CODE = re.compile(rf"submissions/([^/]+)/{layout.AGENT}/")
 DAYS_BETWEEN = 30
 """Between two versions of the code of a submission."""
 COMPONENT = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
@@ -308,10 +308,13 @@ def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
 
 @rule
 def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
-    """No file is deleted or renamed, but files of agent/. (A maintainer's decision withdraws a
-    submission.)"""
+    """No file is deleted or renamed, but files of agent/ if others of it remain. (A maintainer's decision
+    withdraws a submission.)"""
+    code, head = pull_request.repository.code, pull_request.head
+    with_code = {name for name in pull_request.submissions if code(head, f"{SUBMISSIONS}/{name}")}
     for change in pull_request.changes:
-        if CODE.match(change.source or change.path):
+        match = CODE.match(change.source or change.path)
+        if match and match[1] in with_code:
             continue
         if change.source:
             yield Finding(change.path, f"It was renamed from {change.source}.", "Keep the old name.")

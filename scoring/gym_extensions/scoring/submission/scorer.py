@@ -122,12 +122,12 @@ def score(
 
 
 def manifest_summary(submission: submissions.Submission) -> scorecard.ManifestSummary | None:
-    """What the scorecard says of a manifest. The settings of trained code are not the author's statement."""
+    """What the scorecard says of a manifest. Of trained code, the author states only what tuning cost."""
     if (manifest := submission.manifest) is None:
         return None
     trained, memory = submission.trained, submission.memory
     if trained and trained.runs.manifest:
-        told = {name: getattr(trained.runs.manifest, name) for name in SETTINGS}
+        told = {name: getattr(trained.runs.manifest, name) for name in SETTINGS if name != "tuning"}
         manifest = msgspec.structs.replace(manifest, **told)
         memory = memory or trained.runs.memory
     return filled(scorecard.ManifestSummary, manifest, memory=memory)
