@@ -265,7 +265,7 @@ def require_agreement(
     observations, _ = env.reset(seed=list(seeds))  # type: ignore[arg-type]
     taken, size = actions.reshape(len(actions), -1), observations[0].size
     if policy.num_inputs not in (None, size) or taken.shape[1] != policy.num_actions:
-        message = f"The policy has {policy.num_inputs} inputs and {policy.num_actions} actions; "
+        message = f"The policy has {policy.num_inputs or 'no'} inputs and {policy.num_actions} actions; "
         message += f"an observation has {size} values, and act() gives {taken.shape[1]}."
         raise BenchError("bad-policy", message, "policy()", "Return the policy that act() uses.")
     space: Any = env.single_action_space

@@ -87,6 +87,7 @@ def test_the_submission_has_the_policy_after_every_stage(tmp_path: Path) -> None
         (SAMPLING, "its head is 'uniform'"),
         (MANY, "arrays for 30 tasks"),
         (NARROW, "has 11 inputs and 7 actions; an observation has 23 values"),
+        (counting(policy=lambda _: Policy(np.zeros(6), np.ones(6))), "has no inputs and 6 actions"),
     ],
 )
 def test_a_policy_that_a_submission_may_not_contain_is_refused_before_training(

@@ -101,7 +101,7 @@ class MultiHead(Trpo):
         return np.concatenate([self._theta[: self._hidden], head.parameters])
 
     def policy(self) -> Policy:
-        """The policy as plain arrays, with a row per task; its actions equal the agent's.
+        """The policy as plain arrays, with a row per task; its actions are the agent's up to rounding.
 
         The rows of tasks that were not learned yet are those of the present one.
         """

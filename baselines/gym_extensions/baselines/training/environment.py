@@ -46,7 +46,7 @@ class TrainingEnv(gym.vector.VectorWrapper):
         task_ids: the tasks that are trained.
         steps: the budget: transitions that the agent may take.
         batch_steps: the budget's batch size. It is also the interval between reports.
-        seed: of the first reset, the spaces and ``np_random``; seeds that the agent passes are ignored.
+        seed: of the resets, the spaces and ``np_random``; seeds that the agent passes are ignored.
         report: called after every batch, within ``step``; the agent has not yet received the observations.
         tick: called after ``SILENCE`` seconds without a report, with the steps so far and those per second.
         observes: what the agent asked for.

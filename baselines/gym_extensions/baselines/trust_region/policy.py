@@ -318,7 +318,7 @@ def exported(
     *,
     deterministic: bool,
 ) -> Policy:
-    """The policy of the parameters; its actions equal the agent's bit for bit on batches of the same size.
+    """The policy of the parameters. It computes in float64, so its actions are the agent's up to rounding.
 
     Args:
         architecture: the network of the mean.
