@@ -128,6 +128,14 @@ def test_a_vector_environment_makes_as_many_as_it_has_and_closes_them(task_of: C
     assert not alive
 
 
+def test_actions_without_bounds_are_refused(task_of: Callable[..., Any]) -> None:
+    class Free(Odd):
+        action_space = gym.spaces.Box(0, np.inf, (1,), np.float32)
+
+    with refused("bad-space", "that of actions with bounds"):
+        make(task_of(Free, max_episode_steps=5))
+
+
 def test_what_an_environment_returns_is_made_regular(task_of: Callable[..., Any]) -> None:
     task = task_of(Odd, max_episode_steps=2000)
     foreign.check([task])

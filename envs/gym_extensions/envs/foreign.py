@@ -90,7 +90,7 @@ class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
 def build(task: Task, **rendering: Any) -> ForeignEnv:
     """The environment with the wrappers of its registration and the time limit of the task.
 
-    Raises ``BenchError`` if it cannot be made, or a space is no Box.
+    Raises ``BenchError`` if it cannot be made, a space is no Box, or actions have no bounds.
     """
     given = {name: value for name, value in rendering.items() if value is not None}  # it may know none
     try:
@@ -102,10 +102,10 @@ def build(task: Task, **rendering: Any) -> ForeignEnv:
         raise BenchError(CODE, f"{message}.", task.id, HINT) from error
     for name in ("observation_space", "action_space"):
         space = getattr(env, name)
-        if not isinstance(space, Box):
+        if not isinstance(space, Box) or (name == "action_space" and not space.is_bounded()):
             env.close()
-            hint = "Agents and policies here need two Boxes: wrap it, and register the result."
-            raise BenchError("bad-space", f"Its {name} is {space}, not a Box.", task.id, hint)
+            hint = "Agents need two Boxes, that of actions with bounds: wrap it, and register the result."
+            raise BenchError("bad-space", f"Its {name} is {space}.", task.id, hint)
     return ForeignEnv(env, task)
 
 
