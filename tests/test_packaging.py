@@ -11,7 +11,6 @@ import pytest
 from .test_public_api import PUBLIC
 
 ROOT = Path(__file__).resolve().parent.parent
-SOURCE_ROOTS = ("envs", "scoring", "baselines", "site")
 
 
 def run(*words: str) -> subprocess.CompletedProcess[str]:

@@ -200,16 +200,18 @@ def test_a_bad_run_refuses_no_run_of_another_merge_and_can_be_reverted(with_subm
 
 
 def test_a_donated_run_of_another_agent_is_refused_by_name(with_submission: Project) -> None:
-    versions = read_run(with_submission.main / f"submissions/new/{GROUP}/sequential/run0.json").versions
+    own = read_run(with_submission.main / f"submissions/new/{GROUP}/sequential/run0.json")
+    versions = own.versions
     cases: tuple[tuple[str, dict[str, object]], ...] = (
         ("other-agent-version", {"versions": msgspec.structs.replace(versions, gym_extensions="0.9")}),
-        ("other-agent-version", {"steps": 10}),
+        ("other-agent-version", {"steps": own.steps * 94 // 100}),
         ("no-policies", {"policies": None}),
     )
     patch = msgspec.structs.replace(
         versions, gym_extensions=".".join([*versions.gym_extensions.split(".")[:2], "9"])
     )
-    assert with_submission.donate("origin/main", 5, 9, versions=patch).verdict == "passed"
+    like = {"versions": patch, "steps": own.steps * 96 // 100}
+    assert with_submission.donate("origin/main", 5, 9, **like).verdict == "passed"
     for seed, (rule, changes) in enumerate(cases, 5):
         report = with_submission.donate("origin/main", 5, seed, **changes)
         assert [(each.rule, each.where) for each in report.problems] == [(rule, f"{GROUP}/sequential/run5")]

@@ -129,21 +129,19 @@ def test_a_trial_comes_before_the_training_and_is_no_part_of_it(tell: Tell) -> N
     assert (found["level"], found["due_again"], found["problems"]) == ("trained here", "[]", [])
 
 
-@pytest.mark.parametrize("learn", ["", pytest.param(RAISE, marks=pytest.mark.slow, id="it fails")])
-def test_runs_in_another_order_are_trained_here_and_are_not_the_core(tell: Tell, learn: str) -> None:
-    found = tell(learn, options=("--short", "--balanced"))
+@pytest.mark.slow
+def test_a_failure_in_another_order_counts_as_the_floor_and_is_not_the_core(tell: Tell) -> None:
+    """Runs in another order that do not fail: tests/verification/test_train_here.py."""
+    found = tell(RAISE, options=("--short", "--balanced"))
     assert (found["status"], found["level"], found["problems"]) == (0, "trained here", [])
-    failed = {f"pusher/balanced/run{run}" for run in (0, 1)} if learn else set()
-    assert set(found["training"]["failed"]) == failed
-    assert (max(map(abs, found["scores"])) < 0.05) == bool(learn)
+    assert set(found["training"]["failed"]) == {f"pusher/balanced/run{run}" for run in (0, 1)}
+    assert max(map(abs, found["scores"])) < 0.05
     assert (found["core_level"], found["ranked"], found["due_again"]) == (None, False, '["new"]')
 
 
 def test_the_gate_refuses_what_it_can_read_or_try(tell: Tell) -> None:
-    carried = "W = [\n" + "0.125, -1.5,\n" * 200 + "]\n"
     for text, rule, where in (
         (f"import mujoco\n{CLIMBER}", "foreign-package", "agent/agent.py, line 1"),
-        (f"{carried}{CLIMBER}", "many-numbers", "agent"),
         (f"import numpy.missing\n{CLIMBER}", "agent-failed", "at its import"),
         (CLIMBER.replace("return np.tanh(", "return np.nan * ("), "bad-actions", "act()"),
     ):

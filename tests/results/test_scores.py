@@ -9,7 +9,7 @@ import pytest
 from pandas.testing import assert_frame_equal
 
 from gym_extensions import results
-from gym_extensions.catalog.groups import CORE, CORES, SUITES, group
+from gym_extensions.catalog.groups import CORE, CORES, SUITES
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics.formulas import BOARD_METRICS, METRICS
 from gym_extensions.references import References
@@ -164,11 +164,14 @@ def test_a_matrix_of_several_groups_has_their_tasks_in_order_and_the_runs_of_all
     assert_frame_equal(matrix[hopper.columns], hopper)
 
 
-@pytest.mark.committed
-def test_a_matrix_of_the_core_or_a_suite_has_the_tasks_of_its_groups() -> None:
-    for name, groups in {"core": CORES[CORE], "wall": SUITES["wall"]}.items():
-        tasks = [task for each in groups for task in group(each).task_ids]
-        assert [*results.score_matrix(SUBMISSIONS / "trpo", name).columns] == tasks
+def test_a_matrix_of_the_core_or_a_suite_has_the_tasks_of_its_groups(
+    make_submission: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = ("walker2d-gravity", "hopper-gravity")
+    folder = make_submission(groups=names, protocols=("sequential",))
+    for table, key, name in ((CORES, CORE, "core"), (SUITES, "wall", "wall")):
+        monkeypatch.setitem(table, key, names)
+        assert_frame_equal(results.score_matrix(folder, name), results.score_matrix(folder, names))
 
 
 def test_a_matrix_is_of_one_submission_that_has_every_group(make_submission: Write) -> None:

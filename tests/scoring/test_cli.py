@@ -81,26 +81,14 @@ def test_a_submission_with_many_groups_is_one_screen_and_group_shows_one(
 
 
 def test_the_core_score_is_printed_with_its_interval(capsys: pytest.CaptureFixture[str]) -> None:
-    made = {"parent": "a", "look": 5, "next_look": 10, "groups": {}, "cost": {}}
+    made = {"parent": "a", "look": 5, "next_look": 10, "groups": {}, "cost": {}, "trained_here": True}
     kept = {"final_performance": {"mean": 0.5, "low": 0.4, "high": 0.6}}
     core = msgspec.convert({**made, "metrics": kept}, CoreScore)
     card = Scorecard(name="a", title="A", level="verified", manifest=None, groups={}, suites={}, core=core)
     show(console(), card, chosen=True)
     shown = capsys.readouterr().out
-    assert "core, runs 0 to 4 of every group" in shown
+    assert "core, runs 0 to 4 of every group, trained here\n" in shown
     assert re.search(r"Final performance +0\.500  0\.400 to 0\.600", shown)
-
-
-def test_the_core_score_says_that_it_is_of_runs_that_were_trained_here(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    made = {"parent": "a", "look": 5, "next_look": 10, "groups": {}, "cost": {}, "trained_here": True}
-    core = msgspec.convert(made | {"metrics": {}, "notes": ["claim: They agree."]}, CoreScore)
-    show(
-        console(),
-        Scorecard(name="a", title="A", level="verified", manifest=None, groups={}, suites={}, core=core),
-    )
-    assert "of every group, trained here\nnote: They agree.\n" in capsys.readouterr().out
 
 
 def test_a_group_shows_the_runs_that_were_trained_here_before_the_authors_own(

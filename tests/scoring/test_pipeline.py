@@ -63,7 +63,7 @@ def test_workers_do_not_matter(many: Path, references: References) -> None:
     assert one == two
 
 
-def test_every_task_of_a_custom_group_needs_a_reference(tmp_path: Path) -> None:
+def test_every_task_of_a_custom_group_needs_a_reference() -> None:
     group = TaskGroup("mine", (Task("MyHopper", "Hopper"),))
     path = path_of("1")
     with refused("missing-reference", "MyHopper", where=str(path)):

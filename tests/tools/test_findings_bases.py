@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from jinja2 import Environment, FileSystemLoader
 from scipy import stats
@@ -14,7 +13,6 @@ from gym_extensions.metrics.statistics import subtract, summary, zero_mean_p
 from gym_extensions.site.text import fixed
 from tools.findings import bases, findings
 from tools.findings.bases import GROUPS, base_by_addition, equal_means_p, submission
-from tools.findings.tables import FINAL, LOST, Against, Method, Value
 
 
 def runs(*means: float) -> dict[str, list[float]]:
@@ -92,25 +90,3 @@ def test_the_section_names_what_has_no_runs_and_claims_nothing_of_it() -> None:
     assert "τ" not in one
     assert "Kendall's τ between the orders of the additions on TRPO and PPO" in two
     assert "`ppo-cloning-tuned`" not in two
-
-
-def test_the_sentence_of_a_method_names_its_smallest_effect_over_learners() -> None:
-    text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
-    begin = text.index("{% for method in methods if method.against %}")
-    part = text[begin : text.index("{% for method in methods if method.row[", begin)]
-    environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
-    environment.globals.update(fmt=partial(fixed, digits=2), FINAL=FINAL, LOST=LOST, edition=2)
-    names = ("cloning-tuned", "multi-head")
-    above = Against(Value(0.2, 0.1, 0.3), "separated", True, 0.01)
-    methods = [Method(pd.Series({"name": name}), {FINAL: above, LOST: above}) for name in names]
-    descriptions = dict.fromkeys(names, "A method.")
-    lines = [
-        environment.from_string(part).render(
-            methods=methods, descriptions=descriptions, bases=base_by_addition(runs)
-        )
-        for runs in (TRPO, TRPO | PPO)
-    ]
-    sentence = "It ends 0.20 above fine-tuning (0.10 to 0.30, significant, exploratory) and forgets 0.20 more"
-    assert [each.count(f"A method. {sentence}") for each in lines] == [2, 2]
-    assert [each.count("Its smallest effect over TRPO, PPO is 0.10 (") for each in lines] == [0, 1]
-    assert [len(each.strip().splitlines()) for each in lines] == [2, 2]

@@ -6,9 +6,7 @@ from functools import partial
 from pathlib import Path
 
 import msgspec
-import pandas as pd
 import pytest
-from jinja2 import Environment, FileSystemLoader
 
 from gym_extensions.catalog.groups import CORES
 from gym_extensions.scoring import score_folder
@@ -16,7 +14,7 @@ from gym_extensions.scoring.ranking.boards import CoreBoard
 from tools.findings import editions, findings, hypotheses
 from tools.findings.editions import ALONE, Statement, outcomes
 from tools.findings.hypotheses import Verdict
-from tools.findings.tables import FINAL, LEARNED, LOST, Against, Method, Value
+from tools.findings.tables import FINAL, LEARNED, LOST, Value
 
 from ..conftest import MANIFEST, refused
 from ..curation.repositories import git
@@ -135,27 +133,3 @@ def test_a_group_has_the_runs_that_were_trained_here(make_submission: Callable[.
     assert groups[GROUPS[0]]["single"] is log
     few = replace(card, trained={GROUPS[0]: here})
     assert editions.as_compared(few).groups == own
-
-
-@pytest.mark.parametrize("is_learned_score", [True, False])
-def test_what_snapshots_are_compared_with_does_not_depend_on_how_they_were_made(
-    is_learned_score: bool,
-) -> None:
-    text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
-    part = text[text.index("`snapshots` is fine-tuning with") : text.index("### Where cloning gains")]
-    environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
-    pair = Against(Value(0.2, 0.1, 0.3), "separated", True, 0.01)
-    row = pd.Series({"name": "packnet-tuned", "observes_task": True})
-    page = environment.from_string(part.rpartition("{% if gains")[0]).render(
-        methods=[Method(row, {})],
-        pair_of=lambda *_: pair,
-        fmt="{:.2f}".format,
-        edition=2,
-        is_learned_score=is_learned_score,
-        cloning="cloning-tuned",
-        packnet="packnet-tuned",
-        differences={"snapshots": "", "alone": ""},
-    )
-    assert ("to the last bit" in page) == is_learned_score
-    assert "It ends 0.20 above `packnet-tuned`" in page
-    assert "`snapshots` minus `cloning-tuned` is" in page

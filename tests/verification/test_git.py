@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.errors import BenchError
+from gym_extensions.verification.after_merge import runs_by_commit
 from gym_extensions.verification.git import Repository
 
 from ..conftest import refused
@@ -46,6 +47,22 @@ def test_the_last_commit_of_the_first_parents_fixes_runs(tmp_path: Path) -> None
     paths = ["submissions/a/g/single/run0.csv", "submissions/a/g/single/run1.csv"]
     assert Repository(folder).last_change(head, paths) == merge != inner
     assert Repository(folder).last_change(head, ["submissions/absent"]) == ""
+
+
+RUN = "g/sequential/run0"
+FILES = ("submission.toml", *(f"{RUN}.{suffix}" for suffix in ("csv", "json", "npz", "stage0.onnx")))
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_the_seeds_of_a_run_follow_from_the_last_commit_of_any_of_its_files(
+    tmp_path: Path, name: str
+) -> None:
+    folder, other = make_repository(tmp_path), RUN.replace("0", "1")
+    first = {f"submissions/a/{each}": "1\n" for each in (*FILES, f"{other}.csv")}
+    commit(folder, {**first, "submissions/a/README.md": "A text.\n"})
+    last = commit(folder, {f"submissions/a/{name}": "2\n"})
+    commit(folder, {"submissions/a/README.md": "Another text.\n", f"submissions/a/{other}.csv": "2\n"})
+    assert runs_by_commit(folder / "submissions/a", [RUN]) == {last: [RUN]}
 
 
 def test_a_clone_that_lacks_older_commits_gives_no_seeds(tmp_path: Path) -> None:

@@ -213,27 +213,3 @@ def test_a_cost_is_steps_and_where_some_runs_state_it_a_time() -> None:
     )
     (bare,) = typed({**everything(), "submissions": [make_submission("bare", {})]}).submissions
     assert core.cost(bare) == ("–", "")
-
-
-def test_a_time_and_a_difference_say_of_which_runs_they_are() -> None:
-    timed = [method("also", 0.8, 0.9, timed=7), method("more", 0.8, 0.5, timed=7)]
-    page = read({**everything(), "submissions": timed})["index.html"]
-    titles = [attributes.get("title") or "" for _, attributes in page.elements]
-    assert titles.count("mean of 1 run per group") == 2
-    assert sum(title.endswith(", runs 0 to 4") for title in titles) == 2, "of two metrics"
-
-
-def test_the_table_of_methods_says_which_edition_it_is_and_who_may_train_more(
-    document: dict[str, Any],
-) -> None:
-    """In the second edition, runs that the public trains would not be compared."""
-    for cards, edition, who in (
-        ([method("trpo", 0.8, 0.5, GROUPS[1:]), KEEPER], "First edition: verified", "Anybody may train them"),
-        ([trained_here("trpo"), KEEPER], "Second edition: the project", "Maintainers train them here"),
-    ):
-        cards[0]["manifest"]["protocol"]["algorithm"] = "trpo"
-        pages = read(document | {"submissions": cards})
-        assert all(each in pages[page].ids for page, each in pages["core.html"].links("core.html") if each)
-        text = pages["index.html"].text
-        assert text.index(edition) > text.index("Methods")
-        assert who in text

@@ -197,12 +197,3 @@ def test_claimed_steps_are_those_of_the_authors_own_runs(
 ) -> None:
     document["submissions"] = [trained_here("trpo") | {"steps_counted": counted}]
     assert f"Training steps {steps}" in text_of(document, "submissions/trpo.html")
-
-
-def test_of_too_few_runs_that_were_trained_here_there_is_no_core_score(document: dict[str, Any]) -> None:
-    card = trained_here("trpo")
-    card["trained"].pop(f"{GROUPS[0]}-v0")
-    document["submissions"] = [card]
-    assert "by the project on 2026-01-02; not yet all groups of the core" in text_of(
-        document, "submissions/trpo.html"
-    )

@@ -1,8 +1,10 @@
 """The last value that a rule allows, and the first that it refuses."""
 
 import os
+import shutil
 from collections.abc import Callable
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -91,13 +93,12 @@ def test_the_limit_is_where_it_is_said_to_be(good: CopySubmission, tmp_path: Pat
         assert {problem.rule for problem in read(next(root.iterdir())).problems} == expected
 
 
-@pytest.mark.parametrize(("last", "problems"), [(99, 0), (100, 2)])
+@pytest.mark.parametrize(("last", "problems"), [(99, 0), (100, 1)])
 def test_at_most_a_hundred_runs(good: CopySubmission, tmp_path: Path, last: int, problems: int) -> None:
     folder = good(GROUP, tmp_path)
-    for protocol in ("sequential", "single"):
-        for run in range(2, last + 1):
-            for suffix in (".csv", ".json"):
-                path = folder / GROUP / protocol
-                os.link(path / f"run1{suffix}", path / f"run{run}{suffix}")
+    shutil.rmtree(folder / GROUP / "sequential")
+    path = folder / GROUP / "single"
+    for run, suffix in product(range(2, last + 1), (".csv", ".json")):
+        os.link(path / f"run1{suffix}", path / f"run{run}{suffix}")
     found = [problem for problem in read(folder).problems if problem.rule == "gaps-in-runs"]
     assert len(found) == problems
