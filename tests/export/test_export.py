@@ -50,7 +50,7 @@ def test_a_model_card_has_its_metadata_and_the_code_that_loads_a_policy(reposito
     assert subprocess.check_output([sys.executable, "-c", code], cwd=here, text=True).strip() == "3"
 
 
-def test_a_decision_is_stated(make_submission: Callable[..., Path], tmp_path: Path) -> None:
+def test_a_decision_is_stated(make_submission: Callable[..., Path]) -> None:
     submission = make_submission(groups=(GROUP,))
     decision = Decision(action="withdrawn", by="M.", date="2026-01-02", reason="An error.")
     write_review(submission, Review(decisions=[decision]))
