@@ -5,14 +5,11 @@ from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import msgspec
 import pytest
 
-from gym_extensions.baselines import algorithms
 from gym_extensions.catalog.tasks import task
-from gym_extensions.errors import BenchError
 from gym_extensions.references import load_references
 from tools.tuning import tune
 from tools.tuning.tune import Plan, Trial
@@ -134,37 +131,6 @@ def test_a_trial_has_a_row_of_returns_per_learned_task(monkeypatch: pytest.Monke
     assert [len(row) for row in result.returns] == [2, 2]
     assert (result.end_score, result.learned_score) == tune.scores(PLAN, "Hopper", result.returns)
     assert result.cpu_seconds == 2
-
-
-@pytest.mark.parametrize(
-    ("names", "commit", "told"),
-    [
-        ("l2 l3", "0" * 40, "There is no method 'l3'. Choose one of: l2."),
-        ("l2", "", "Every trial states the commit of its code."),
-    ],
-    ids=["an unknown method", "outside of a clone"],
-)
-def test_what_cannot_be_recorded_is_named_before_any_training(
-    names: str, commit: str, told: str, run: Run, trained: list[tuple[int, str]]
-) -> None:
-    status, said = run(*names.split(), commit=commit)
-    assert (status, told in said, trained) == (2, True, [])
-
-
-def test_a_method_whose_library_is_missing_is_left_out(
-    file: Path, run: Run, trained: list[tuple[int, str]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def factory(name: str) -> Any:
-        if name == "l2":
-            raise BenchError("missing-extra", "l2 needs abc.", hint="Install it with: pip install abc")
-
-    monkeypatch.setattr(algorithms, "factory", factory)
-    other = file.with_name("other.jsonl")
-    other.write_text(file.read_text("utf-8").replace('"l2"', '"other"'), "utf-8")
-    trained += [(9, "")] * 3  # so that no trial is interrupted
-    status, said = run("l2", "other")
-    assert (status, "l2 was left out: l2 needs abc. Install it with: pip install abc" in said) == (1, True)
-    assert trained[3:] == PAIRS
 
 
 @pytest.mark.parametrize("path", PLANS, ids=lambda path: path.stem)

@@ -117,7 +117,6 @@ def lock_runs(out: Path, titles: Iterable[str], seconds: float = 0.0) -> Iterato
     with ExitStack() as locks:
         for title in titles:
             path = out / PROGRESS / "locks" / f"{title}.lock"
-            path.parent.mkdir(parents=True, exist_ok=True)
             try:
                 locks.enter_context(FileLock(path, timeout=seconds))
             except Timeout as busy:

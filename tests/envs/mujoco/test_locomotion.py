@@ -47,22 +47,6 @@ def test_a_body_without_variations_equals_gymnasiums_bit_for_bit(
             np.testing.assert_array_equal(value, other_infos[name], err_msg=f"{name}, step {step}")
 
 
-Z_GRAVITY = {
-    "GravityHalf": -4.905,
-    "GravityThreeQuarters": -7.3575,
-    "": -9.81,
-    "GravityOneAndQuarter": -12.2625,
-    "GravityOneAndHalf": -14.715,
-}
-
-
-@pytest.mark.parametrize("body", BODIES)
-@pytest.mark.parametrize("suffix", Z_GRAVITY)
-def test_gravity_is_exactly_as_specified(body: str, suffix: str) -> None:
-    gravity = construct_mujoco(body + suffix).model.opt.gravity
-    assert gravity.tolist() == [0.0, 0.0, Z_GRAVITY[suffix]]
-
-
 @pytest.mark.parametrize("body", BODIES)
 def test_a_gravity_task_differs_from_its_base_only_in_gravity(body: str) -> None:
     base, varied = (construct_mujoco(name).model for name in (body, f"{body}GravityOneAndHalf"))

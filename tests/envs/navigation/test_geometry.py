@@ -1,32 +1,12 @@
-"""The maps, and points and segments on closed cells: by hand, and compared with exact fractions."""
+"""Points and segments on closed cells: by hand, and compared with exact fractions."""
 
-import itertools
-import math
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy import ndimage
 
 from gym_extensions.envs.navigation import geometry
 from gym_extensions.envs.navigation.env import World
-
-
-@pytest.mark.parametrize("number", range(10))
-def test_a_map_has_a_solid_border_and_one_free_region_with_goals_clear_of_obstacles(number: int) -> None:
-    cells = geometry.load(number).cells
-    assert cells.shape == (48, 64)
-    assert cells[[0, -1]].all() and cells[:, [0, -1]].all()
-    assert ndimage.label(~cells)[1] == 1, "joined by edges"
-    # Rectangles cover a tenth to a fifth of a map, and the border 7 %.
-    assert 0.15 < cells.mean() < 0.30
-    centers = [geometry.goals()[number, goal] for goal in range(3)]
-    for x, y in centers:
-        assert (x % 10, y % 10) == (5, 5)
-        for row, column in np.argwhere(cells):
-            gap_x, gap_y = max(abs(10 * column + 5 - x) - 5, 0), max(abs(10 * row + 5 - y) - 5, 0)
-            assert math.hypot(gap_x, gap_y) >= 20
-    assert all(math.dist(*pair) >= 150 for pair in itertools.combinations(centers, 2))
 
 
 def test_the_first_line_of_a_map_is_its_top() -> None:

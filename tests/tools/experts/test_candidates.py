@@ -11,7 +11,6 @@ from gym_extensions.references import experts
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.poses import PolicyPoses
 from tools.experts import candidates
-from tools.experts.__main__ import main
 from tools.experts.candidates import fitted
 from tools.experts.recipes import meant
 
@@ -59,25 +58,6 @@ def test_a_stored_policy_has_the_steps_of_its_run(protocol: str, tasks: int, tmp
     name = f"stored:trpo/hopper-gravity/{protocol}-run0-stage1"
     (step,) = candidates.history(candidates.Workplace(tmp_path, tmp_path), name)
     assert step.steps == tasks * 300_000
-
-
-@pytest.mark.parametrize(
-    ("command", "fact"),
-    [
-        ("check HoperGravityHalf", "HopperGravityHalf"),
-        ("check Hopper[", "'Hopper['"),
-        ("harvest hopper", "There is no family 'hopper'."),
-        ("train trpo-Hopper", "Hopper has no candidate"),
-        ("train trpo-Hopper --from nonsense", "nonsense.npz"),
-        ("train trpo-Humanoid-fast", "trpo-Humanoid-run-seed0"),
-        ("train trpo-State-Based-Navigation-2d-Map0-Goal0", "Navigation"),
-    ],
-)
-def test_a_name_of_nothing_is_refused(
-    command: str, fact: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["--work", str(tmp_path), *command.split()]) == 2
-    assert fact in capsys.readouterr().err
 
 
 @pytest.mark.committed
