@@ -74,11 +74,6 @@ def test_the_fingerprint_follows_from_what_seeded_episodes_do(task_of: Callable[
     fingerprint_of.cache_clear()
 
 
-def test_a_space_that_is_no_box_is_refused() -> None:
-    with refused("bad-space", where="CartPole-v1"):
-        make(customize("CartPole-v1"))
-
-
 def test_it_takes_no_variations() -> None:
     with refused("no-variation"):
         customize("Pendulum-v1", [Gravity(0.5)])
@@ -128,12 +123,24 @@ def test_a_vector_environment_makes_as_many_as_it_has_and_closes_them(task_of: C
     assert not alive
 
 
-def test_actions_without_bounds_are_refused(task_of: Callable[..., Any]) -> None:
-    class Free(Odd):
-        action_space = gym.spaces.Box(0, np.inf, (1,), np.float32)
-
-    with refused("bad-space", "that of actions with bounds"):
-        make(task_of(Free, max_episode_steps=5))
+@pytest.mark.parametrize(
+    ("name", "space"),
+    [
+        ("action_space", gym.spaces.Discrete(3)),
+        ("action_space", gym.spaces.Box(0, np.inf, (1,), np.float32)),
+        ("action_space", gym.spaces.Box(np.array([0, 1], np.float32), np.ones(2, np.float32))),
+        ("action_space", gym.spaces.Box(-1, 1, (2, 2), np.float32)),
+        ("action_space", gym.spaces.Box(-1, 1, (), np.float32)),
+        ("action_space", gym.spaces.Box(-3, 3, (2,), np.int64)),
+        ("observation_space", gym.spaces.Box(-1, 1, (), np.float32)),
+        ("observation_space", gym.spaces.Dict()),
+    ],
+)
+def test_spaces_that_policies_do_not_support_are_refused(
+    name: str, space: Any, task_of: Callable[..., Any]
+) -> None:
+    with refused("bad-space", f"Its {name} is {space}. Give it Boxes"):
+        make(task_of(type("Other", (Odd,), {name: space}), max_episode_steps=5))
 
 
 def test_what_an_environment_returns_is_made_regular(task_of: Callable[..., Any]) -> None:

@@ -90,7 +90,7 @@ class ForeignEnv(gym.Wrapper[Any, Any, Any, Any]):
 def build(task: Task, **rendering: Any) -> ForeignEnv:
     """The environment with the wrappers of its registration and the time limit of the task.
 
-    Raises ``BenchError`` if it cannot be made, a space is no Box, or actions have no bounds.
+    Raises ``BenchError`` if it cannot be made, or has spaces that agents and policies do not support.
     """
     given = {name: value for name, value in rendering.items() if value is not None}  # it may know none
     try:
@@ -102,9 +102,13 @@ def build(task: Task, **rendering: Any) -> ForeignEnv:
         raise BenchError(CODE, f"{message}.", task.id, HINT) from error
     for name in ("observation_space", "action_space"):
         space = getattr(env, name)
-        if not isinstance(space, Box) or (name == "action_space" and not space.is_bounded()):
+        is_fit = isinstance(space, Box) and space.shape != ()
+        if is_fit and name == "action_space":
+            width = space.high - space.low
+            is_fit = space.dtype.kind == "f" and width.ndim == 1 and all((width > 0) & (width < np.inf))
+        if not is_fit:
             env.close()
-            hint = "Agents need two Boxes, that of actions with bounds: wrap it, and register the result."
+            hint = "Give it Boxes with axes, that of actions a vector of floats between bounds, by a wrapper."
             raise BenchError("bad-space", f"Its {name} is {space}.", task.id, hint)
     return ForeignEnv(env, task)
 
