@@ -18,7 +18,8 @@ def run(program: str, script: str) -> object:
     node = shutil.which("node")
     if node is None:
         pytest.skip("node is not installed; the browser tests run the script, too")
-    text = f"const t = require({json.dumps(str(STATIC / script))}); console.log(JSON.stringify({program}))"
+    shared, own = (f"require({json.dumps(str(STATIC / name))})" for name in ("page.js", script))
+    text = f"{shared}; const t = {own}; console.log(JSON.stringify({program}))"
     return json.loads(subprocess.run([node, "-e", text], check=True, capture_output=True, text=True).stdout)
 
 
@@ -40,7 +41,7 @@ def test_differences_are_looked_up_in_both_directions() -> None:
 
 
 def test_numbers_and_means_over_groups() -> None:
-    assert run("[t.fixed(-0.001), t.fixed(-1.5)]", "compare.js") == ["0.00", "\u22121.50"]
+    assert run("[page.fixed(-0.001), page.fixed(-1.5)]", "page.js") == ["0.00", "\u22121.50"]
     parsed = run("[t.parsed('\\u22120.421 \\u00b10.113'), t.parsed('\\u2013')]", "table.js")
     assert parsed == [{"v": -0.421}, {"v": None}]
     assert run("[t.meanAt([1, 3, null], [0, 1]), t.meanAt([1, 3, null], [1, 2])]", "methods.js") == [2, None]

@@ -109,7 +109,7 @@ def figure(rows: Sequence[CoreRow], references: Sequence[CoreReference] = ()) ->
     y = scale_around(reach, TOP + SIDE, TOP, always=())
     # The line where nothing is lost, and the corner where everybody wants to be.
     corner = f"M{px(x.end - 74)} {px(y.end)}H{px(x.end)}V{px(y.end + 74)}Z"
-    at = (x.start + 0.3 * (x.end - x.start), y.start - 0.3 * (y.start - y.end) - 6)
+    at = (x.start + 0.14 * (x.end - x.start), y.start - 0.14 * (y.start - y.end) - 6)
     below = [
         f'<path class="corner" d="{corner}"/>',
         stroke(x.start, y.start, x.end, y.end, "diagonal"),

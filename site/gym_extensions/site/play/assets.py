@@ -47,8 +47,6 @@ SHA256 = {
 """The files that are used, by name."""
 HINT = "Run: make site-assets"
 MODELS = "play/models/"
-FORMAT = 1
-"""Of the index."""
 MAX_BYTES, MAX_FILE_BYTES = 40_000_000, 1_000_000
 """Bytes of all policies that a site publishes for Play, and of those of one run."""
 NAMES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid", "HumanoidStandup", "HumanoidStandupAndRun")
@@ -76,7 +74,6 @@ class Simulator:
     def facts(self) -> dict[str, str]:
         """Paths and digests, for the page's script."""
         return {
-            "version": VERSION,
             "script": "play/mujoco.js",
             "script_integrity": integrity(self.script),
             "wasm": "play/mujoco.wasm.packed",
@@ -214,7 +211,6 @@ def assets(
             absent.setdefault(why, []).append((title, group_id))
     core = site.scored.core
     index = {
-        "format": FORMAT,
         "mujoco": simulator.facts(),
         "bodies": {body.name: _body(body) for body in PLAYED},
         "tasks": tasks,

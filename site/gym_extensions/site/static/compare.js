@@ -1,16 +1,13 @@
 /* The page Compare: menus of two to four submissions. The first is compared with each other one: over the core, then on every
-   common group. The state is in the fragment of the address, as #?first=cloning&second=trpo, so that it works from a file, too. */
+   common group. The state is in the address. */
 "use strict";
 
+const { fixed, make } = page;
 let index = null;
 const loaded = {}; // differences by board: false while they are loaded, undefined where that failed
 function compareIndex(document) { index = document; start(); }
 function boardPairs(document) { loaded[document.board] = document; }
 
-const fixed = (value, digits = 2) => {
-  const text = value.toFixed(digits);
-  return text.startsWith("-") ? (/[1-9]/.test(text) ? "\u2212" : "") + text.slice(1) : text;
-};
 const range = (low, high) => `${fixed(low)} to ${fixed(high)}`;
 const pText = (p) => (p === null ? "\u2013" : p < 0.001 ? "< 0.001" : fixed(p, p >= 0.0495 && p < 0.0505 ? 4 : 3));
 
@@ -32,12 +29,6 @@ function difference(board, first, second, at = 0) {
 }
 
 const title = (name) => (index.titles[name].length > 40 ? `${[...index.titles[name]].slice(0, 39).join("")}\u2026` : index.titles[name]);
-
-const make = (tag, properties = {}, ...children) => {
-  const element = Object.assign(document.createElement(tag), properties);
-  element.append(...children);
-  return element;
-};
 
 const VERDICTS = { separated: "significant difference", open: "no significant difference" };
 const link = (text, href) => make("a", { href }, text);
@@ -168,9 +159,9 @@ function start() {
     show(first, [...new Set(others)].filter((name) => name !== first));
   };
   const read = () => {
-    const given = new URLSearchParams(location.hash.slice(location.hash.startsWith("#?") ? 2 : location.hash.length));
-    unknown = sides.map((side) => given.get(side)).filter((name) => name && !names.includes(name));
-    const [first, second, ...more] = sides.map((side) => (names.includes(given.get(side)) ? given.get(side) : ""));
+    const given = sides.map(page.read(location.hash));
+    unknown = given.filter((name) => name && !names.includes(name));
+    const [first, second, ...more] = given.map((name) => (names.includes(name) ? name : ""));
     selects[0].value = first || best.find((name) => name !== second);
     selects[1].value = second || best.find((name) => name !== selects[0].value);
     more.forEach((name, i) => { selects[i + 2].value = name; });
@@ -178,8 +169,7 @@ function start() {
   };
   const changed = () => {
     unknown = [];
-    const named = sides.map((side, i) => [side, selects[i].value]).filter(([, name]) => name);
-    history.replaceState(null, "", `#?${new URLSearchParams(named)}`);
+    history.replaceState(null, "", page.write(Object.fromEntries(sides.map((side, i) => [side, selects[i].value]))));
     chosen();
   };
   for (const select of selects) select.onchange = changed;
@@ -188,4 +178,4 @@ function start() {
   read();
 }
 
-if (typeof module !== "undefined") module.exports = { difference, fixed, verdict };
+if (typeof module !== "undefined") module.exports = { difference };

@@ -1,27 +1,19 @@
 // The table of methods: sorts its lists, switches what the cells show, orders by some groups only, and opens Compare.
-// The state is in the address, as #?cells=learned&sort=kept, so that it works from a file, too. Without it, the page is complete.
+// The state is in the address. Without it, the page is complete.
 "use strict";
 (() => {
   const FIRST = 100; // rows that are shown of many
   const SIDES = ["first", "second", "third", "fourth"]; // of the page Compare
 
+  const { fixed, make } = page;
+
   const read = (hash) => {
-    const given = new URLSearchParams(hash.startsWith("#?") ? hash.slice(2) : "");
-    const list = (name) => (given.get(name) || "").split(",").filter(Boolean);
-    return { cells: given.get("cells") || "", list: given.get("list") || "", groups: list("groups"), sort: given.get("sort") || "",
-      up: given.get("up") === "1", ticked: list("compare").slice(0, SIDES.length), all: given.get("all") === "1" };
+    const value = page.read(hash);
+    return { cells: value("cells"), list: value("list"), groups: page.names(value("groups")), sort: value("sort"), up: value("up") === "1",
+      ticked: page.names(value("compare")).slice(0, SIDES.length), all: value("all") === "1" };
   };
-  const write = ({ cells, list, groups, sort, up, ticked, all }) => {
-    const given = new URLSearchParams();
-    const put = (name, value) => { if (value) given.set(name, value); };
-    put("cells", cells); put("list", list); put("groups", groups.join(",")); put("sort", sort); put("up", up ? "1" : "");
-    put("compare", ticked.join(",")); put("all", all ? "1" : "");
-    return String(given) ? `#?${given}` : "#";
-  };
-  const fixed = (value) => {
-    const text = value.toFixed(2);
-    return text.startsWith("-") ? (/[1-9]/.test(text) ? "\u2212" : "") + text.slice(1) : text;
-  };
+  const write = ({ cells, list, groups, sort, up, ticked, all }) =>
+    page.write({ cells, list, groups: groups.join(","), sort, up: Number(up), compare: ticked.join(","), all: Number(all) });
   // The mean of the values at some places; null if one of them is missing.
   const meanAt = (values, places) => {
     const found = places.map((at) => values[at]);
@@ -30,10 +22,10 @@
   // Rows by their values at a key, those without one last.
   const sorted = (rows, key, up) => [...rows].sort((a, b) => {
     const [p, q] = [a.values[key] ?? null, b.values[key] ?? null];
-    if (p === null || q === null) return (p === null) - (q === null) || a.order - b.order;
-    return (up ? 1 : -1) * (typeof p === "string" ? p.localeCompare(q, "en") : p - q) || a.order - b.order;
+    if (p === null || q === null) return (p === null) - (q === null);
+    return (up ? 1 : -1) * (typeof p === "string" ? p.localeCompare(q, "en") : p - q);
   });
-  if (typeof module !== "undefined") module.exports = { read, write, meanAt, sorted };
+  if (typeof module !== "undefined") module.exports = { meanAt };
   if (typeof document === "undefined") return;
 
   // The page Play in place of the drawings. It loads the simulator; its menus have the method, the run and the stage.
@@ -59,11 +51,6 @@
 
   const table = document.getElementById("core-table");
   if (!table) return;
-  const make = (tag, properties = {}, ...children) => {
-    const element = Object.assign(document.createElement(tag), properties);
-    element.append(...children);
-    return element;
-  };
   const labelled = (text, control) => make("label", {}, control, ` ${text}`);
   const metrics = table.dataset.metrics.split(" "), keys = metrics.map((name) => name.toLowerCase()); // the first is what cells show
   const groups = table.dataset.groups.split(" "), every = groups.map((_, at) => at);
@@ -71,7 +58,7 @@
   const number = (text) => { const found = text.replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/); return found ? Number(found[0]) : null; };
   let state = read(location.hash), chosen = every;
 
-  function rowOf(element, order) {
+  function rowOf(element) {
     const cells = [...element.cells], shift = heads.length - cells.length; // a row without a score has one cell for two columns
     const cell = (key) => cells[at(key) - (at(key) > 2 ? shift : 0)];
     const numbers = element.dataset.cells.split(";").map((part) => part.split(" ").map((text) => (text === "-" ? null : Number(text) / 1000)));
@@ -100,7 +87,7 @@
     shown.forEach((each, place) => { if (!each.firstElementChild && each.textContent.trim() !== "\u2013") each.replaceChildren(opener(each.textContent, groups[place])); });
     const texts = shown.map(({ className, innerHTML }) => [className, innerHTML]);
     const rank = cell("rank"), kept = shift ? null : cell("kept"), first = { rank: rank.firstChild.data, html: kept?.innerHTML, kept: values.kept };
-    return { element, order, name: element.dataset.name, numbers, shown, texts, opener, values, box, rank, kept, first };
+    return { element, name: element.dataset.name, numbers, shown, texts, opener, values, box, rank, kept, first };
   }
   const lists = [...table.tBodies].filter((body) => body.dataset.list).map((body) => ({
     body, key: body.dataset.list, rows: [...body.rows].filter((row) => row.dataset.name).map(rowOf),

@@ -1,7 +1,7 @@
-/* Sorts, searches and filters the table of a board. Without it, the page is complete as it is.
-   The state is in the fragment of the address, as #?q=trpo&sort=forgetting, so that it works from a file, too. */
+/* Sorts, searches and filters the table of a board; its state is in the address. Without it, the page is complete as it is. */
 "use strict";
 
+const { make } = page;
 const FILTERS = { level: "Level", label: "Task label", algorithm: "Algorithm" };
 const FULL_RUNS = 5;
 const SCREEN = 50; // Rows per frame: laying out a thousand takes longer than sorting them.
@@ -17,23 +17,20 @@ const parsed = (text) => {
 
 /* Rows of the table as values. */
 
-function cellValue(cell, column) {
-  if (!column.number) return { text: plain(cell.textContent) };
-  return parsed(cell.textContent);
-}
-
 function readTable(table) {
   const columns = [...table.tHead.rows[0].cells].map((head, index) => ({
     head, index, key: head.dataset.key || "", number: head.dataset.kind === "number",
     title: plain(head.firstChild?.textContent || ""),
   }));
-  const rows = [...table.tBodies[0].rows].map((element, order) => {
+  const rows = [...table.tBodies[0].rows].map((element) => {
     const values = {};
-    for (const column of columns) if (column.key) values[column.key] = cellValue(element.cells[column.index], column);
-    const link = element.querySelector("th a");
+    for (const { key, index, number } of columns.filter((column) => column.key)) {
+      const text = element.cells[index].textContent;
+      values[key] = number ? parsed(text) : { text: plain(text) };
+    }
     const name = element.querySelector("th i").textContent;
     const find = element.cells[0].textContent.toLowerCase() + " " + (values.algorithm?.text || "").toLowerCase();
-    return { element, order, values, name, title: plain(link.textContent), href: link.getAttribute("href"), find };
+    return { element, values, name, title: plain(element.querySelector("th a").textContent), find };
   });
   return { columns: columns.filter((column) => column.key), rows };
 }
@@ -41,23 +38,13 @@ function readTable(table) {
 /* The state, and which rows it shows in which order. */
 
 const readState = (hash) => {
-  const given = new URLSearchParams(hash.startsWith("#?") ? hash.slice(2) : "");
-  const list = (name) => (given.get(name) || "").split(",").filter(Boolean);
-  return {
-    q: given.get("q") || "", sort: given.get("sort") || "", up: given.get("up") === "1", runs: given.get("runs") || "",
-    filters: Object.fromEntries(Object.keys(FILTERS).map((key) => [key, given.get(key) || ""])),
-    hide: list("hide"), ticked: list("compare").slice(-2), all: given.get("all") === "1",
-  };
+  const value = page.read(hash), filters = Object.fromEntries(Object.keys(FILTERS).map((key) => [key, value(key)]));
+  return { q: value("q"), sort: value("sort"), up: value("up") === "1", runs: value("runs"), filters,
+    hide: page.names(value("hide")), ticked: page.names(value("compare")).slice(-2), all: value("all") === "1" };
 };
 
-const writeState = (state) => {
-  const given = new URLSearchParams();
-  const put = (name, value) => { if (value) given.set(name, value); };
-  put("q", state.q); put("sort", state.sort); put("up", state.up ? "1" : ""); put("runs", state.runs);
-  for (const [key, value] of Object.entries(state.filters)) put(key, value);
-  put("hide", state.hide.join(",")); put("compare", state.ticked.join(",")); put("all", state.all ? "1" : "");
-  return String(given) ? `#?${given}` : "#";
-};
+const writeState = ({ q, sort, up, runs, filters, hide, ticked, all }) =>
+  page.write({ q, sort, up: Number(up), runs, ...filters, hide: hide.join(","), compare: ticked.join(","), all: Number(all) });
 
 function shownRows(rows, state, columns) {
   const words = state.q.toLowerCase().split(/\s+/).filter(Boolean);
@@ -66,7 +53,7 @@ function shownRows(rows, state, columns) {
     (!state.runs || (row.values.runs?.v || 0) >= Number(state.runs)) &&
     Object.entries(state.filters).every(([key, value]) => !value || row.values[key]?.text === value));
   const column = columns.find((item) => item.key === state.sort);
-  if (!column) return kept.sort((a, b) => a.order - b.order);
+  if (!column) return kept;
   const sign = state.up ? 1 : -1;
   const compare = column.number
     ? (a, b) => {
@@ -74,7 +61,7 @@ function shownRows(rows, state, columns) {
       return p === null || q === null ? (p === null) - (q === null) : sign * (p - q);
     }
     : (a, b) => sign * byText(a.values[column.key].text, b.values[column.key].text);
-  return kept.sort((a, b) => compare(a, b) || a.order - b.order);
+  return kept.sort(compare); // stable
 }
 
 /* What the state names and the table does not have. */
@@ -87,12 +74,6 @@ function unknown(rows, state, columns) {
 }
 
 /* The page. */
-
-const make = (tag, properties = {}, ...children) => {
-  const element = Object.assign(document.createElement(tag), properties);
-  element.append(...children);
-  return element;
-};
 
 function start(table) {
   const { columns, rows } = readTable(table);
@@ -218,4 +199,4 @@ function start(table) {
 }
 
 if (typeof document !== "undefined") for (const table of document.querySelectorAll("table[data-table]")) start(table);
-if (typeof module !== "undefined") module.exports = { parsed, readState, writeState };
+if (typeof module !== "undefined") module.exports = { parsed };

@@ -1,5 +1,5 @@
 // The player of the Watch panel: adds Play to every task, and draws both episodes at once (figure.js).
-// Kinematics as in gym_extensions.site.play.stroboscopes, the text of motions as in gym_extensions.submissions.poses.
+// Kinematics as in gym_extensions.site.play.watch, the text of motions as in gym_extensions.submissions.poses.
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -164,24 +164,14 @@
     return () => run(!running);
   }
 
-  // Loads the script with the poses of a group once; it calls watchPoses. (fetch does not work from file://.)
-  const loaded = {}, waiting = {};
-  globalThis.watchPoses = (id, data) => {
-    loaded[id] = data;
-    waiting[id].forEach((ready) => ready(data));
-  };
-  function load({ dataset: { poses, script } }, ready) {
-    if (loaded[poses]) return ready(loaded[poses]);
-    if (waiting[poses]) return waiting[poses].push(ready);
-    waiting[poses] = [ready];
-    const element = document.createElement("script");
-    element.src = script;
-    element.onerror = () => {
-      waiting[poses].forEach((each) => each(null));
-      delete waiting[poses];
-    };
-    document.head.append(element);
-  }
+  // The poses of a group, null where they are not loaded. Their script, loaded once, calls watchPoses. (fetch does not work from file://.)
+  const loads = {}, ready = {};
+  globalThis.watchPoses = (id, data) => ready[id](data);
+  const load = ({ dataset: { poses, script } }) => loads[poses] ??= new Promise((done) => {
+    ready[poses] = done;
+    const onerror = () => { delete loads[poses]; done(null); };
+    document.head.append(Object.assign(document.createElement("script"), { src: script, onerror }));
+  });
 
   for (const section of document.querySelectorAll(".watch")) {
     const button = document.createElement("button");
@@ -190,16 +180,15 @@
     button.className = "play";
     button.textContent = "Replay";
     button.setAttribute("aria-describedby", section.getAttribute("aria-labelledby"));
-    button.addEventListener("click", () => {
+    button.addEventListener("click", async () => {
       if (toggle) return toggle();
       button.disabled = true;
       button.textContent = "Loading …";
-      load(section, (data) => {
-        button.disabled = false;
-        button.textContent = data ? "Replay" : "Not loaded. Try again";
-        button.focus();
-        if (data) (toggle = player(section, data))();
-      });
+      const data = await load(section);
+      button.disabled = false;
+      button.textContent = data ? "Replay" : "Not loaded. Try again";
+      button.focus();
+      if (data) (toggle = player(section, data))();
     });
     section.querySelector("h4").after(button);
   }

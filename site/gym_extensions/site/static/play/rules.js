@@ -63,7 +63,7 @@ export const RULES = {
   HumanoidStandupAndRun: (body) => humanoid(body, (lift, speed, upright) => 1.25 * speed + lift + (upright ? 5 : 1)),
 };
 
-// The ten range beams, as in gym_extensions.envs.effects.wall_and_sensor: distance to the wall / 10 m, or 0.
+// The ten range beams, as in gym_extensions.envs.range_beams: distance to the wall / 10 m, or 0.
 const BEAMS = Array.from({ length: 10 }, (_, beam) => (-45 + 10 * beam) * Math.PI / 180), REACH = 10;
 
 function axes(frame, qpos) {
