@@ -7,7 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import pytest
 import tomli_w
@@ -255,9 +255,13 @@ def test_a_committed_submission_can_be_continued(name: str) -> None:
 
 
 def test_a_folder_that_is_not_writable_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any, **__: Any) -> NoReturn:
-        raise OSError(errno.EROFS, "Read-only file system")
+    touch, out = Path.touch, tmp_path / "out"
+
+    def refuse(path: Path, *arguments: Any, **options: Any) -> None:
+        if path.is_relative_to(out):
+            raise OSError(errno.EROFS, "Read-only file system")
+        touch(path, *arguments, **options)
 
     monkeypatch.setattr(Path, "touch", refuse)
     with refused("bad-out", "Read-only file system"):
-        train("zero", "hopper-motor-noise", "single", "smoke", 7, out=tmp_path / "out")
+        train("zero", "hopper-motor-noise", "single", "smoke", 7, out=out)
