@@ -111,6 +111,7 @@ def test_a_workflow_that_runs_on_untrusted_input_starts_without_permissions_and_
     bases = re.findall("(?:ref|BASE): (.*)", texts["gate.yml"])
     assert bases == ["${{ github.sha }}"] * 3, "not the older `pull_request.base.sha`"
     assert "github.event.pull_request.title" not in texts["gate.yml"]
+    assert "\n    branches: [main]" in texts["gate.yml"], "no gate of another branch passes a pull request"
 
 
 @pytest.mark.parametrize(
