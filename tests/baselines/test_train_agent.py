@@ -23,8 +23,8 @@ BAD: list[tuple[type[Monitor | Origin | Parallel], dict[str, Any], str]] = [
     (Monitor, {"evaluate_episodes": 0}, "bad-evaluate-episodes"),
     (Parallel, {"num_threads": "2"}, "bad-num-threads"),
     (Parallel, {"num_envs": "8"}, "bad-num-envs"),
-    (Origin, {"by": "A" * 201}, "bad-by"),
-    (Origin, {"seeds": 5}, "bad-seeds"),
+    (Origin, {"by": "A" * 201}, "bad-origin"),
+    (Origin, {"seeds": 5}, "bad-origin"),
 ]
 
 

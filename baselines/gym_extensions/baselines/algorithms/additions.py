@@ -59,14 +59,9 @@ class Actor:
         self.normalizer = agent._normalizer
         with suppress(*sb3_policy.NOT_PLAIN):
             plain = sb3_policy.plain_parts(model)
-        if (
-            "log_sigma" not in plain
-            or hasattr(self.policy, "actor_state")
-            or getattr(model, "use_sde", False)
-        ):
-            message = (
-                f"{type(model).__name__} has no Gaussian actor that is a multilayer perceptron of PyTorch."
-            )
+        is_other = hasattr(self.policy, "actor_state") or getattr(model, "use_sde", False)
+        if "log_sigma" not in plain or is_other:
+            message = f"{type(model).__name__} has no actor that is a Gaussian perceptron of PyTorch."
             hint = "Use PPO, A2C or SAC of Stable-Baselines3 with MlpPolicy, without use_sde, or no addition."
             raise BenchError("no-actor", message, agent._options.card.algorithm, hint)
         owner: Any = self.policy.actor if self.policy.squash_output else self.policy

@@ -107,9 +107,8 @@ class RegularizedTrpo(Trpo):
         self._sample_of_task = StateSample(self.states_per_task, steps)
         super().learn(env, steps)
         observations = self._sample_of_task.observations
-        self._most_stored = max(
-            self._most_stored, len(observations) + len(self._stored.get("observations", ()))
-        )
+        held = len(observations) + len(self._stored.get("observations", ()))
+        self._most_stored = max(self._most_stored, held)
         self._end_of_task(observations)
         self._sample_of_task = StateSample(0, 0)
 

@@ -69,11 +69,11 @@ class Origin:
     seeds: str = ""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.by, str) or len(self.by) > LONGEST:
-            message = f"It is not text of at most {LONGEST} characters."
-            raise BenchError("bad-by", message, "--by", "Shorten it.")
-        if not isinstance(self.seeds, str):
-            raise BenchError("bad-seeds", "It is not text.", "--seeds", "Give a string.")
+        if not (isinstance(self.seeds, str) and isinstance(self.by, str) and len(self.by) <= LONGEST):
+            hint = f"Give texts, for by of at most {LONGEST} characters."
+            raise BenchError(
+                "bad-origin", f"by and seeds are {self.by!r} and {self.seeds!r}.", "Origin", hint
+            )
 
 
 @dataclass(frozen=True)
