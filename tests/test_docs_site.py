@@ -68,6 +68,29 @@ def test_the_lowest_versions_are_the_lower_ends_of_the_ranges() -> None:
     assert [name for name in lower if not f"{tested[name]}.0.0".startswith(f"{lower[name]}.")] == []
 
 
+TABLE = """Columns as in :func:`other`.
+
+    ======  =======
+    column  value
+    ======  =======
+    run     seed
+    ======  =======
+"""
+
+
+def test_docstrings_become_markdown_also_of_a_function_named_like_its_module(tmp_path: Path) -> None:
+    griffe = pytest.importorskip("griffe")
+    package = tmp_path / "named"
+    package.mkdir()
+    (package / "__init__.py").write_text('from named.scores import scores\n\n__all__ = ["scores"]\n', "utf-8")
+    (package / "scores.py").write_text(f'def scores():\n    """{TABLE}"""\n', "utf-8")
+    rewriting = runpy.run_path(str(ROOT / "docs/site/docstrings.py"))["RestructuredText"]()
+    loaded = griffe.load("named", search_paths=[tmp_path], extensions=griffe.load_extensions(rewriting))
+    assert loaded["scores"].docstring.value == (
+        "Columns as in `other`.\n\n| column | value |\n| --- | --- |\n| run | seed |"
+    )
+
+
 BOARD_PAGE = """<title>Hopper &lt;b&gt; · gym-extensions</title>
 <header>menu</header><main><h1>Hopper<wbr>Wall</h1><p>hops <svg><title>0.5</title></svg></p>
 <table><tr><th id="x">0.1</th></tr></table>
