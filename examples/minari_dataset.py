@@ -1,7 +1,7 @@
 """Episodes of a published policy as a Minari dataset: `python examples/minari_dataset.py SUBMISSION GROUP`.
 
-It runs the policy after the last stage on the last task of the group, and needs `pip install minari`. Minari
-writes below `~/.minari`, or where the environment variable MINARI_DATASETS_PATH says.
+It runs the policy after the last stage on the last task of the group, and needs
+`pip install 'minari[create,hdf5]'`. Minari writes below `~/.minari`, or where MINARI_DATASETS_PATH says.
 """
 
 import sys

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pandas as pd
 import pytest
@@ -21,6 +22,7 @@ from gym_extensions.results.frames import dtypes_of, episodes
 from gym_extensions.scoring.pipeline import make_scorer
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.review import Decision, Review, write_review
+from gym_extensions.submissions.run import read_run, write_run
 
 SUBMISSION = Path(__file__).resolve().parents[2] / "submissions" / "trpo"
 LAYERS = {"weights": "weight", "biases": "bias"}
@@ -170,6 +172,23 @@ def test_without_pyarrow_the_zoo_says_what_to_install(
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(BenchError, match=r"gym-extensions\[parquet\]"):
         zoo_export.write_zoo(tmp_path, [make_submission()])
+
+
+def test_policies_that_lie_elsewhere_are_in_the_zoo_without_weights(
+    make_submission: Callable[..., Path], tmp_path: Path
+) -> None:
+    pytest.importorskip("pyarrow")
+    submission = make_submission(protocols=("sequential",), runs=(0,))
+    path = submission / "hopper-gravity/sequential/run0.json"
+    path.with_suffix(".npz").unlink()
+    document = read_run(path)
+    assert document.policies is not None
+    there = msgspec.structs.replace(document.policies, url="https://example.org/run0.npz")
+    write_run(path, msgspec.structs.replace(document, policies=there))
+    (tmp_path / "zoo").mkdir()
+    zoo_export.write_zoo(tmp_path / "zoo", [submission])
+    assert pd.read_parquet(tmp_path / "zoo/policies.parquet")["weights"].tolist() == [""] * 6
+    assert pd.read_parquet(tmp_path / "zoo/weights.parquet").empty
 
 
 def test_without_policies_there_is_no_zoo(make_submission: Callable[..., Path], tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Policies as data frames: returns, diagnostics, and what these say of forgetting and of networks."""
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -117,6 +118,15 @@ def test_three_runs_are_too_few_and_one_that_decides_has_no_interval() -> None:
     assert results.forgetting_predictors(made(loss, loss)).empty
     outlier = np.array([[0.0], [0.0], [0.0], [0.0], [5.0]])
     assert results.forgetting_predictors(made(outlier, np.arange(5.0)[:, None])).empty
+
+
+@pytest.mark.parametrize("function", [results.forgetting_predictors, results.network_changes])
+def test_a_run_without_a_stage_is_left_out(function: Callable[[pd.DataFrame], pd.DataFrame]) -> None:
+    rng = np.random.default_rng(2)
+    frame = made(rng.uniform(size=(6, 2)), rng.uniform(size=(6, 2)))
+    lacks_one = frame[(frame["run"] != 0) | (frame["stage"] != 1)]
+    pd.testing.assert_frame_equal(function(lacks_one), function(frame[frame["run"] != 0]))
+    assert function(frame[frame["stage"] > 0]).empty
 
 
 def test_the_change_of_a_network_is_from_the_first_task_to_the_last() -> None:

@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
         part = formats.add_parser(name, help=text, epilog=EPILOG)
         add, help_ = part.add_argument, "a submission, or a folder of submissions"
         add("submissions", nargs="*", type=Path, metavar="SUBMISSION", help=help_)
-        help_ = "only this group; may be repeated (default: all)"
+        help_ = "only this group (or core); may be repeated (default: all)"
         add("--group", action="append", default=[], metavar="NAME", help=help_)
         if name == "hugging-face":
             add("--experts", action="store_true", help="also the experts of this version")

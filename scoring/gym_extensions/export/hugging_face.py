@@ -115,10 +115,10 @@ def model_card(card: scorecard.Scorecard, runs: Sequence[tuple[str, str, int]], 
         *(f"**This submission was {doubt}**" for doubt in card.doubts),
         card.manifest.description,
         f"Authors: {', '.join(card.manifest.authors)}. Level: {card.level}. "
-        f"Training budget: {card.manifest.protocol.budget} steps per task. "
+        f"Training budget: {card.manifest.protocol.budget}. "
         f"Evaluation: {card.manifest.protocol.evaluation} actions.",
         f"{' '.join(text for suffix, text in FILES.items() if suffix in kinds)} "
-        f"`runN.json` says how they were trained: {len(runs)} runs. Metrics are normalized returns, 0 at the "
+        f"`runN.json` says how it was trained. Runs: {len(runs)}. Metrics are normalized returns, 0 at the "
         "floor and 1 at the expert, as means over runs.",
         LOAD.format(group=name, protocol=protocol, run=run, task=task),
     ]

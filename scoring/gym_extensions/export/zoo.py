@@ -15,7 +15,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.export import datasets
 from gym_extensions.files import write_text
 from gym_extensions.results import frames, policies
-from gym_extensions.scoring.pipeline import find_submissions
+from gym_extensions.scoring.pipeline import find_submissions, make_scorer
 from gym_extensions.submissions.policies import files, mlp, mlp_arrays
 from gym_extensions.submissions.submission import runs_folder
 
@@ -42,9 +42,9 @@ def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] =
     if find_spec("pyarrow") is None:
         hint = "Install it with: pip install 'gym-extensions[parquet]'"
         raise BenchError("missing-extra", "Parquet files need pyarrow.", hint=hint)
-    texts, ids = tomllib.loads(TEXTS.read_text("utf-8")), [group(name).id for name in groups]
+    texts, only = tomllib.loads(TEXTS.read_text("utf-8")), make_scorer(only=groups).only
     frame = policies(submissions)
-    frame = frame[frame["group"].isin(ids)] if groups else frame
+    frame = frame[frame["group"].isin([group(name).id for name in only])] if groups else frame
     if frame.empty:
         raise BenchError("nothing-to-export", "There are no policies.", "", "Name submissions with policies.")
     paths = {path.name: path for path in find_submissions(submissions)}
@@ -59,7 +59,7 @@ def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] =
         weights=[digest for _, digest, _ in rows],
     )
     vectors = {digest: vector for _, digest, vector in rows if digest}
-    weights = pd.DataFrame({"sha256": vectors.keys(), "values": vectors.values()})
+    weights = pd.DataFrame(vectors.items(), columns=["sha256", VALUES], dtype=object)
     columns = {"policies": [*frames.columns_of(policies), *texts["policies"]]}
     columns |= {name: texts[name] for name in ("returns", "weights")}
     tables = [datasets.Table(f"{name}.parquet", each) for name, each in columns.items()]

@@ -139,11 +139,11 @@ def forgetting_predictors(policies: pd.DataFrame) -> pd.DataFrame:
     ==========  =======  ==========================================================================
 
     Args:
-        policies: rows of :func:`policies`, for example those of some groups.
+        policies: rows of :func:`policies`, for example those of some groups. Runs without all of their stages
+            are left out.
     """
     found: dict[tuple[str, str, str], list[Summary]] = {}
-    chosen = policies[(policies["protocol"] == "sequential") & policies["parameters"].notna()]
-    for (name, _), frame in chosen.groupby(["submission", "group"], sort=False):
+    for (name, _), frame in _whole_runs(policies, "parameters").groupby(["submission", "group"], sort=False):
         losses, *predictors = _changes(frame)
         for predictor, values in zip(("drift", "distances"), predictors, strict=True):
             complete = (values.notna() & losses.notna()).all(axis=1)
@@ -156,6 +156,13 @@ def forgetting_predictors(policies: pd.DataFrame) -> pd.DataFrame:
         each = to_interval(mean_of_groups(parts))
         rows.append((*key, len(parts), min(part.runs for part in parts), each.mean, each.low, each.high))
     return typed(rows, dtypes_of(forgetting_predictors))
+
+
+def _whole_runs(policies: pd.DataFrame, known: str) -> pd.DataFrame:
+    """The policies of the sequential runs of which the column has a value at every stage."""
+    chosen = policies[(policies["protocol"] == "sequential") & policies[known].notna()]
+    stages = chosen.groupby(["submission", "group", "run"])["stage"].transform("size")
+    return chosen[stages == chosen["scores"].map(len) + 1]
 
 
 def _changes(frame: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
@@ -212,11 +219,11 @@ def network_changes(policies: pd.DataFrame) -> pd.DataFrame:
     ==========  =======  ==========================================================================
 
     Args:
-        policies: rows of :func:`policies`, for example those of some groups.
+        policies: rows of :func:`policies`, for example those of some groups. Runs without all of their stages
+            are left out.
     """
     found: dict[tuple[str, str, int], list[pd.DataFrame]] = {}
-    chosen = policies[(policies["protocol"] == "sequential") & policies["ranks"].notna()]
-    for (name, _), frame in chosen.groupby(["submission", "group"], sort=False):
+    for (name, _), frame in _whole_runs(policies, "ranks").groupby(["submission", "group"], sort=False):
         for measure in ("ranks", "inactive", "norms"):
             layers = pd.DataFrame(frame[measure].tolist(), index=[frame["run"], frame["stage"]])
             for number, layer in enumerate(layers, 1):
