@@ -174,7 +174,7 @@ def test_without_pyarrow_the_zoo_says_what_to_install(
         zoo_export.write_zoo(tmp_path, [make_submission()])
 
 
-def test_policies_that_lie_elsewhere_are_in_the_zoo_without_weights(
+def test_policies_that_lie_elsewhere_are_in_the_zoo_of_the_core_without_weights(
     make_submission: Callable[..., Path], tmp_path: Path
 ) -> None:
     pytest.importorskip("pyarrow")
@@ -186,7 +186,7 @@ def test_policies_that_lie_elsewhere_are_in_the_zoo_without_weights(
     there = msgspec.structs.replace(document.policies, url="https://example.org/run0.npz")
     write_run(path, msgspec.structs.replace(document, policies=there))
     (tmp_path / "zoo").mkdir()
-    zoo_export.write_zoo(tmp_path / "zoo", [submission])
+    zoo_export.write_zoo(tmp_path / "zoo", [submission], ["core"])
     assert pd.read_parquet(tmp_path / "zoo/policies.parquet")["weights"].tolist() == [""] * 6
     assert pd.read_parquet(tmp_path / "zoo/weights.parquet").empty
 

@@ -50,6 +50,12 @@ def test_every_logged_episode_is_a_row(make_submission: Write) -> None:
     assert set(frame["group"]) == {"hopper-gravity-v0"}
 
 
+def test_runs_after_a_missing_one_are_in_no_frame(make_submission: Write) -> None:
+    submission = make_submission(runs=(0, 1, 3), protocols=("sequential",), curves=2)
+    for function in (results.episodes, results.curves, results.evaluations, results.policies):
+        assert set(function(submission)["run"]) == {0, 1}
+
+
 def test_episodes_come_back_from_parquet(make_submission: Write, tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     frame = results.episodes(make_submission(protocols=("single",)))

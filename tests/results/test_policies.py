@@ -113,11 +113,13 @@ def test_the_interval_of_a_correlation_is_that_of_the_jackknife() -> None:
     assert [row["low"], row["high"]] == pytest.approx([row["mean"] - half, row["mean"] + half])
 
 
-def test_three_runs_are_too_few_and_one_that_decides_has_no_interval() -> None:
+def test_three_runs_or_one_task_are_too_few_and_one_run_that_decides_has_no_interval() -> None:
     loss = np.arange(6.0).reshape(3, 2)
     assert results.forgetting_predictors(made(loss, loss)).empty
     outlier = np.array([[0.0], [0.0], [0.0], [0.0], [5.0]])
     assert results.forgetting_predictors(made(outlier, np.arange(5.0)[:, None])).empty
+    no_task = np.zeros((5, 0))
+    assert results.forgetting_predictors(made(no_task, no_task)).empty, "the last task cannot be forgotten"
 
 
 @pytest.mark.parametrize("function", [results.forgetting_predictors, results.network_changes])

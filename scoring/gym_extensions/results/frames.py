@@ -117,9 +117,9 @@ def curves(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     rows = (
         (submission.name, group_id, protocol, run, curve.task, step, value)
         for submission, group_id, group in read_groups(submissions, groups)
-        for protocol, documents in group.runs.items()
-        for run, document in documents.items()
-        for curve in document.curves
+        for protocol, log in group.logs.items()
+        for run in log.runs
+        for curve in group.runs[protocol][run].curves
         for step, value in zip(curve.steps, curve.returns, strict=True)
     )
     return typed(rows, dtypes_of(curves))

@@ -139,15 +139,14 @@ def forgetting_predictors(policies: pd.DataFrame) -> pd.DataFrame:
     ==========  =======  ==========================================================================
 
     Args:
-        policies: rows of :func:`policies`, for example those of some groups. Runs without all of their stages
-            are left out.
+        policies: rows of :func:`policies`, for example of some groups. Runs that lack a stage are left out.
     """
     found: dict[tuple[str, str, str], list[Summary]] = {}
     for (name, _), frame in _whole_runs(policies, "parameters").groupby(["submission", "group"], sort=False):
         losses, *predictors = _changes(frame)
         for predictor, values in zip(("drift", "distances"), predictors, strict=True):
-            complete = (values.notna() & losses.notna()).all(axis=1)
-            pair = values[complete].to_numpy(), losses[complete].to_numpy()
+            complete = ~np.isnan(values + losses).any(axis=1)
+            pair = values[complete], losses[complete]
             for kind in ("across", "within") if values.shape[1] > 1 else ("within",):
                 if estimate := _correlation(*pair, is_within=kind == "within"):
                     found.setdefault((str(name), predictor, kind), []).append(estimate)
@@ -165,17 +164,15 @@ def _whole_runs(policies: pd.DataFrame, known: str) -> pd.DataFrame:
     return chosen[stages == chosen["scores"].map(len) + 1]
 
 
-def _changes(frame: pd.DataFrame) -> tuple[pd.DataFrame, ...]:
-    """Forgetting, drift and distance (runs, tasks) at the end of the sequential runs of a group."""
+def _changes(frame: pd.DataFrame) -> mlp_arrays.Array:
+    """Forgetting, drift and distance at the end of the sequential runs of a group, (3, runs, tasks)."""
     rows = []
-    for run, stages in frame.sort_values("stage").groupby("run"):
+    for _, stages in frame.sort_values("stage").groupby("run"):
         scores, end = stages["scores"].tolist(), stages.iloc[-1]
         drift, distances = (end[name] or (math.nan,) * len(scores) for name in ("drift", "distances"))
-        for task in range(len(scores) - 2):
-            lost = scores[task + 1][task] - scores[-1][task]
-            rows.append((run, task, lost, drift[task], distances[task + 1]))
-    table = pd.DataFrame(rows, columns=["run", "task", "loss", "drift", "distances"])
-    return tuple(table.pivot(index="run", columns="task", values=name) for name in table.columns[2:])
+        lost = [scores[task + 1][task] - scores[-1][task] for task in range(len(scores) - 2)]
+        rows.append((lost, drift[: len(lost)], distances[1 : len(lost) + 1]))
+    return np.array(rows).swapaxes(0, 1)
 
 
 def _correlation(first: mlp_arrays.Array, second: mlp_arrays.Array, *, is_within: bool) -> Summary | None:
@@ -192,7 +189,7 @@ def _correlation(first: mlp_arrays.Array, second: mlp_arrays.Array, *, is_within
         return float((x * y).sum() / norm) if norm else math.nan
 
     runs = range(len(first))
-    if len(runs) < FEWEST_RUNS:
+    if len(runs) < FEWEST_RUNS or not first.size:
         return None
     whole, others = rho(list(runs)), [rho([run for run in runs if run != out]) for out in runs]
     if not all(map(math.isfinite, (whole, *others))):
@@ -219,8 +216,7 @@ def network_changes(policies: pd.DataFrame) -> pd.DataFrame:
     ==========  =======  ==========================================================================
 
     Args:
-        policies: rows of :func:`policies`, for example those of some groups. Runs without all of their stages
-            are left out.
+        policies: rows of :func:`policies`, for example of some groups. Runs that lack a stage are left out.
     """
     found: dict[tuple[str, str, int], list[pd.DataFrame]] = {}
     for (name, _), frame in _whole_runs(policies, "ranks").groupby(["submission", "group"], sort=False):
@@ -231,8 +227,7 @@ def network_changes(policies: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for key, groups in found.items():
         change = mean_of_groups([summary((each.iloc[:, -1] - each[1]).tolist()) for each in groups])
-        means = (np.mean([each[stage].mean() for each in groups]) for stage in (0, 1))
+        means = (np.mean([each.iloc[:, stage].mean() for each in groups]) for stage in (0, 1, -1))
         ends = to_interval(change)
-        last = np.mean([each.iloc[:, -1].mean() for each in groups])
-        rows.append((*key, len(groups), change.runs, *means, last, ends.mean, ends.low, ends.high))
+        rows.append((*key, len(groups), change.runs, *means, ends.mean, ends.low, ends.high))
     return typed(rows, dtypes_of(network_changes))
