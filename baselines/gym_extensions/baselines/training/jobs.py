@@ -71,9 +71,7 @@ class Origin:
     def __post_init__(self) -> None:
         if not (isinstance(self.seeds, str) and isinstance(self.by, str) and len(self.by) <= LONGEST):
             hint = f"Give texts, for by of at most {LONGEST} characters."
-            raise BenchError(
-                "bad-origin", f"by and seeds are {self.by!r} and {self.seeds!r}.", "Origin", hint
-            )
+            raise BenchError("bad-origin", f"They are {self.by!r} and {self.seeds!r}.", "by and seeds", hint)
 
 
 @dataclass(frozen=True)
