@@ -66,6 +66,14 @@ def test_an_order_by_some_groups_is_not_tested_and_has_no_rank(visit: Visit) -> 
     assert page.evaluate("location.hash") in ("", "#")
 
 
+def test_an_address_that_cannot_be_decoded_is_no_error(page: Page, address: str) -> None:
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(f"{address}index.html#%E0%A4%A")
+    assert names(page) == ["keeps", "loses", "lacks"]
+    assert errors == []
+
+
 def test_two_to_four_ticked_methods_open_compare(visit: Visit) -> None:
     page = visit("index.html")
     assert page.get_by_role("button", name="Tick two to four").is_disabled()

@@ -204,8 +204,7 @@
 
   // A link to commands opens them.
   function open() {
-    const target = location.hash.length > 1 && !location.hash.startsWith("#?") && document.getElementById(decodeURIComponent(location.hash.slice(1)));
-    const details = target && target.closest("details");
+    const target = document.querySelector(":target"), details = target?.closest("details");
     if (details) { details.open = true; target.scrollIntoView({ block: "nearest" }); }
   }
   addEventListener("hashchange", () => { if (location.hash.startsWith("#?") || !location.hash) { state = read(location.hash); apply(); } else open(); });
