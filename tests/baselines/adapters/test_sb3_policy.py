@@ -92,6 +92,8 @@ class BoundedSac(SACPolicy):
 EXTRACTED: dict[str, Any] = {"policy_kwargs": {"features_extractor_class": Extractor}}
 PLAIN: dict[str, tuple[Any, dict[str, Any]]] = {
     "PPO": (PPO, {}),
+    "PPO, linear": (PPO, {"net_arch": []}),
+    "SAC, linear": (SAC, {"net_arch": []}),
     "A2C with ELU": (A2C, {"activation_fn": nn.ELU}),
     "SAC": (SAC, {}),
     "TD3": (TD3, {"activation_fn": nn.LeakyReLU}),

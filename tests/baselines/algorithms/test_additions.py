@@ -131,6 +131,15 @@ def test_packnet_acts_with_its_network_in_the_present_task_and_shares_the_hidden
 
 
 @each_base
+def test_packnet_without_hidden_layers_has_a_linear_policy_per_task(base: str) -> None:
+    settings = {**BASES[base].settings, "policy_kwargs": {"net_arch": []}}
+    make = with_addition(replace(BASES[base], settings=settings), "packnet")
+    agent = learned(make(OBSERVATIONS, ACTIONS, 3), 0, 1)
+    assert [each.shape for each in agent.policy().weights] == [(2, 3, 2)]
+    np.testing.assert_allclose(agent.act(SEEN, in_task(0)), agent.policy().act(SEEN, task=0))
+
+
+@each_base
 def test_packnet_retrains_what_it_kept_after_it_pruned(base: str) -> None:
     agents = [learned(create(base, "packnet", retrain_share=share), 0) for share in (0.0, 0.5)]
     weights = [Actor(agent).theta for agent in agents]

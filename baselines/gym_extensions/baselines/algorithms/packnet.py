@@ -19,7 +19,7 @@ FREE, BIAS = 0, -1
 
 def no_owners(sizes: policy.Sizes) -> Array:
     """The owner of every parameter of the hidden layers before the first task, int16 (h,)."""
-    parts = []
+    parts = [np.zeros(0)]  # all, if no layer is hidden
     for fan_in, fan_out in pairwise(sizes[:-1]):
         parts += [np.full(fan_in * fan_out, FREE), np.full(fan_out, BIAS)]
     return np.concatenate(parts).astype(np.int16)
