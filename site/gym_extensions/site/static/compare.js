@@ -98,7 +98,7 @@ function table(boards, first, second) {
     ["Forgotten", "forgetting", "num"], ["Runs", "intervals", "num"]].map(([name, anchor, side = ""]) =>
     make("th", { className: side, scope: "col" }, anchor ? link(name, `metrics.html#${anchor}`) : name));
   return make("table", { className: "submissions narrow" },
-    make("caption", {}, `${title(first)} minus ${title(second)}, with 95\u202f% intervals. Kept is the metric that sorts the board. \u2013: no value, or not among its first 60 submissions`),
+    make("caption", {}, `${title(first)} minus ${title(second)}, with 95\u202f% intervals. Kept is the metric that sorts the board. \u2013: no value, or not among the submissions that its board compares`),
     make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...lines));
 }
 

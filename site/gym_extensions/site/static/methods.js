@@ -190,7 +190,7 @@
     more.textContent = `Show all ${longest} rows of a list`;
     const unknown = [...lost, ...state.ticked.filter((name) => !lists.some(({ rows }) => rows.some((row) => row.name === name)))];
     status.textContent = [unknown.length ? `This table has no ${unknown.join(", ")}.` : "",
-      known.length ? `Ordered by the mean over ${known.length} of ${groups.length} groups: not tested.` : "",
+      known.length ? `Kept is the mean over ${known.length} of ${groups.length} groups, not tested; drawings and other columns are over all.` : "",
       metricOf() ? "What cells show now has no test on a group: no frames, no hatching." : ""].filter(Boolean).join(" ");
     compare.disabled = state.ticked.length < 2;
     compare.textContent = state.ticked.length < 2 ? "Tick two to four to compare" : `Compare ${state.ticked.length}`;
