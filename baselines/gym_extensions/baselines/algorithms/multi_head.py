@@ -81,20 +81,15 @@ class MultiHead(Trpo):
         """Learns one task. Raises ``BenchError`` if the environments run several tasks."""
         self._task = single_task(env, self.name)
         self._num_tasks = int(env.num_tasks)  # type: ignore[attr-defined]  # of the training environments
-        self._begin(self._task)
+        self._begin()
         super().learn(env, steps)
         self._heads[self._task] = Head(self._theta[self._hidden :].copy(), self._moments, self._number)
 
-    def _begin(self, task: int) -> None:
+    def _begin(self) -> None:
         self._number += 1
-        if task in self._heads:
-            head = self._heads[task]
-            parameters, self._moments = head.parameters, head.moments
-        elif self._heads and self.shares_hidden_layers and not self._copy_head:
-            parameters = self._initial_policy()[self._hidden :]
-        else:
-            return
-        self._theta = np.concatenate([self._theta[: self._hidden], parameters])
+        if self._heads and self.shares_hidden_layers and not self._copy_head:
+            head = self._initial_policy()[self._hidden :]
+            self._theta = np.concatenate([self._theta[: self._hidden], head])
 
     def _parameters_of(self, head: Head) -> Array:
         """The policy's parameters in a finished task (p,)."""
