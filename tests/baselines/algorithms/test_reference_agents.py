@@ -2,6 +2,7 @@
 
 import copy
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,7 @@ def make(observation_space: Any, action_space: Any, seed: int) -> Any:
         ("my.module:Climber", "Climber"),
         ("my.module:make", "module"),
         (make, "test_reference_agents"),
+        (partial(make), "test_reference_agents"),
     ],
 )
 def test_an_agent_without_a_card_is_named_after_its_factory_or_module(agent: Any, name: str) -> None:

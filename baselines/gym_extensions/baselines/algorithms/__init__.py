@@ -132,6 +132,7 @@ def name_of(agent: str | Factory) -> str:
         path, attribute = place_of(agent)
         module = path.stem if path else agent.rpartition(":")[0]
     else:
+        agent = getattr(agent, "func", agent)  # of functools.partial
         module = getattr(agent, "__module__", type(agent).__module__)
         attribute = getattr(agent, "__name__", type(agent).__name__)
     return attribute if attribute not in ("", "make") else module.rpartition(".")[2]
