@@ -208,6 +208,8 @@ def test_two_bodies_run_side_by_side_faster_than_real_time(panel: Page) -> None:
     policies = panel.locator("select.policy option:checked")
     assert policies.all_inner_texts() == ["Agile", "Agile"]
     assert panel.locator(".stage-of").evaluate_all(VALUES) == ["2", "5"], "after learning, and at the end"
+    for stage in ("2: after HopperGravityThreeQuarters", "5: after HopperGravityOneAndHalf"):
+        panel.get_by_role("img", name=f"Hopper under Agile, run 0, stage {stage}").wait_for()
     walk(panel)
     said(panel, ".sides figcaption", "/step \\d\\d/.test(text)")
     status = panel.locator("#play-status")

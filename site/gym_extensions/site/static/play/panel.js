@@ -468,7 +468,7 @@ class Panel {
   show() {
     for (const side of this.sides) {
       side.draw();
-      side.canvas.setAttribute("aria-label", `${this.task.body} under ${side.title}`);
+      side.canvas.setAttribute("aria-label", `${this.task.body} under ${side.title}, stage ${side.stages.selectedOptions[0]?.text}`);
     }
     const [simulated, spent] = this.work, ratio = spent > 0 ? simulated / spent : 0;
     const world = !this.isTask ? "This world is no task of the benchmark."
