@@ -44,7 +44,7 @@ def test_every_line_of_the_page_runs(name: str, tmp_path: Path) -> None:
         assert installed == stated
         folder.mkdir()
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = os.environ | {"PATH": path, "PYTHONPATH": ".", "MINARI_DATASETS_PATH": str(tmp_path / "d")}
+    environment = os.environ | {"PATH": path, "MINARI_DATASETS_PATH": str(tmp_path / "d")}
     blocks = BLOCK.findall(SECTIONS[name])
     assert blocks
     for language, code in blocks:
