@@ -24,6 +24,7 @@ BAD: list[tuple[type[Monitor | Origin | Parallel], dict[str, Any], str]] = [
     (Parallel, {"num_threads": "2"}, "bad-num-threads"),
     (Parallel, {"num_envs": "8"}, "bad-num-envs"),
     (Origin, {"by": "A" * 201}, "bad-origin"),
+    (Origin, {"by": "A\u200bB"}, "bad-origin"),
     (Origin, {"seeds": 5}, "bad-origin"),
 ]
 

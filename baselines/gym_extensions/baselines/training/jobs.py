@@ -24,6 +24,7 @@ from gym_extensions.catalog.tasks import Task, whole_number
 from gym_extensions.envs import foreign, make_vec
 from gym_extensions.errors import BenchError, require_known
 from gym_extensions.submissions.layout import MAX_RUNS
+from gym_extensions.submissions.rules.manifest import first_invisible
 from gym_extensions.submissions.run import LONGEST
 
 
@@ -69,8 +70,9 @@ class Origin:
     seeds: str = ""
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.seeds, str) and isinstance(self.by, str) and len(self.by) <= LONGEST):
-            hint = f"Give texts, for by of at most {LONGEST} characters."
+        is_text = isinstance(self.seeds, str) and isinstance(self.by, str) and len(self.by) <= LONGEST
+        if not is_text or first_invisible(self.by + self.seeds):
+            hint = f"Give texts without control characters, for by of at most {LONGEST} characters."
             raise BenchError("bad-origin", f"They are {self.by!r} and {self.seeds!r}.", "by and seeds", hint)
 
 
