@@ -131,10 +131,9 @@ def write_experts(target: Path) -> None:
     target.mkdir(parents=True)
     for name in experts.names():
         card = experts.card(name)
+        measured, note = card.measurement, card.provisional.replace("|", "/")
         for suffix in (".npz", ".json"):
             shutil.copyfile(experts.DATA / f"{name}{suffix}", target / f"{name}{suffix}")
-        measured = card.measurement
-        note = card.provisional.replace("|", "/")
         returns = f"{measured.mean:.1f} ± {measured.deviation:.1f}"
         rows.append(f"| {name} | {returns} | {measured.episodes} | {note} |")
     head = datasets.front_matter(library_name=datasets.NAME)

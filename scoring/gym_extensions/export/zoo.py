@@ -20,7 +20,7 @@ from gym_extensions.submissions.policies import files, mlp, mlp_arrays
 from gym_extensions.submissions.submission import runs_folder
 
 TEXTS = Path(__file__).with_name("zoo.toml")
-KEYS = ["submission", "group", "protocol"]
+KEYS = ["submission", "group", "protocol", "run"]
 NAMES = ("activation", "output_activation", "squash", "head")
 VALUES = "values"
 """The column of the weights."""
@@ -49,10 +49,9 @@ def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] =
         raise BenchError("nothing-to-export", "There are no policies.", "", "Name submissions with policies.")
     paths = {path.name: path for path in find_submissions(submissions)}
     rows: list[Network] = []
-    for (name, id_, protocol), runs in frame.groupby(KEYS, sort=False):
-        for run, part in runs.groupby("run", sort=False):
-            found = networks(paths[str(name)], group(str(id_)), str(protocol), int(str(run)))
-            rows += found or [("", "", None)] * len(part)
+    for (name, id_, protocol, run), part in frame.groupby(KEYS, sort=False):
+        found = networks(paths[str(name)], group(str(id_)), str(protocol), int(str(run)))
+        rows += found or [("", "", None)] * len(part)
     frame = frame.assign(
         split=[SPLITS[run % len(SPLITS)] for run in frame["run"]],
         network=[network for network, _, _ in rows],
