@@ -70,6 +70,7 @@ def test_what_is_wrong_is_named_by_its_path(tmp_path: Path, old: str, new: str, 
 
 def test_the_digest_is_about_the_document_the_log_and_the_policies() -> None:
     digest = FULL.digest
+    assert digest.startswith("504fc60b09573716"), "reviews of committed submissions name digests of this form"
     changes = {"command": "", "curves": [], "steps": 1, "log": "c" * 64, "policies": None}
     assert digest not in {msgspec.structs.replace(FULL, **{key: new}).digest for key, new in changes.items()}
     assert runs.run_of(runs.run_text(FULL).encode()).digest == digest
