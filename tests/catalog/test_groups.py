@@ -28,11 +28,6 @@ def test_the_paper_has_75_mujoco_tasks_in_16_groups() -> None:
     assert [name for name in MUJOCO_GROUPS if name not in PAPER] == EXTRAS
 
 
-def test_arm_tasks_last_100_steps_and_all_others_1000() -> None:
-    for row in TASKS.values():
-        assert row.max_steps == (100 if row.base in ("Pusher", "Striker") else 1000)
-
-
 def test_there_are_150_navigation_tasks_in_five_groups_of_thirty_map_by_map() -> None:
     assert len([row for row in TASKS.values() if row.base == "Navigation"]) == 150
     for family, pattern in FAMILIES.items():
