@@ -1,4 +1,4 @@
-"""Pusher and Striker: resets, observations, rewards, and Striker's cup."""
+"""Pusher and Striker: resets, rewards and Striker's model."""
 
 import math
 
@@ -147,3 +147,36 @@ def test_a_ball_shot_at_the_open_side_stays_in_the_cup_and_the_cup_stays_in_plac
 def _distance_after_step(env: TaskEnv) -> float:
     env.step(np.zeros(7, np.float32))
     return float(np.linalg.norm(env.data.body("object").xpos[:2] - env.data.body("goal").xpos[:2]))
+
+
+def test_strikers_model_has_the_numbers_of_2017() -> None:
+    model = construct_mujoco("Striker").model
+    assert (model.nq, model.nv, model.nu, model.nmocap) == (9, 9, 7, 1)
+    assert model.opt.timestep == 0.01
+    assert not model.opt.gravity.any()
+    np.testing.assert_array_equal(model.actuator_ctrlrange, np.tile([-3.0, 3.0], (7, 1)))
+    np.testing.assert_array_equal(model.dof_damping, [1, 1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.5, 0.5])
+    np.testing.assert_array_equal(model.dof_armature, [0.04] * 7 + [0.1] * 2)
+    np.testing.assert_array_equal(model.jnt_range[7:], [[-10.3, 10.3]] * 2)
+    assert not model.geom_friction.any()
+    assert model.body("object").mass[0] == pytest.approx(300 * 4 / 3 * math.pi * 0.05**3)
+    paddle = model.geom("paddle")
+    np.testing.assert_array_equal(paddle.size, [0.003, 0.12, 0.05])
+    np.testing.assert_array_equal(paddle.pos, [0.017, 0, 0])
+    masks = {
+        name: (model.geom(name).contype[0], model.geom(name).conaffinity[0])
+        for name in ("paddle", "ball", "coaster", "plate0", "plate1", "plate2")
+    }
+    assert masks == {
+        "paddle": (1, 1),
+        "ball": (1, 0),
+        "coaster": (0, 0),
+        "plate0": (0, 1),
+        "plate1": (0, 1),
+        "plate2": (0, 1),
+    }
+    for index, turn in enumerate((0, 0.785, -0.785)):
+        plate = model.geom(f"plate{index}")
+        np.testing.assert_array_equal(plate.size, [0.032, 0.001, 0.04])
+        expected = [-0.075 * math.sin(turn), 0.075 * math.cos(turn), 0.04]
+        np.testing.assert_allclose(plate.pos, expected, atol=1e-12)
