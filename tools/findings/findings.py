@@ -91,6 +91,7 @@ def main() -> None:
     groups = tables.fine_tuning(metrics, of_runs(reference))
     learned = [row for row in groups if row.is_learned]
     cloning, packnet = (of_edition(name, edition) for name in ("cloning", "packnet"))
+    (axis,) = landscape(submissions, cloning, "cloning").axes  # without it, nothing is stated for good
     gains, correlated = claims.gains(cards, cloning)
     alone = claims.less_than_alone(board, cards)
     without_runs = lacking({row.name: row.look for row in board.rows if row.ranked})
@@ -116,7 +117,6 @@ def main() -> None:
     draw_groups(list(finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
     scores = tables.scores_by_stage(reference)
     draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
-    (axis,) = landscape(submissions, cloning, "cloning").axes
     write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
 
     policies = results.policies([submissions / name for name in names])
