@@ -59,17 +59,14 @@ def anchors() -> pd.DataFrame:
 
 
 @functools.cache
-def matrices(
-    submission: str, name: str, protocol: str = "sequential", *, core: bool = False
-) -> NDArray[np.float64]:
+def matrices(submission: str, name: str, protocol: str = "sequential") -> NDArray[np.float64]:
     """Normalized mean returns, (runs, stages, tasks), by reading CSV files with pandas.
 
-    The runs are the author's own, or the last ones that were trained here where there are none; on the core,
-    those that were trained here come first.
+    The runs are the last ones that were trained here, or the author's own where there are none.
     """
     own, tasks = ROOT / "submissions" / submission, list(group(name).task_ids)
     trained = sorted(own.glob("trained/*/"), key=lambda path: int(path.name))[-1:]
-    places = [each / name / protocol for each in ([*trained, own] if core else [own, *trained])]
+    places = [each / name / protocol for each in (*trained, own)]
     folder = next(filter(Path.is_dir, places))
     logs = {
         run: pd.read_csv(folder / f"run{run}.csv", usecols=["stage", "task", "return"])
@@ -84,7 +81,7 @@ def matrices(
 def parts(submission: str, runs: int) -> Mapping[str, Runs]:
     """What each task adds to the metrics of the core, (runs, tasks), by group."""
     found: dict[str, Runs] = {}
-    for each in (matrices(submission, name, core=True)[:runs] for name in GROUPS):
+    for each in (matrices(submission, name)[:runs] for name in GROUPS):
         before, learned = (np.diagonal(rows, axis1=1, axis2=2) for rows in (each[:, :-1], each[:, 1:]))
         last, tasks = each[:, -1], each.shape[2]
         found.setdefault("final_performance", []).append(last / tasks)

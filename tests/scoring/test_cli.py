@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -17,7 +16,6 @@ from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import METRICS, TABLE
 from gym_extensions.scoring import cli
 from gym_extensions.scoring.output.screen import console, show
-from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.submissions.review import Decision, Review, read_review, write_review
 
@@ -91,25 +89,11 @@ def test_the_core_score_is_printed_with_its_interval(capsys: pytest.CaptureFixtu
     assert re.search(r"Final performance +0\.500  0\.400 to 0\.600", shown)
 
 
-def test_a_group_shows_the_runs_that_were_trained_here_before_the_authors_own(
-    make_submission: Write, score: Command
-) -> None:
+def test_a_group_shows_the_runs_that_were_trained_here(make_submission: Write, score: Command) -> None:
     folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'), protocols=("sequential",))
     trained_here(folder)
     lines = [line for line in score(folder).out.splitlines() if line.startswith("hopper-gravity-v0")]
-    assert [line.rpartition(", ")[2] for line in lines] == ["trained here", "claimed"]
-
-
-def test_a_table_of_groups_says_that_it_has_the_authors_own_runs(
-    make_submission: Write, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'), protocols=("sequential",))
-    trained_here(folder)
-    card = score_folder(folder)
-    card = replace(card, groups=card.groups | {"other-v0": card.groups["hopper-gravity-v0"]})
-    for trained in ({}, card.trained):
-        show(console(), replace(card, trained=trained))
-        assert ("These are the author's own runs" in capsys.readouterr().out) == bool(trained)
+    assert [line.rpartition(", ")[2] for line in lines] == ["trained here"]
 
 
 def test_code_without_runs_waits_for_the_merge(tmp_path: Path, score: Command) -> None:

@@ -343,8 +343,7 @@ def test_code_alone_has_the_scores_of_what_was_trained_of_it(make_submission: Wr
     card = score_folder(folder)
     log = card.groups[GROUP]["sequential"]
     assert (card.level, log.level, log.metrics["final_performance"]) == (*["trained here"] * 2, expected)
-    assert card.trained[GROUP].metrics == log.metrics
-    assert card.beside == {}
+    assert card.own == {}
     assert card.training is not None
     assert (card.training.attempts, card.training.outdated) == (1, False)
 
@@ -367,20 +366,24 @@ def test_a_training_here_without_run_0_leaves_the_other_groups_as_they_are(make_
     for path in made.glob("run0.*"):
         path.unlink()
     card = score_folder(folder)
-    assert (card.problems, card.groups, card.trained) == ((), before, {})
+    assert (card.problems, card.groups, card.own) == ((), before, {})
     rmtree(folder / NAME)
     code = score_folder(folder)
     assert (code.problems, code.groups, code.level) == ((), {}, "claimed")
 
 
-def test_an_authors_runs_stay_beside_those_that_were_trained_here(make_submission: Write) -> None:
+def test_runs_that_were_trained_here_take_the_place_of_an_authors_own(make_submission: Write) -> None:
     folder = make_submission(manifest=MANIFEST.replace('"smoke"', '"100k"'))
-    before = score_folder(folder).groups
+    before = score_folder(folder).groups[GROUP]
     trained_here(folder, version=2)
     card = score_folder(folder)
-    assert (card.groups, card.level, card.trained[GROUP].level) == (before, "claimed", "trained here")
-    assert card.beside == {GROUP: {"sequential": card.trained[GROUP]}}
-    assert card.trained[GROUP].stages, "as of the author's runs"
+    found = card.groups[GROUP]
+    assert (found["sequential"].level, card.own[GROUP].level) == ("trained here", "claimed")
+    assert card.own == {GROUP: before["sequential"]}
+    assert {name: log for name, log in found.items() if name != "sequential"} == {
+        name: log for name, log in before.items() if name != "sequential"
+    }
+    assert found["sequential"].stages, "as of the author's runs"
     assert card.training is not None
     assert card.training.attempts == 2
 
@@ -388,7 +391,7 @@ def test_an_authors_runs_stay_beside_those_that_were_trained_here(make_submissio
 def test_a_run_that_is_not_in_the_record_was_not_trained_here(make_submission: Write) -> None:
     folder = make_submission()
     trained_here(folder, runs={f"{NAME}/sequential/run0": "0" * 64})
-    log = score_folder(folder).trained[GROUP]
+    log = score_folder(folder).groups[GROUP]["sequential"]
     assert (log.level, log.why_claimed) == ("claimed", "The record of its training has other runs.")
 
 

@@ -2,15 +2,13 @@
 
 import pytest
 
-from gym_extensions.catalog.groups import SUITES
 from gym_extensions.metrics.values import NOTHING_LEARNED
 from gym_extensions.site.board_views import BoardView, Leaderboard, shortened
 from gym_extensions.site.submission_results import nothing_to_forget
-from gym_extensions.site.text import rank, split_version
+from gym_extensions.site.text import rank
 
 from .browser import references_of, typed
-from .conftest import Document, Make, around, estimate, everything
-from .pages.test_core import method
+from .conftest import Document, Make, around, estimate
 
 
 def only(*cards: Document) -> BoardView:
@@ -37,19 +35,6 @@ def test_the_least_forgetting_is_among_those_that_learned(make_card: Make) -> No
     least = only(*cards).least_forgetting
     assert least is not None
     assert least.submission.name == "b"
-
-
-def test_a_row_of_a_group_or_of_its_suite_has_the_authors_own_runs_beside_others() -> None:
-    card = method("trpo", 0.8, 0.5, [split_version(name)[0] for name in SUITES["gravity"]])
-    log = card["groups"]["hopper-gravity-v0"]["sequential"]
-    suite = {"budget": "300k", "groups": SUITES["gravity"], "metrics": log["metrics"]}
-    card |= {"suites": {"gravity": {"sequential": suite}}, "trained": {"hopper-gravity-v0": log}}
-    for level in ("verified", "trained here"):
-        card["trained"]["hopper-gravity-v0"] = log | {"level": level}
-        whole = typed({**everything(), "submissions": [card]})
-        boards = Leaderboard(references_of(whole), whole.submissions).boards
-        beside = {board.group for board in boards if board.rows[0].has_beside}
-        assert beside == ({"gravity", "hopper-gravity-v0"} if level == "trained here" else set())
 
 
 def test_a_submission_without_a_rank_is_not_called_the_best(make_card: Make) -> None:

@@ -1,7 +1,5 @@
 """The editions of the core: statements of the first one are kept or withdrawn without its runs."""
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -9,14 +7,13 @@ import msgspec
 import pytest
 
 from gym_extensions.catalog.groups import CORES
-from gym_extensions.scoring import score_folder
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from tools.findings import editions, findings, hypotheses
 from tools.findings.editions import ALONE, Statement, outcomes
 from tools.findings.hypotheses import Verdict
 from tools.findings.tables import FINAL, LEARNED, LOST, Value
 
-from ..conftest import MANIFEST, refused
+from ..conftest import refused
 from ..curation.repositories import git
 
 GROUPS = CORES["core-v1"]
@@ -117,19 +114,3 @@ def test_the_committed_statements_are_those_of_the_first_edition() -> None:
         each for each in found if each.of == ("cloning", "trpo") and (each.metric, each.group) == (FINAL, "")
     )
     assert cloning.direction == ("separated", True)
-
-
-@pytest.mark.usefixtures("known")
-def test_a_group_has_the_runs_that_were_trained_here(make_submission: Callable[..., Path]) -> None:
-    folder = make_submission(name="a", runs=tuple(range(5)), manifest=MANIFEST.replace("smoke", "300k"))
-    card = score_folder(folder)
-    log = card.groups["hopper-gravity-v0"]["sequential"]
-    here = replace(log, level="trained here")
-    own = {name: {"sequential": log, "single": log} for name in (*GROUPS, "pusher-v0")}
-    card = replace(card, groups=own, trained=dict.fromkeys(GROUPS, here))
-    groups = editions.as_compared(card).groups
-    assert {groups[name]["sequential"].level for name in GROUPS} == {"trained here"}
-    assert groups["pusher-v0"] == own["pusher-v0"]
-    assert groups[GROUPS[0]]["single"] is log
-    few = replace(card, trained={GROUPS[0]: here})
-    assert editions.as_compared(few).groups == own

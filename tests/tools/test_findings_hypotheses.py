@@ -107,7 +107,7 @@ def test_runs_after_the_first_ten_change_no_verdict(make_submission: Write) -> N
         values = MetricValue(mean=0.0, runs=first + later)
         made = replace(log, runs=tuple(range(20)), metrics=dict.fromkeys(log.metrics, values))
         made = replace(made, return_matrix=log.return_matrix * 4, level="trained here")
-        made_here = replace(card, name=name, trained=dict.fromkeys(GROUPS, made))
+        made_here = replace(card, name=name, groups={group: {"sequential": made} for group in GROUPS})
         return replace(made_here, core=core_score(made_here))
 
     def found(later: tuple[float, ...]) -> list[hypotheses.Verdict]:

@@ -265,7 +265,7 @@ def test_runs_in_another_order_are_trained_here_and_taken_and_are_not_the_core(
     assert train_here.is_due(found, train_here.wanted_runs(1))
     card = score(found, load_references())
     (log,) = card.groups[f"{GROUP}-v0"].values()
-    assert (card.level, log.level, log.runs, card.trained) == ("trained here", "trained here", (0, 1), {})
+    assert (card.level, log.level, log.runs, card.own) == ("trained here", "trained here", (0, 1), {})
     assert log.order_effects["final_performance"].shares
 
 

@@ -6,7 +6,6 @@ hypotheses, which are written once.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -15,8 +14,6 @@ import msgspec
 from gym_extensions import references
 from gym_extensions.files import write_text
 from gym_extensions.scoring.ranking.boards import CoreBoard
-from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_logs, suite_scores
 from tools.findings.claims import Gain
 from tools.findings.tables import (
     CORE,
@@ -34,15 +31,6 @@ Row = TypeVar("Row", bound=msgspec.Struct)
 OPEN, SEPARATED = "open", "separated"
 ALONE = "each task alone"
 WORDS = {FINAL: "at the end", LEARNED: "learned", LOST: "forgetting"}
-
-
-def as_compared(card: Scorecard) -> Scorecard:
-    """The scorecard whose sequential runs on the core are those that the core compares."""
-    logs = core_logs(card)
-    groups = card.groups | {
-        name: {**card.groups.get(name, {}), "sequential": log} for name, log in logs.items()
-    }
-    return replace(card, groups=groups, suites=suite_scores(groups))
 
 
 def stored(path: Path, kind: type[Row], state: Callable[[], Sequence[Row]], *, is_open: bool) -> list[Row]:

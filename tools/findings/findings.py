@@ -79,9 +79,8 @@ def verdicts(cards: Mapping[str, Scorecard], is_early: bool) -> list[hypotheses.
 def main() -> None:
     """Writes the page and its figures, the results of the README, and what an edition states for good."""
     submissions = ROOT / "submissions"
-    own = {folder.name: card for folder, card in valid_scorecards(submissions, make_scorer()).items()}
-    cards = {name: editions.as_compared(card) for name, card in own.items()}
-    board = core_board(list(own.values()))
+    cards = {folder.name: card for folder, card in valid_scorecards(submissions, make_scorer()).items()}
+    board = core_board(list(cards.values()))
     assert board is not None
     edition, reference = board.edition, cards[FINE_TUNING]
     core, metrics = core_frame(board), metrics_frame(cards.values())
@@ -100,7 +99,7 @@ def main() -> None:
     templates.globals |= {"FINAL": FINAL, "LEARNED": LEARNED, "LOST": LOST, "fine_tuning": FINE_TUNING}
     templates.globals |= {"cloning": cloning, "packnet": packnet, "edition": edition}
     templates.globals |= {"pair_of": partial(tables.against, board)}
-    is_first = not any(map(is_trained_here, own.values()))
+    is_first = not any(map(is_trained_here, cards.values()))
     before = editions.stored(FIRST_EDITION, editions.Statement, lambda: stated, is_open=is_first)
     if is_first:
         page = templates.get_template("first-edition.md.jinja").render(
@@ -111,7 +110,7 @@ def main() -> None:
             turned=turned(list(cards.values())),
         )
         write_text(FIRST_EDITION.with_suffix(".md"), page + "\n")
-    templates.globals |= {"hypotheses": verdicts(own, bool(without_runs))}
+    templates.globals |= {"hypotheses": verdicts(cards, bool(without_runs))}
 
     write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
     draw_groups(list(finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")

@@ -16,7 +16,7 @@ from gym_extensions.metrics.statistics import ALPHA, holm_adjusted, interval, su
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.ranking.core_board import PLANNED, PLANNED_RUNS, core_board
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_score
+from gym_extensions.scoring.submission.suites import core_logs, core_score
 from tools.findings.claims import GroupRuns, runs_of
 from tools.findings.tables import FINAL, FINE_TUNING, LOST, Value, against
 
@@ -92,8 +92,9 @@ def tested(cards: Mapping[str, Scorecard], commit: str = "") -> list[Verdict]:
     """All verdicts, over runs 0 to 9, by the scorecards by name. Later runs test nothing again."""
 
     def of_plan(card: Scorecard) -> Scorecard:
-        logs = card.trained.items()
-        card = replace(card, trained={name: replace(log, runs=log.runs[:PLANNED_RUNS]) for name, log in logs})
+        logs = core_logs(card).items()
+        first = {name: {"sequential": replace(log, runs=log.runs[:PLANNED_RUNS])} for name, log in logs}
+        card = replace(card, groups=first)
         return replace(card, core=core_score(card))
 
     planned = {name: of_plan(card) for name, card in cards.items()}

@@ -24,13 +24,11 @@ from gym_extensions.metrics.statistics import (
     zero_mean_p,
 )
 from gym_extensions.scoring.pipeline import make_scorer
-from gym_extensions.scoring.scorecard import PaperCell, PaperRow, Scorecard
+from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 from gym_extensions.scoring.submission.stages import task_name
-from gym_extensions.scoring.submission.suites import is_trained_here
 from gym_extensions.site.text import fixed, interval
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.submission import scored_group
-from tools.findings import editions
 from tools.findings.figures import draw_reproduction
 from tools.findings.findings import FOLDER, ROOT, jinja
 from tools.findings.statements import Statement, statements
@@ -182,12 +180,9 @@ def page(groups: Sequence[Group], further: Sequence[Statement]) -> str:
     )
 
 
-def episodes(folder: Path, card: Scorecard) -> dict[str, pd.DataFrame]:
-    """The episodes of the sequential runs of a submission, of the same runs as its scorecard, by group id."""
-    submission = read(folder)
-    groups = submission.shown_groups
-    if submission.trained and is_trained_here(card):
-        groups |= submission.trained.runs.groups
+def episodes(folder: Path) -> dict[str, pd.DataFrame]:
+    """The episodes of the sequential runs of a submission by group id."""
+    groups = read(folder).shown_groups
     logs = {name: scored_group(each).logs.get("sequential") for name, each in groups.items()}
     return {name: log.rows for name, log in logs.items() if log}
 
@@ -217,8 +212,6 @@ def main() -> None:
         )
     shown = [(group.name, group.printed.rows, group.reproduced.rows) for group in groups]
     draw_reproduction(shown, FOLDER / "reproduction.svg")
-    tuned = editions.as_compared(cards[FINE_TUNING])
-    further = statements(
-        cards[PRINTED], cards[CLAIMS[0][2]], tuned, episodes(submissions / FINE_TUNING, tuned)
-    )
+    played = episodes(submissions / FINE_TUNING)
+    further = statements(cards[PRINTED], cards[CLAIMS[0][2]], cards[FINE_TUNING], played)
     write_text(PAGE, page(groups, further))

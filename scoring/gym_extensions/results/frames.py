@@ -69,8 +69,7 @@ def episodes(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     fingerprint  str      fingerprint of the task
     ===========  =======  ==========================================================================
 
-    Where the author of code has no runs, or only trials with the budget ``smoke``, they are those that the
-    project trained. Beside an author's own, those are read as ``submissions/NAME/trained/N``, of version N.
+    Of a group and protocol in which the project trained the code, they are its runs and not the author's own.
     Reported submissions have no episodes.
 
     Args:

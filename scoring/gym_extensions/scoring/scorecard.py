@@ -404,8 +404,9 @@ class Scorecard:
     decisions: Annotated[tuple[Decision, ...], about("decisions of maintainers, oldest first")] = ()
     training: Annotated[TrainingSummary | None, about("of its code; null without")] = None
     groups: Annotated[dict[str, dict[str, GroupScore]], about("scores by group id and protocol")]
-    trained: Annotated[
-        dict[str, GroupScore], about("by group id, the sequential runs that the project trained")
+    own: Annotated[
+        dict[str, GroupScore],
+        about("by group id, the author's sequential runs, where `groups` has those trained here"),
     ] = field(default_factory=dict)
     suites: Annotated[dict[str, dict[str, SuiteScore]], about("of complete suites, by suite and protocol")]
     core: Annotated[CoreScore | None, about("on the core; null without runs there, and if withdrawn")] = None
@@ -429,12 +430,6 @@ class Scorecard:
         """The challenges since the last acceptance or withdrawal."""
         standing = [index for index, part in enumerate(self.decisions, 1) if part.action != "challenged"]
         return self.decisions[max(standing, default=0) :]
-
-    @property
-    def beside(self) -> dict[str, dict[str, GroupScore]]:
-        """Runs that were trained here, by group id and protocol, where ``groups`` has the author's own."""
-        pairs = ((name, log, self.groups[name]["sequential"]) for name, log in self.trained.items())
-        return {name: {"sequential": log} for name, log, shown in pairs if shown.level != log.level}
 
     @property
     def doubts(self) -> tuple[str, ...]:

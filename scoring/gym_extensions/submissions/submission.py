@@ -6,33 +6,18 @@ from pathlib import Path
 import msgspec
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.submissions import layout, problem
 from gym_extensions.submissions.log import Log
-from gym_extensions.submissions.manifest import Manifest, manifest_of, parse
+from gym_extensions.submissions.manifest import Manifest
 from gym_extensions.submissions.review import Review, Training
 from gym_extensions.submissions.run import Memory, RunDocument, consecutive
 
 
 def runs_folder(submission: Path, group_name: str, protocol: str) -> Path:
-    """The folder with the runs of a group and protocol: the submission, or ``trained/N``.
-
-    Where the author has none, or trials, whose budget is on no board, those that were trained here count.
-    """
+    """The folder with the runs of a group and protocol: ``trained/N`` if some were trained here."""
     records = (f"{layout.TRAINED}/{path.name}" for path in submission.glob(f"{layout.TRAINED}/*.toml"))
     trained = submission / layout.TRAINED / str(layout.latest_version(records))
-    if not (trained / group_name / protocol).is_dir():
-        return submission
-    return submission if (submission / group_name / protocol).is_dir() and _counts(submission) else trained
-
-
-def _counts(submission: Path) -> bool:
-    """Whether the budget of a submission is on boards; one whose manifest is broken says nothing else."""
-    try:
-        budget = manifest_of(parse((submission / layout.MANIFEST).read_bytes())).protocol.budget
-    except (OSError, ValueError):  # also that of msgspec
-        return True
-    return BUDGETS[budget].on_boards
+    return trained if (trained / group_name / protocol).is_dir() else submission
 
 
 @dataclass(frozen=True, repr=False)

@@ -28,7 +28,7 @@ def shortened(card: Scorecard) -> Scorecard:
         }
 
     groups = {group: part(scores) for group, scores in card.groups.items()}
-    return replace(card, readme="", groups=groups, trained=part(card.trained))
+    return replace(card, readme="", groups=groups, own=part(card.own))
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,6 @@ class Row:
         """Why little forgetting is no retention, where the submission learned less than each task alone."""
         lost = self.submission.metrics.get(formulas.FORGETTING.name)
         return lost.rank_note if lost is not None and lost.rank_note == values.LITTLE_LEARNED else ""
-
-    @property
-    def has_beside(self) -> bool:
-        """Whether its scores are of the author's own runs, and there are others, which were trained here."""
-        groups = SUITES.get(self.result.group, (self.result.group,))
-        return self.result.protocol == SEQUENTIAL and not self.card.beside.keys().isdisjoint(groups)
 
     def rank(self, metric: str) -> tuple[int, int] | None:
         """Best and worst possible rank on a metric; None if it has none, or if it alone is ranked."""

@@ -46,12 +46,12 @@ class SubmissionResult:
     group: str
     protocol: str
     score: GroupScore | SuiteScore
-    is_beside: bool = False  # whether it was trained here, and the page shows the author's own runs, too
+    is_own: bool = False  # whether it is the author's, and the page shows runs that were trained here, too
 
     @property
     def id(self) -> str:
         """Its anchor on the page of the submission."""
-        return f"{self.group}-{'trained-here' if self.is_beside else self.protocol}"
+        return f"{self.group}-{'own' if self.is_own else self.protocol}"
 
     @property
     def detail(self) -> GroupScore:
@@ -150,20 +150,24 @@ def group_order(group_id: str) -> tuple[int, str]:
 
 
 def results_of(
-    found: Mapping[str, Mapping[str, GroupScore | SuiteScore]], *, beside: bool = False
+    found: Mapping[str, Mapping[str, GroupScore | SuiteScore]],
 ) -> tuple[SubmissionResult, ...]:
     """The scores of every group, or of every suite, of a scorecard, and every protocol."""
     results = [
-        SubmissionResult(name, p, score, beside)
-        for name, scores in found.items()
-        for p, score in scores.items()
+        SubmissionResult(name, p, score) for name, scores in found.items() for p, score in scores.items()
     ]
     return tuple(sorted(results, key=lambda each: (group_order(each.group), PROTOCOLS.index(each.protocol))))
 
 
+def own_results(card: Scorecard) -> tuple[SubmissionResult, ...]:
+    """The results of the author's own runs, where others were trained here."""
+    found = [SubmissionResult(name, SEQUENTIAL, score, is_own=True) for name, score in card.own.items()]
+    return tuple(sorted(found, key=lambda each: group_order(each.group)))
+
+
 def on_groups(card: Scorecard) -> tuple[SubmissionResult, ...]:
-    """The results of a submission on groups; first those that were trained here beside the author's own."""
-    return results_of(card.beside, beside=True) + results_of(card.groups)
+    """The results of a submission on groups; last those of the author's own runs beside others."""
+    return results_of(card.groups) + own_results(card)
 
 
 def shown_columns(found: Sequence[SubmissionResult]) -> tuple[str, ...]:
@@ -333,7 +337,7 @@ def checked(card: Scorecard) -> str:
     whole = [found for found in passed if found.current == found.runs]  # episodes are not counted by run
     episodes, repeated = (sum(getattr(found, name) for found in whole) for name in ("episodes", "repeated"))
     runs = sum(found.current for found in passed)
-    policies = f"the policies of {count(runs, 'run')}{' of the author' if card.beside else ''}"
+    policies = f"the policies of {count(runs, 'run')}{' of the author' if card.own else ''}"
     text = f"Verified: {policies} were run on new seeds and agree with the logs"
     if episodes:
         how = " or ".join(dict.fromkeys(how_repeated(found.runtime) for found in whole if found.episodes))
@@ -368,7 +372,7 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         on = f" on {', '.join(spent.tasks)}" if spent.tasks else ""
         tuning = f"{grouped(spent.steps)} steps{on}" if spent.steps else "none declared"
     steps = "counted by the training loop" if card.steps_counted else "claimed"
-    if card.trained and not card.steps_counted:
+    if card.training and not card.steps_counted:
         steps = "claimed of the author’s own runs, counted of those trained here"
     return [
         ("Algorithm", manifest.protocol.algorithm),

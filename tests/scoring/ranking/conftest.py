@@ -124,4 +124,6 @@ def trained(card: Scorecard, values: Values) -> Scorecard:
         metrics = log.metrics | {each: MetricValue(mean=1.0, runs=tuple(part)) for each in (FINAL, LEARNED)}
         runs = tuple(range(len(part)))
         made[name] = replace(log, level="trained here", runs=runs, metrics=metrics)
-    return replace(card, trained=made)
+    own = {name: card.groups[name]["sequential"] for name in made}
+    groups = {name: card.groups[name] | {"sequential": log} for name, log in made.items()}
+    return replace(card, groups=card.groups | groups, own=own)

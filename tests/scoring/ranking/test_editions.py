@@ -10,7 +10,7 @@ from scipy import stats
 
 from gym_extensions.scoring.ranking.core_board import PLANNED, lacking
 from gym_extensions.scoring.scorecard import TrainingSummary
-from gym_extensions.scoring.submission.suites import claim_of, core_logs, core_score, own_logs, run_cost
+from gym_extensions.scoring.submission.suites import claim_of, core_score, run_cost
 
 from .conftest import (
     FINAL,
@@ -22,7 +22,6 @@ from .conftest import (
     ranked,
     row,
     trained,
-    with_episodes,
     with_logs,
 )
 
@@ -37,9 +36,8 @@ def test_copies_and_marks_are_of_the_runs_that_were_trained_here(on_core: OnCore
         "claim": (alike, honest),
         "runs": (honest, alike),
     }
-    cards = [with_episodes(trained(on_core(name, own), here)) for name, (own, here) in made.items()]
-    board = board_of(cards)
-    assert ranked(board) == 4  # no copies: only the claims have common episodes
+    board = board_of([trained(on_core(name, own), here) for name, (own, here) in made.items()])
+    assert ranked(board) == 4
     assert {each.name for each in board.rows if each.alike} == {"runs"}
 
 
@@ -55,11 +53,11 @@ def test_the_first_edition_ranks_verified_runs_and_those_that_were_trained_here(
 
 def test_the_cost_is_that_of_the_runs_that_are_compared(on_core: OnCore) -> None:
     card = trained(on_core("new", normal(1, 0.5)), normal(2, 0.7))
-    run = card.groups[GROUPS[0]]["sequential"].provenance[0]
-    own = with_logs(card, provenance=(replace(run, steps=999),))
-    cost = run_cost(replace(own, core=core_score(own)))
+    run = card.own[GROUPS[0]].provenance[0]
+    card = with_logs(card, provenance=(replace(run, steps=999),))
+    cost = run_cost(replace(card, core=core_score(card)))
     assert cost is not None
-    assert cost.steps == row(board_of([own]), "new").cost.steps == len(GROUPS) * run.steps
+    assert cost.steps == row(board_of([card]), "new").cost.steps == len(GROUPS) * 999 != run.steps
 
 
 def test_the_second_edition_ranks_what_was_trained_here_alone(on_core: OnCore) -> None:
@@ -106,15 +104,18 @@ def test_all_pairs_of_the_first_edition_are_exploratory(on_core: OnCore) -> None
     assert (board.edition, {pair.exploratory for pair in board.pairs[FINAL]}) == (1, {True})
 
 
-def test_too_few_runs_or_groups_that_were_trained_here_change_nothing(on_core: OnCore) -> None:
+def test_a_submission_is_trained_here_with_enough_runs_of_every_group(on_core: OnCore) -> None:
     card = on_core("trpo", normal(3, 0.3))
+    whole = trained(card, normal(4, 0.3))
     few = trained(card, normal(4, 0.3, runs=4))
     part = trained(card, {name: values for name, values in normal(4, 0.3).items() if name != GROUPS[0]})
-    assert core_score(few) == core_score(part) == core_score(card)
-    whole = trained(card, normal(4, 0.3)).trained
-    first = whole[GROUPS[0]]
-    for other in (replace(first, level="claimed"), replace(first, budget="smoke")):
-        assert core_score(replace(card, trained=whole | {GROUPS[0]: other})) == core_score(card)
+    first = whole.groups[GROUPS[0]]["sequential"]
+    others = [
+        replace(whole, groups=whole.groups | {GROUPS[0]: {"sequential": log}})
+        for log in (replace(first, level="claimed"), replace(first, budget="smoke"))
+    ]
+    found = [board_of([each]).edition for each in (whole, few, part, *others)]
+    assert found == [2, 1, 1, 1, 1]
 
 
 def test_runs_with_another_budget_are_not_those_of_the_core(on_core: OnCore) -> None:
@@ -168,13 +169,3 @@ def test_the_test_of_a_claim_by_hand() -> None:
     assert found.difference == pytest.approx(0.15)
     assert found.p_value == pytest.approx(stats.t.sf(0.15 / math.sqrt(error), df))
     assert claim_of([((0.0, 0.1), (1.0, 1.1))]).p_value > 0.5
-
-
-def test_the_claim_is_about_the_authors_own_runs(on_core: OnCore) -> None:
-    card = on_core("new", normal(1, 0.5))
-    ours = trained(card, normal(2, 0.7))
-    assert own_logs(ours) == core_logs(card) != core_logs(ours)
-    assert (
-        own_logs(replace(ours, groups={name: {"sequential": log} for name, log in ours.trained.items()}))
-        == {}
-    )

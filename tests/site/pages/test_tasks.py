@@ -63,7 +63,7 @@ def test_a_page_has_definition_spaces_fingerprint_versions_and_groups(pages: dic
 def test_the_best_submissions_are_sorted_by_the_return_at_the_end(pages: dict[str, str]) -> None:
     text = page(pages, "HopperGravityHalf").text
     assert text.index("Keeper") < text.index("Agile agile hopper-gravity")
-    assert "Trpo trpo the author’s own runs hopper-gravity" in text
+    assert "Trpo trpo hopper-gravity" in text
     assert "Zero action" not in text
     assert "No verified submission has trained on this task in sequence yet." in page(pages, "Striker").text
 

@@ -84,14 +84,14 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
     reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
     if why := next(filter(None, reasons), ""):
         out.print(f"  claimed: {why}")
-    if card.level and not (card.groups or card.trained):
+    if card.level and not card.groups:
         out.print(f"  {scorecard.NO_RUNS}")
     if card.core and not (chosen and card.core.missing):
         _core(out, card.core)
     hint = ""
     if chosen or len(card.groups) == 1:
         for name, protocols in card.groups.items():
-            for protocol, score in (*card.beside.get(name, {}).items(), *protocols.items()):
+            for protocol, score in protocols.items():
                 _group(out, name, protocol, score)
     else:
         _overview(out, card)
@@ -201,8 +201,6 @@ def _overview(out: Console, card: scorecard.Scorecard) -> None:
         out.print(table)
     if len(shown) < len(parts):
         out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
-    if card.beside:
-        out.print("These are the author's own runs; --group NAME also has those trained here.")
 
 
 def show_comparison(out: Console, first: str, second: str, comparisons: "Sequence[Comparison]") -> None:

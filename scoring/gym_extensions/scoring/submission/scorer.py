@@ -37,10 +37,9 @@ def score(
     It depends on the submission and the references alone. ``only`` names the groups of a reported submission
     that are scored; all if empty.
     """
-    submission, *_ = submission.sources
     manifest, review, of_code = submission.manifest, submission.review, submission.trained
     groups: dict[str, dict[str, scorecard.GroupScore]] = {}
-    trained: dict[str, scorecard.GroupScore] = {}
+    own: dict[str, scorecard.GroupScore] = {}
     digests, settings = dict[str, str](), manifest.digest if manifest else ""
     level: Level | None = None
     is_valid = not submission.problems
@@ -75,10 +74,10 @@ def score(
                     sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
                 )
         if of_code:
-            made = trained_logs(of_code, references)
-            trained = {name: logs["sequential"] for name, logs in made.items() if "sequential" in logs}
-            for name, logs in made.items():  # where the author has no runs that count
-                groups[name] = logs | groups.get(name, {})
+            for name, logs in trained_logs(of_code, references).items():
+                known = groups.get(name, {})
+                own |= {name: known["sequential"]} if logs.keys() & known.keys() >= {"sequential"} else {}
+                groups[name] = known | logs
         levels = [score.level for protocols in groups.values() for score in protocols.values()]
         level = min(levels, key=LEVELS.index, default=None if only else level)
     runs_documented = submission.documents.values()
@@ -95,12 +94,12 @@ def score(
             scorecard.TrainingSummary,
             of_code.training,
             attempts=of_code.version,
-            finished=max((run.date or "" for log in trained.values() for run in log.provenance), default=""),
+            finished=max((run.date or "" for run in of_code.runs.documents.values()), default=""),
             outdated=of_code.training.agent != submission.code,
         )
         if of_code
         else None,
-        trained=trained,
+        own=own,
         readme=submission.readme,
         notes=tuple(f"{name}: {note}" for name, submitted in scored.items() for note in submitted.notes),
         verifications=tuple(
@@ -166,11 +165,10 @@ def completed(card: scorecard.Scorecard) -> scorecard.Scorecard:
         name: {protocol: with_stages(each, protocol, of.get("single")) for protocol, each in of.items()}
         for name, of in card.groups.items()
     }
-    trained = {
-        name: with_stages(each, "sequential", groups[name].get("single"))
-        for name, each in card.trained.items()
+    own = {
+        name: with_stages(each, "sequential", groups[name].get("single")) for name, each in card.own.items()
     }
-    card = replace(card, groups=groups, trained=trained)
+    card = replace(card, groups=groups, own=own)
     card = replace(card, core=core_score(card))
     return replace(card, cost=run_cost(card))
 

@@ -118,35 +118,23 @@ def next_look(look: int) -> int | None:
 
 def is_trained_here(card: scorecard.Scorecard) -> bool:
     """Whether the project trained the code of a submission often enough for the first look."""
-    found = [log for name in CORES[CORE] if (log := card.trained.get(name)) and log.level == TRAINED_HERE]
-    enough = [log for log in found if log.budget == STANDARD_BUDGET and len(log.runs) >= LOOKS[0]]
-    return len(enough) == len(CORES[CORE])
+    found = [log for log in core_logs(card).values() if log.level == TRAINED_HERE]
+    return len(found) == len(CORES[CORE]) and all(len(log.runs) >= LOOKS[0] for log in found)
 
 
 def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[str, scorecard.GroupScore]:
-    """The scores of a submission's runs with the core's budget on its groups, by group id, in its order.
-
-    Of sequential runs, those that the project trained itself, as soon as these are enough.
-    """
+    """The scores of a submission's runs with the core's budget on its groups, by group id, in its order."""
     logs = {name: card.groups.get(name, {}).get(protocol) for name in CORES[CORE]}
-    if protocol == "sequential" and is_trained_here(card):
-        logs = {name: card.trained.get(name) for name in CORES[CORE]}
     return {name: log for name, log in logs.items() if log and log.runs and log.budget == STANDARD_BUDGET}
-
-
-def own_logs(card: scorecard.Scorecard) -> dict[str, scorecard.GroupScore]:
-    """The scores of the author's own sequential runs on the groups of the core, by group id, in its order."""
-    logs = {name: card.groups.get(name, {}).get("sequential") for name in CORES[CORE]}
-    return {name: log for name, log in logs.items() if log is not None and log.level != TRAINED_HERE}
 
 
 def claim(card: scorecard.Scorecard) -> scorecard.Claim | None:
     """The author's own runs on the core against those that were trained here, if there are both."""
-    own = own_logs(card)
+    own = [log for name in CORES[CORE] if (log := card.own.get(name))]
     if not is_trained_here(card) or len(own) < len(CORES[CORE]):
         return None
     pairs = []
-    for log, trained in zip(own.values(), core_logs(card).values(), strict=True):
+    for log, trained in zip(own, core_logs(card).values(), strict=True):
         first, second = (each.metrics[FINAL.name].runs for each in (log, trained))
         if min(len(first), len(second)) < 2 or log.budget != trained.budget:
             return None

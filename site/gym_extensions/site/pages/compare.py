@@ -14,8 +14,7 @@ from gym_extensions.site.pages.page import File, Render
 def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """Menus of submissions, and what separates them."""
     is_any = any(board.leader and len(board.rows) > 1 for board in site.boards)
-    is_beside = any(card.beside for card in site.submissions)
-    yield "compare.html", render("compare.html", "compare.html", is_any=is_any, is_beside=is_beside)
+    yield "compare.html", render("compare.html", "compare.html", is_any=is_any)
     yield paths.COMPARED, index(site, render)
     for merged in contests(site.boards):
         yield paths.board_data(merged[0].id, "pairs.js"), differences(merged, site.submissions)

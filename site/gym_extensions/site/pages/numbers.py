@@ -32,10 +32,7 @@ def publish(site: board_views.Leaderboard, render: page.Render) -> Iterator[page
         cards, compared = {card.name: card for card in site.submissions}, verdicts(board)
         for each in board.rows:
             on_groups = tests.get((submission_results.SEQUENTIAL, board.budget, each.name), {})
-            beside = cards[each.name].beside if each.trained_here else {}  # a group's board has other runs
-            on_groups = {name: test for name, test in on_groups.items() if name not in beside}
             values = {"row": each, "runs": first_runs(each, cards[each.name]), "tests": on_groups}
-            values |= {"beside": beside}
             values |= {"verdicts": compared.get(each.name, {})}
             path, card, kept = paths.number_file(each.name), cards[each.name], each.metrics[core.FINAL]
             yield _script("numbers-core.html", path, card, render, **values)

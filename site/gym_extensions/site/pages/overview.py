@@ -28,7 +28,6 @@ from gym_extensions.site.play.watch import Episode, stroboscopes, watched
 from gym_extensions.site.submission_results import SEQUENTIAL, SubmissionResult, shade
 from gym_extensions.site.text import ends, fixed, group_name, mean, short, split_version, variation
 from gym_extensions.submissions.poses import Poses, load_submission, motion_of
-from gym_extensions.submissions.review import TRAINED_HERE
 
 MOST_IN_TRIANGLE = 12
 """Methods whose pairs are shown."""
@@ -109,17 +108,12 @@ class Overview:
 
     @cached_property
     def _on_groups(self) -> dict[tuple[str, str], tuple[BoardRow, bool]]:
-        """By group and name, the row on the board of the group, and whether it is first of those ranked.
-
-        Without the author's own runs where those that were trained here are compared.
-        """
-        here = {row.name for row in self.board.rows if row.trained_here}
+        """By group and name, the row on the board of the group, and whether it is first of those ranked."""
         return {
             (each.group, row.name): (row, at == 0 and row.ranked)
             for each in self.boards
             if each.protocol == SEQUENTIAL and each.budget == self.board.budget
             for at, row in enumerate(each.rows)
-            if row.level == TRAINED_HERE or row.name not in here
         }
 
     def cells(self, row: CoreRow) -> list[Cell]:

@@ -127,7 +127,7 @@ def commands(card: Scorecard) -> str:
     )
     if sequential and sequential.detail.provenance[0].policies:
         group = split_version(sequential.group)[0]
-        trained = card.training if sequential.is_beside else None
+        trained = card.training if sequential.detail.level == TRAINED_HERE else None
         runs = f"{folder}/{TRAINED}/{trained.attempts}" if trained else folder
         lines += [
             "# a policy, in Python: of a run, after any stage",

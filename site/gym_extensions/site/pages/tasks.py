@@ -16,7 +16,6 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The list of tasks, then a page per published task."""
     yield TASK_LIST, render("tasks.html", TASK_LIST, bases=tasks.tasks_by_base())
     references, best = site.references.tasks, site.scored.best
-    beside = {card.name: card.beside for card in site.submissions}
     for task in tasks.TASKS.values():
         path, panel, success = paths.task_path(task.id), expert_panel(task), task.body.success
         is_varied = task.variations and task.body.family != "navigation"
@@ -35,7 +34,6 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
             "reference": references.get(task.id),
             "runs": alone(task.id),
             "best": best.get(task.id, ()),
-            "beside": beside,
             "groups": [group for group in groups.GROUPS.values() if task.id in group.task_ids],
             "panel": panel,
             "play": assets.play_link(task) if render.simulator else "",
