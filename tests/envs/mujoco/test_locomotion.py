@@ -47,6 +47,14 @@ def test_a_body_without_variations_equals_gymnasiums_bit_for_bit(
             np.testing.assert_array_equal(value, other_infos[name], err_msg=f"{name}, step {step}")
 
 
+GRAVITY = {"Half": -4.905, "ThreeQuarters": -7.3575, "OneAndQuarter": -12.2625, "OneAndHalf": -14.715}
+
+
+@pytest.mark.parametrize("suffix", GRAVITY)
+def test_gravity_is_exactly_as_specified(suffix: str) -> None:
+    assert construct_mujoco(f"HopperGravity{suffix}").model.opt.gravity.tolist() == [0, 0, GRAVITY[suffix]]
+
+
 @pytest.mark.parametrize("body", BODIES)
 def test_a_gravity_task_differs_from_its_base_only_in_gravity(body: str) -> None:
     base, varied = (construct_mujoco(name).model for name in (body, f"{body}GravityOneAndHalf"))
