@@ -4,6 +4,7 @@ import copy
 import os
 import subprocess
 import sys
+from importlib.metadata import version
 
 import pytest
 
@@ -11,7 +12,7 @@ from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.descriptions import summary
 from gym_extensions.catalog.groups import groups_named
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs import cli
+from gym_extensions.envs import cli, fingerprinting
 
 
 def test_list_prints_the_tasks_of_a_group_in_training_order(capsys: pytest.CaptureFixture[str]) -> None:
@@ -58,6 +59,38 @@ def test_check_finds_a_difference(
     table["tasks"]["gym_extensions/Hopper-v0"]["definition"]["max_steps"] = 999
     assert cli.main(["check", "Hopper"]) == 1
     assert "definition.max_steps is 1000, published as 999" in capsys.readouterr().err
+
+
+def test_check_prints_a_line_per_task_and_all_differences_of_a_task_that_is_named(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = copy.deepcopy(fingerprints.table())
+    names = ("gym_extensions/Hopper-v0", "gym_extensions/Pusher-v0")
+    table["tasks"] = {name: table["tasks"][name] for name in names}
+    for row in table["tasks"].values():
+        row["canary"]["episodes"][0]["rewards"] = [9.0] * 8
+    monkeypatch.setattr(fingerprints, "table", lambda: table)
+    for module in (cli, fingerprinting):
+        monkeypatch.setattr(module, "TASKS", {name: task(name) for name in names})
+    assert cli.main(["check"]) == 1
+    *differences, summed = capsys.readouterr().err.splitlines()
+    assert [line.partition(":")[0] for line in differences] == list(names)
+    assert summed.startswith("2 of 2 tasks differ, in 18 values.") and "new version" in summed
+    assert cli.main(["check", "Pusher"]) == 1
+    assert len(capsys.readouterr().err.splitlines()) == 9 + 1
+
+
+def test_tasks_that_differ_with_another_engine_are_mended_by_the_published_one(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = copy.deepcopy(fingerprints.table())
+    table["engine"]["mujoco"] = "9.0.0"
+    table["tasks"]["gym_extensions/Hopper-v0"]["definition"]["max_steps"] = 999
+    monkeypatch.setattr(fingerprints, "table", lambda: table)
+    assert cli.main(["check", "Hopper"]) == 1
+    first, *_, last = capsys.readouterr().err.splitlines()
+    assert f"mujoco {version('mujoco')} (not 9.0.0)" in first
+    assert "score refuses them" in last and "pip install mujoco==9.0.0" in last and "new version" not in last
 
 
 @pytest.mark.parametrize(

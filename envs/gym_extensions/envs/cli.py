@@ -2,6 +2,8 @@
 
 import argparse
 import sys
+from itertools import groupby
+from operator import attrgetter
 
 from gym_extensions import errors
 from gym_extensions.catalog import descriptions, groups
@@ -18,29 +20,33 @@ def _parser() -> argparse.ArgumentParser:
     showing = commands.add_parser("show", help="describe one task")
     showing.add_argument("task", help="task id or bare name, for example HopperGravityHalf")
     checking = commands.add_parser("check", help="compare tasks with their published fingerprints")
-    checking.add_argument("task", nargs="*", help="task ids or bare names (default: all tasks)")
+    which = "task ids or bare names, for all differences (default: all tasks, the first difference of each)"
+    checking.add_argument("task", nargs="*", help=which)
     return parser
 
 
-HINT = "A changed task needs a new version number (CONTRIBUTING.md)."
+CHANGED = "A changed task needs a new version number (CONTRIBUTING.md)."
+OTHER = "Results on them are not comparable with published results, and score refuses them."
 
 
 def _check(names: list[str]) -> int:
     from gym_extensions.envs import fingerprinting
 
     chosen = [task(name) for name in names]
-    if other := fingerprinting.other_engine():
-        print(f"{other} is installed, which is not the published engine.", file=sys.stderr)
+    if engine := fingerprinting.other_engine():
+        print(f"{engine} is installed, which is not the published engine.", file=sys.stderr)
     if other := fingerprinting.other_platform():
         print(f"{other} Logged episodes may not be repeated here.", file=sys.stderr)
     with errors.working("comparing seeded episodes with the published ones"):
         differences = fingerprinting.check(chosen or None)
-    for difference in differences:
+    firsts = [next(values) for _, values in groupby(differences, attrgetter("task"))]
+    for difference in differences if names else firsts:
         print(difference, file=sys.stderr)
     count = len(chosen or TASKS)
-    if differences:
-        tasks = len({difference.task for difference in differences})
-        print(f"{tasks} of {_tasks(count)} differ. {HINT}", file=sys.stderr)
+    if firsts:
+        hint = f"{OTHER} {fingerprinting.install()}" if engine else CHANGED
+        differ = f"{len(firsts)} of {_tasks(count)} differ, in {len(differences):,} values."
+        print(f"{differ} {hint}", file=sys.stderr)
         return 1
     verb = "matches its published fingerprint" if count == 1 else "match their published fingerprints"
     print(f"{_tasks(count)} {verb}.")

@@ -96,7 +96,8 @@ def engine() -> dict[str, str]:
 def other_engine() -> str:
     """Returns the installed packages whose versions are not the published ones; empty if there are none."""
     published = fingerprints.table()["engine"]
-    return " and ".join(f"{name} {found}" for name, found in engine().items() if found != published[name])
+    versions = ((name, found, published[name]) for name, found in engine().items())
+    return " with ".join(f"{name} {found} (not {old})" for name, found, old in versions if found != old)
 
 
 def other_platform() -> str:
@@ -118,7 +119,7 @@ def other_platform() -> str:
 def warn_of_another_engine() -> None:
     """Warns that published ids have other physics, if another version of the engine is installed."""
     if other := other_engine():
-        message = f"{other} is installed: published ids may not have their published physics. {_install()}"
+        message = f"{other} is installed: published ids may not have their published physics. {install()}"
         warnings.warn(message, stacklevel=3)
 
 
@@ -141,10 +142,11 @@ def require_published_engine(tasks: Iterable[Task] | None = None) -> None:
             warnings.warn(message, stacklevel=2)
             return
     message = f"Episodes are recorded and repeated with the published engine, but {other} is installed."
-    raise BenchError("other-engine", message, hint=_install())
+    raise BenchError("other-engine", message, hint=install())
 
 
-def _install() -> str:
+def install() -> str:
+    """Returns how to install the published engine."""
     pins = " ".join(f"{name}=={fingerprints.table()['engine'][name]}" for name in ENGINE)
     return f"Run: pip install {pins}"
 
