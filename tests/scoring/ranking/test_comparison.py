@@ -6,7 +6,7 @@ from gym_extensions.references import References
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import compare
 
-from ...conftest import Write, refused
+from ...conftest import MANIFEST, Write, refused
 from ..made_submissions import Command
 
 
@@ -33,10 +33,13 @@ def test_the_problems_of_a_submission_that_has_some_are_told(make_submission: Wr
     assert (status, "notes.txt: Unexpected file." in out) == (1, True)
 
 
-def test_submissions_without_a_common_group_cannot_be_compared(
-    make_submission: Write, references: References
+@pytest.mark.parametrize(
+    "other", [{"groups": ("humanoid-gravity",)}, {"manifest": MANIFEST.replace('"smoke"', '"100k"')}]
+)
+def test_submissions_without_a_common_group_and_budget_cannot_be_compared(
+    other: dict[str, object], make_submission: Write, references: References
 ) -> None:
-    folders = make_submission(name="a"), make_submission(name="b", groups=("humanoid-gravity",))
+    folders = make_submission(name="a"), make_submission(name="b", **other)
     with refused("nothing-to-compare"):
         compare(*(score_folder(folder, references) for folder in folders))
 
