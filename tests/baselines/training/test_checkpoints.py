@@ -14,6 +14,7 @@ import pytest
 
 from gym_extensions.baselines import Card, Monitor, Observes, train
 from gym_extensions.baselines.agent_spec import AgentSpec
+from gym_extensions.baselines.isolated.proxy import IsolatedAgent
 from gym_extensions.baselines.training.checkpoints import JobFolder
 from gym_extensions.baselines.training.jobs import Settings, jobs_of
 from gym_extensions.catalog.groups import group
@@ -212,3 +213,28 @@ def test_versions_of_the_agents_packages_belong_to_a_checkpoint(tmp_path: Path) 
     stored.write_text(stored.read_text().replace(f'"pandas": "{version("pandas")}"', '"pandas": "1.0"'))
     with pytest.raises(BenchError, match=r"versions\.pandas is '1\.0', and '"):
         folder.begin(settings)
+
+
+def test_a_run_outside_of_a_box_is_not_continued_in_one_nor_the_reverse(tmp_path: Path) -> None:
+    (job,) = jobs_of(group(SHORT_GROUP), "joint", [0])
+    outside, inside = (
+        Settings(AgentSpec("mine", factory, Card("mine"), Observes()), budget("smoke"))
+        for factory in ("zero", IsolatedAgent("zero"))
+    )
+    for begun, other, fact in (
+        (outside, inside, "is False, and True"),
+        (inside, outside, "is True, and False"),
+    ):
+        folder = JobFolder(tmp_path / fact, job)
+        folder.begin(begun)
+        with refused("other-run-unfinished", f"isolated {fact} in this command"):
+            folder.begin(other)
+
+
+def test_settings_that_do_not_state_a_box_are_those_of_a_run_outside_of_one(tmp_path: Path) -> None:
+    folder = unfinished(tmp_path)
+    settings = json.loads((folder / "settings.json").read_text())
+    del settings["isolated"]
+    (folder / "settings.json").write_text(json.dumps(settings))
+    train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
+    assert not folder.exists(), "it was continued"

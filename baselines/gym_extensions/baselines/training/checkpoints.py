@@ -107,11 +107,12 @@ class JobFolder:
             "tasks": group.task_ids,
             "fingerprints": [fingerprint_of(task) for task in group.tasks],
             "versions": versions,
+            "isolated": hasattr(agent.factory, "for_job"),  # in a box, whose checkpoints have another format
         }
         text = json.dumps(document, indent=1, sort_keys=True)
         if not path.exists():
             write_text(path, f"{text}\n")
-        stored, new = json.loads(path.read_bytes()), json.loads(text)
+        stored, new = {"isolated": False, **json.loads(path.read_bytes())}, json.loads(text)
         if stored != new:
             code = "other-run-unfinished" if stored["versions"] == versions else "other-version"
             message = f"The unfinished run has other settings: {_changes(stored, new)}."
