@@ -249,6 +249,16 @@ def test_a_submission_that_cannot_be_verified_now_does_not_stop_the_next(
     assert "mine: verified" in output.out
 
 
+def test_a_cache_that_is_not_writable_is_named_before_anything_runs(
+    submission: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(verification_cli, "verify", lambda *_, **__: pytest.fail("it was run"))
+    cache = submission / "submission.toml" / "cache"  # below a file
+    assert main([str(submission), "--cache", str(cache)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(cache) in line and "not writable" in line and "--cache DIR" in line
+
+
 def test_a_verification_that_died_goes_on_and_keeps_every_finished_cell(
     submission: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,7 +14,7 @@ from rich.progress import Progress
 
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.files import write_text
+from gym_extensions.files import write_bytes, write_text
 from gym_extensions.submissions import layout, reader, review
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.problem import count, refuse_problems
@@ -26,6 +26,7 @@ from gym_extensions.verification.verify import Report, logged_runs, settings_of,
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
 NO_RUNS = "it has no runs of its own; its code is trained after the merge."
 OTHERS = "other processors do not repeat"
+OTHER_CACHE = "Name a folder that is: --cache DIR."
 SUBMISSION_HELP = "a submission's folder, or a folder of submissions"
 EPILOG = """\
 Without --seeds, --write and --record verify the runs that have no verdict yet, with seeds from the commit \
@@ -270,6 +271,12 @@ def main(argv: Sequence[str] | None = None) -> int:
                 print(f"{submission.name} is left out: {error}", file=sys.stderr)
         print(json.dumps(sorted(filter(waiting.get, waiting), key=waiting.__getitem__)))
         return 0
+    if not options.take:
+        try:
+            write_bytes(options.cache / ".probe", b"")
+        except OSError as error:
+            message = f"The cache is not writable: {error.strerror or error}."
+            raise BenchError("bad-cache", message, str(options.cache), OTHER_CACHE) from error
     status = 0
     for path in folders:
         try:
