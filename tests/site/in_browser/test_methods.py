@@ -1,5 +1,7 @@
 """The table of methods on the first page: cells, groups, sorting, Compare, and the address that has them."""
 
+import re
+
 from .made_site import Page, Visit
 
 ROWS = "#core-table tr[data-name]"
@@ -85,3 +87,16 @@ def test_two_to_four_ticked_methods_open_compare(visit: Visit) -> None:
     assert page.locator("#differences table").count() == 2
     page.get_by_label("Fourth").select_option("agile")
     page.wait_for_function("() => location.hash.endsWith('&fourth=agile')")
+
+
+def test_a_cell_without_a_value_of_the_chosen_metric_does_not_show_the_score(
+    page: Page, http_address: str
+) -> None:
+    text = page.request.get(f"{http_address}index.html").text()
+    kept, others = text.partition('data-name="loses" data-cells="')[2].partition('"')[0].split(";", 1)
+    text = text.replace(f"{kept};{others}", f"{kept};{re.sub('[^ ;]+', '-', others)}")
+    page.route("**/index.html", lambda route: route.fulfill(body=text, content_type="text/html"))
+    page.goto(f"{http_address}index.html")
+    assert cell(page, "loses") != "–"
+    page.get_by_role("radio", name="Transfer").check()
+    assert cell(page, "loses") == "–"

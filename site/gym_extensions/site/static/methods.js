@@ -151,9 +151,9 @@
   function paint(row) {
     const metric = metricOf(), cold = keys[metric] === "forgotten" ? 1 : -1; // what is lost is orange
     row.shown.forEach((cell, place) => {
-      const value = row.numbers[metric][place], [kind, html] = row.texts[place], isOther = metric && value !== null;
+      const value = row.numbers[metric][place], [kind, html] = row.texts[place], isOther = metric && row.numbers[0][place] !== null;
       cell.className = isOther ? `cell ${value * cold > 0 ? "cold" : ""} h${Math.min(10, Math.round(10 * Math.abs(value)))}` : kind;
-      if (isOther) cell.replaceChildren(row.opener(fixed(value), groups[place]));
+      if (isOther) cell.replaceChildren(value === null ? "\u2013" : row.opener(fixed(value), groups[place]));
       else cell.innerHTML = html;
       cell.classList.toggle("left-out", !chosen.includes(place));
     });
