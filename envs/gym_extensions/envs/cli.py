@@ -38,15 +38,14 @@ def _check(names: list[str]) -> int:
     if other := fingerprinting.other_platform():
         print(f"{other} Logged episodes may not be repeated here.", file=sys.stderr)
     with errors.working("comparing seeded episodes with the published ones"):
-        differences = fingerprinting.check(chosen or None)
-    firsts = [next(values) for _, values in groupby(differences, attrgetter("task"))]
-    for difference in differences if names else firsts:
+        found = fingerprinting.check(chosen or None)
+    firsts = [next(values) for _, values in groupby(found, attrgetter("task"))]
+    for difference in found if names else firsts:
         print(difference, file=sys.stderr)
     count = len(chosen or TASKS)
     if firsts:
         hint = f"{OTHER} {fingerprinting.install()}" if engine else CHANGED
-        differ = f"{len(firsts)} of {_tasks(count)} differ, in {len(differences):,} values."
-        print(f"{differ} {hint}", file=sys.stderr)
+        print(f"{len(firsts)} of {_tasks(count)} differ, in {len(found):,} values. {hint}", file=sys.stderr)
         return 1
     verb = "matches its published fingerprint" if count == 1 else "match their published fingerprints"
     print(f"{_tasks(count)} {verb}.")
