@@ -4,6 +4,7 @@ import argparse
 import json
 import secrets
 import sys
+import tempfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,7 +15,7 @@ from rich.progress import Progress
 
 from gym_extensions.catalog.groups import with_custom
 from gym_extensions.errors import BenchError, reports_mistakes
-from gym_extensions.files import write_bytes, write_text
+from gym_extensions.files import write_text
 from gym_extensions.submissions import layout, reader, review
 from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.problem import count, refuse_problems
@@ -26,7 +27,6 @@ from gym_extensions.verification.verify import Report, logged_runs, settings_of,
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
 NO_RUNS = "it has no runs of its own; its code is trained after the merge."
 OTHERS = "other processors do not repeat"
-OTHER_CACHE = "Name a folder that is: --cache DIR."
 SUBMISSION_HELP = "a submission's folder, or a folder of submissions"
 EPILOG = """\
 Without --seeds, --write and --record verify the runs that have no verdict yet, with seeds from the commit \
@@ -273,10 +273,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     if not options.take:
         try:
-            write_bytes(options.cache / ".probe", b"")
+            options.cache.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=options.cache).close()
         except OSError as error:
-            message = f"The cache is not writable: {error.strerror or error}."
-            raise BenchError("bad-cache", message, str(options.cache), OTHER_CACHE) from error
+            message, hint = f"It is not writable: {error.strerror or error}.", "Name another: --cache DIR."
+            raise BenchError("bad-cache", message, str(options.cache), hint) from error
     status = 0
     for path in folders:
         try:
