@@ -30,7 +30,8 @@ def fetch(folder: Path) -> None:
         if done.returncode or len(archives) != 1:
             raise BenchError("no-package", f"npm failed: {done.stderr.strip()[-300:]}", PACKAGE)
         with tarfile.open(archives[0]) as archive:
-            archive.extractall(scratch, filter="data")
+            archive.extraction_filter = getattr(tarfile, "data_filter", None)  # from Python 3.11.4 on
+            archive.extractall(scratch)
         contents = {name: read_file(Path(scratch) / "package" / name) for name in SHA256}
     for name, content in contents.items():
         check(name, content, folder)

@@ -123,7 +123,8 @@ class Guest:
 
     def load(self, blob: bytearray) -> Reply:
         with tarfile.open(fileobj=io.BytesIO(blob)) as archive:
-            archive.extractall(CHECKPOINT.parent, filter="data")
+            archive.extraction_filter = getattr(tarfile, "data_filter", None)  # from Python 3.11.4 on
+            archive.extractall(CHECKPOINT.parent)
         self._agent = agents.load(self._agent, CHECKPOINT)
         remove(CHECKPOINT)
         return (None,)
