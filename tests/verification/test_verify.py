@@ -308,8 +308,8 @@ def test_policies_that_are_too_slow_are_undecided_until_somebody_gives_them_more
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     submission = copy(honest(runs=1), tmp_path / "mine")
-    assert verify(submission, "--write", "--hours", "0.0003") == 1
-    said = "undecided: too slow, with 0.0003 hours of processor time in all and 60 s a cell"
+    assert verify(submission, "--write", "--hours", "0") == 1
+    said = "undecided: too slow, with 0 hours of processor time in all and 60 s a cell"
     assert said in capsys.readouterr().out
     found = read(submission)
     assert found.manifest is not None
