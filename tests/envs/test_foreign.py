@@ -139,7 +139,7 @@ def test_a_vector_environment_makes_as_many_as_it_has_and_closes_them(task_of: C
 def test_spaces_that_policies_do_not_support_are_refused(
     name: str, space: Any, task_of: Callable[..., Any]
 ) -> None:
-    with refused("bad-space", f"Its {name} is {space}. Give it Boxes"):
+    with refused("bad-space", f"Its {name} is {space}. Wrap it: both are a Box"):
         make(task_of(type("Other", (Odd,), {name: space}), max_episode_steps=5))
 
 

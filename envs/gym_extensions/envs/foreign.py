@@ -108,7 +108,7 @@ def build(task: Task, **rendering: Any) -> ForeignEnv:
             is_fit = space.dtype.kind == "f" and width.ndim == 1 and all((width > 0) & (width < np.inf))
         if not is_fit:
             env.close()
-            hint = "Give it Boxes with axes, that of actions a vector of floats between bounds, by a wrapper."
+            hint = "Wrap it: both are a Box with axes, that of actions a vector of bounded floats."
             raise BenchError("bad-space", f"Its {name} is {space}.", task.id, hint)
     return ForeignEnv(env, task)
 

@@ -236,7 +236,7 @@ def test_what_is_unknown_or_does_not_fit_is_refused(base: str) -> None:
         with_addition(BASES[base], "clonning")
     with pytest.raises(BenchError, match="no setting 'coefficient'"):
         with_addition(BASES[base], "reset", coefficient=1.0)
-    with pytest.raises(BenchError, match="has one already"):
+    with pytest.raises(BenchError, match="already has an addition"):
         with_addition(with_addition(BASES[base], "cloning"), "packnet")
     with pytest.raises(BenchError, match="single task at a time, but the environments run 2 tasks"):
         create(base, "snapshots").learn(Goals(0, 1), STEPS)

@@ -364,7 +364,8 @@ def with_addition(base: Sb3Factory, addition: str, **settings: Setting) -> Sb3Fa
     require_known("addition", addition, ADDITIONS, "with_addition()")
     kind, name = ADDITIONS[addition], base.card.algorithm
     if base.kind is not None:
-        raise BenchError("second-addition", f"{name} has one already.", "with_addition()", "Give its base.")
+        message, hint = f"{name} already has an addition.", "Pass the agent without it."
+        raise BenchError("second-addition", message, "with_addition()", hint)
     for each in settings:
         require_known("setting", each, kind.settings, f"with_addition(), {addition}")
     card = replace(

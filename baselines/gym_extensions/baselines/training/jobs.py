@@ -73,7 +73,8 @@ class Origin:
         is_text = isinstance(self.seeds, str) and isinstance(self.by, str) and len(self.by) <= LONGEST
         if not is_text or first_invisible(self.by + self.seeds):
             hint = f"Give texts without control characters, for by of at most {LONGEST} characters."
-            raise BenchError("bad-origin", f"They are {self.by!r} and {self.seeds!r}.", "by and seeds", hint)
+            message = f"by is {self.by!r}, seeds is {self.seeds!r}."
+            raise BenchError("bad-origin", message, "Origin", hint)
 
 
 @dataclass(frozen=True)
