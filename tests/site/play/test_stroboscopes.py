@@ -35,7 +35,7 @@ def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) ->
     track = np.array([[100.0, 80.0], [103.0, 84.0], [103.0, 84.0]])
     walk = replace(clip, frames=3, motion=motion_of(track, 0.1))
     mapped = replace(row, task=name, after=walk, unit=0.1, steps_per_second=0.0, steps_per_frame=4.0)
-    episode = Episode(walk, "At the end", mapped, facts, False)
+    episode = Episode(walk, "At the end", mapped, facts)
     [drawing] = stroboscopes((episode,))
     assert 'd="M100 400l3-4"' in drawing
     assert f'<circle class="goal" cx="{facts.goal[0]:g}"' in drawing

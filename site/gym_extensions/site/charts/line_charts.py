@@ -56,14 +56,8 @@ def line_chart(
         (left, *across), (top, *up) = _steps(columns, x), _steps(rows, y)
         stops = "".join(f"m{right} {down}h0" for right, down in zip(across, up, strict=True))
         body.append(f'<path class="stops" d="{f"M{left} {top}h0{stops}".replace(" -", "-")}"/>')
-        body += [
-            f'<circle class="at" cx="{svg.px(x.at(at))}" cy="{svg.px(y.at(value))}" r="4"/>'
-            for at, value in bold
-            if at == since
-        ]
-    return svg.picture(
-        "panel", svg.px(x.end + MARGIN), svg.px(max(y.start, y.end) + MARGIN), label, "".join(body)
-    )
+        body += [svg.disc("at", x.at(at), y.at(value), 4) for at, value in bold if at == since]
+    return svg.picture("panel", x.end + MARGIN, max(y.start, y.end) + MARGIN, label, "".join(body))
 
 
 def _ground(
@@ -193,7 +187,7 @@ def panels(rows: Sequence[board_views.Row]) -> list[tuple[Markup, Markup]]:
             after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
             name = f"{short(row.submission.title)} ({row.submission.name})"
             labels.append(f"{name}: {fixed(after)} right after its training, {fixed(end)} at the end")
-        drawing = svg.picture("panel", "208", "108", "; ".join(reversed(labels)), "".join(body))
+        drawing = svg.picture("panel", 208, 108, "; ".join(reversed(labels)), "".join(body))
         charts.append((variation(task, tasks), drawing))
     return charts
 
@@ -245,7 +239,7 @@ def _profiles(lines: Sequence[tuple[str, submission_results.Points]], label: str
         level = {at for at in inner if each[at - 1][1] == each[at][1] == each[at + 1][1]}
         through = svg.points([point for at, point in enumerate(each) if at not in level], x, y)
         body.append(f'<polyline class="line p{number}" points="{through}">{named}</polyline>')
-    return svg.picture("profile", "384", "196", label, "".join(body))
+    return svg.picture("profile", 384, 196, label, "".join(body))
 
 
 def records(best: Mapping[str, Sequence[tuple[str, CoreRow]]], until: str) -> Markup:
@@ -267,4 +261,4 @@ def records(best: Mapping[str, Sequence[tuple[str, CoreRow]]], until: str) -> Ma
         beside = -6 if number == 1 else 14  # above its line, or below it
         body += [svg.text("tick name", at[i][0] + 4, at[i][1] + beside, text) for i, text in enumerate(texts)]
         said += [f"{title}: {text} since {day}" for text, (day, _) in zip(texts, steps, strict=True)]
-    return svg.picture("profile", "384", "150", "; ".join(said), "".join(body))
+    return svg.picture("profile", 384, 150, "; ".join(said), "".join(body))

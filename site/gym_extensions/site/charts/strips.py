@@ -8,7 +8,7 @@ from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import BoardMetric
 from gym_extensions.site import submission_results, text
-from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, tick_label
+from gym_extensions.site.charts import svg
 
 WIDTH, MARGIN = 280, 12
 ROW_HEIGHT = 22
@@ -27,17 +27,17 @@ def runs_of(value: Shown) -> tuple[float, ...]:
     return value.runs if isinstance(value, MetricValue) else ()
 
 
-def metric_scale(values: Iterable[Shown]) -> Scale:
+def metric_scale(values: Iterable[Shown]) -> svg.Scale:
     """One scale for strips that are read together. It contains every mean and every run, 0 and 1.
 
     Intervals may exceed it, because those of two runs are wide; they then end in an arrow.
     """
     drawn = [value for value in values if value.mean is not None]
     numbers = [number for value in drawn for number in (value.mean, *runs_of(value)) if number is not None]
-    return scale_around(numbers, MARGIN, WIDTH - MARGIN)
+    return svg.scale_around(numbers, MARGIN, WIDTH - MARGIN)
 
 
-def board_scale(results: Sequence[submission_results.SubmissionResult]) -> Scale:
+def board_scale(results: Sequence[submission_results.SubmissionResult]) -> svg.Scale:
     """One scale for the drawn metrics of one protocol: the sorting one and learning performance."""
     drawn = [COLUMNS[result.protocol][0] for result in results[:1]] + [LEARNING.name]
     return metric_scale(result.metric(name) for result in results for name in drawn)
@@ -45,21 +45,17 @@ def board_scale(results: Sequence[submission_results.SubmissionResult]) -> Scale
 
 def describe(value: Shown) -> str:
     """A metric value in words, for screen readers."""
-    if value.mean is None:
-        return f"no value: {value.why}"
     alone = ", one run, no interval" if runs_of(value) else ", no interval"
     ends = f", 95 % interval {text.interval(*value.ends)}" if value.ends else alone
-    return f"{text.fixed(value.mean)}{ends}"
+    return f"{text.mean(value)}{ends}"
 
 
-def strip(value: Shown, scale: Scale) -> Markup:
-    """One metric value on one line: interval as a bar, runs as dots, mean as a disc."""
-    if value.mean is None:
-        return Markup("")
+def strip(value: Shown, scale: svg.Scale) -> Markup:
+    """One metric value on one line: interval as a bar, runs as dots, mean as a disc; empty without a mean."""
     return _drawn(value, scale, describe(value))
 
 
-def dumbbell(before: Shown, after: Shown, scale: Scale, *, described: bool = True) -> Markup:
+def dumbbell(before: Shown, after: Shown, scale: svg.Scale, *, described: bool = True) -> Markup:
     """Two metric values on one line: a ring right after the training, a disc with its interval at the end.
 
     A disc to the left of its ring shows forgetting. ``described``: for screen readers.
@@ -68,46 +64,47 @@ def dumbbell(before: Shown, after: Shown, scale: Scale, *, described: bool = Tru
         return strip(after, scale)
     change, y = after.mean - before.mean, ROW_HEIGHT / 2
     kind = "same" if abs(change) < NO_CHANGE else "loss" if change < 0 else "gain"
-    ring = f'<circle class="mean learning" cx="{px(scale.at(before.mean))}" cy="{px(y)}" r="4.5"/>'
-    join = stroke(scale.at(before.mean), y, scale.at(after.mean), y, f"join {kind}")
+    ring = svg.disc("mean learning", scale.at(before.mean), y, 4.5)
+    join = svg.stroke(scale.at(before.mean), y, scale.at(after.mean), y, f"join {kind}")
     label = f"learned {describe(before)}; at the end {describe(after)}" if described else ""
     return _drawn(after, scale, label, join + ring)
 
 
-def ruler(scale: Scale) -> Markup:
+def ruler(scale: svg.Scale) -> Markup:
     """The tick labels above a column of strips, with 0 (floor) and 1 (expert) where the scale has them."""
-    marks = "".join(
-        f'<text class="tick{" key" if mark in {0, 1} else ""}" x="{px(scale.at(mark))}" y="12">'
-        f"{tick_label(mark)}</text>"
-        for mark in sorted({*scale.ticks(5), *filter(scale.contains, (0.0, 1.0))})
-        if mark in {0.0, 1.0}
-        or min(abs(scale.at(mark) - scale.at(key)) for key in (0.0, 1.0)) > TICK_DISTANCE
+    keys = [mark for mark in (0.0, 1.0) if scale.contains(mark)]
+    others = [
+        mark
+        for mark in scale.ticks(5)
+        if all(abs(scale.at(mark) - scale.at(key)) > TICK_DISTANCE for key in (0.0, 1.0))
+    ]
+    marks = (
+        svg.text("tick key" if mark in keys else "tick", scale.at(mark), 12, svg.tick_label(mark))
+        for mark in sorted(keys + others)
     )
-    return picture("ruler", str(WIDTH), "16", "", marks)
+    return svg.picture("ruler", WIDTH, 16, "", "".join(marks))
 
 
-def _drawn(value: Shown, scale: Scale, label: str, before: str = "") -> Markup:
+def _drawn(value: Shown, scale: svg.Scale, label: str, before: str = "") -> Markup:
     """The interval, runs and mean of a value on the grid, above what stands ``before``."""
+    if value.mean is None:
+        return Markup("")
     y = ROW_HEIGHT / 2
     parts = [
-        stroke(scale.at(mark), 0, scale.at(mark), ROW_HEIGHT, f"grid {name}")
+        svg.stroke(scale.at(mark), 0, scale.at(mark), ROW_HEIGHT, f"grid {name}")
         for mark, name in ((0.0, "floor"), (1.0, "expert"))
         if scale.contains(mark)
     ]
     parts.append(before)
     if value.ends:
         low, high = (scale.at(end) for end in value.ends)
-        parts.append(stroke(low, y, high, y, "interval"))
+        parts.append(svg.stroke(low, y, high, y, "interval"))
         for end in value.ends:
             if not scale.contains(end):  # an arrow
                 x, tip = scale.at(end), -7 if end < scale.low else 7
-                corners = f"{px(x + tip)},{px(y)} {px(x)},{px(y - 5)} {px(x)},{px(y + 5)}"
-                parts.append(f'<polygon class="beyond" points="{corners}"/>')
-    runs = runs_of(value)
-    parts += [
-        f'<circle class="run" cx="{px(x)}" cy="{px(y)}" r="2.4"><title>{text.fixed(run)}</title></circle>'
-        for run, x in zip(runs, scale.each_at(runs) if runs else (), strict=True)
-    ]
-    if value.mean is not None:
-        parts.append(f'<circle class="mean" cx="{px(scale.at(value.mean))}" cy="{px(y)}" r="5"/>')
-    return picture("strip", str(WIDTH), px(ROW_HEIGHT), label, "".join(parts))
+                corners = ((x + tip, y), (x, y - 5), (x, y + 5))
+                drawn = " ".join(f"{svg.px(left)},{svg.px(up)}" for left, up in corners)
+                parts.append(f'<polygon class="beyond" points="{drawn}"/>')
+    parts += [svg.disc("run", scale.at(run), y, 2.4, text.fixed(run)) for run in runs_of(value)]
+    parts.append(svg.disc("mean", scale.at(value.mean), y, 5))
+    return svg.picture("strip", WIDTH, ROW_HEIGHT, label, "".join(parts))

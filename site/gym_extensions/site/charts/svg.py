@@ -1,4 +1,4 @@
-"""SVG that the charts share: scales with round ticks, lines, texts, tick labels and the picture itself."""
+"""SVG that the charts share: scales with round ticks, lines, discs, texts and the picture itself."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -62,18 +62,24 @@ def px(value: float) -> str:
     return f"{value:.1f}".replace("-0.0", "0.0").removesuffix(".0")
 
 
-def picture(kind: str, width: str, height: str, label: str, body: str, *, drawn: str = "") -> Markup:
+def picture(kind: str, width: float, height: float, label: str, body: str, *, drawn: str = "") -> Markup:
     """An ``svg`` element of class ``kind`` with a label for screen readers, which do not see one without.
 
     ``drawn``: further attributes, with a space before the first.
     """
     read = f'role="img" aria-label="{escape(label)}"' if label else 'aria-hidden="true"'
-    return Markup(f'<svg class="{kind}" viewBox="0 0 {width} {height}" {read}{drawn}>{body}</svg>')
+    return Markup(f'<svg class="{kind}" viewBox="0 0 {px(width)} {px(height)}" {read}{drawn}>{body}</svg>')
 
 
 def stroke(x1: float, y1: float, x2: float, y2: float, kind: str) -> str:
     """A straight line of class ``kind``."""
     return f'<line class="{kind}" x1="{px(x1)}" y1="{px(y1)}" x2="{px(x2)}" y2="{px(y2)}"/>'
+
+
+def disc(kind: str, x: float, y: float, radius: float, title: str = "") -> str:
+    """A disc of class ``kind``; its title, which is not escaped, is its tooltip."""
+    end = f"><title>{title}</title></circle>" if title else "/>"
+    return f'<circle class="{kind}" cx="{px(x)}" cy="{px(y)}" r="{px(radius)}"{end}'
 
 
 def text(kind: str, x: float, y: float, content: str) -> str:

@@ -9,7 +9,7 @@ from gym_extensions.catalog import descriptions, groups, variations
 from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.references import Reference
 from gym_extensions.site import FOLDER
-from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
+from gym_extensions.site.charts.svg import disc, picture, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import digits_for, fixed
 
 INSTALLED = FOLDER / "pictures"
@@ -83,7 +83,7 @@ def gravity_arrows(factor: float) -> Markup:
         tip = TOP + LENGTH * length
         head = f"M{x} {TOP}V{tip:g}M{x - 7} {tip - 9:g}L{x} {tip:g}L{x + 7} {tip - 9:g}"
         arrows += f'<path class="{kind}" d="{head}"/>{text("tick", x, 12, f"× {length:g}")}'
-    return picture("gravity", "160", "160", f"gravity {factor:g} times that of the base body", arrows)
+    return picture("gravity", 160, 160, f"gravity {factor:g} times that of the base body", arrows)
 
 
 WIDTH, MARGIN, LINE = 480, 24, 34
@@ -102,8 +102,8 @@ def reference_dots(reference: Reference, runs: tuple[float, ...]) -> Markup:
     for value, mark, kind in marks:
         parts.append(stroke(scale.at(value), y - 9, scale.at(value), y + 9, kind))
         parts.append(text("tick key", scale.at(value), y - 13, mark))
-    parts += [f'<circle class="run" cx="{px(scale.at(run))}" cy="{px(y)}" r="4"/>' for run in runs]
+    parts += [disc("run", scale.at(run), y, 4) for run in runs]
     label = [f"floor {fixed(floor, digits)}", *(f"{agent} {fixed(each, digits)}" for each in one)]
     if runs:
         label.append(f"trained alone {', '.join(fixed(run, digits) for run in runs)}")
-    return picture("references dots", str(WIDTH), px(y + 28), "; ".join(label), "".join(parts))
+    return picture("references dots", WIDTH, y + 28, "; ".join(label), "".join(parts))

@@ -122,7 +122,7 @@ def figure(rows: Sequence[CoreRow], references: Sequence[CoreReference] = ()) ->
         below.append(text("label way", x.start + 6, level - 5, str(escape(each.title))))
     parts = "".join([*_axes(x, y), *below, *_points(shown, x, y)])
     label = "Learned against kept, a point per method"
-    return picture("plane", px(LEFT + SIDE + 8), px(TOP + SIDE + BOTTOM), label, parts)
+    return picture("plane", LEFT + SIDE + 8, TOP + SIDE + BOTTOM, label, parts)
 
 
 def _points(rows: Sequence[CoreRow], x: Scale, y: Scale) -> list[str]:

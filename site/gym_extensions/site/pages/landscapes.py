@@ -23,8 +23,6 @@ from gym_extensions.site.text import fixed, grouped
 from gym_extensions.submissions import landscapes as model, review
 from gym_extensions.submissions.landscapes import PROTOCOL, Landscape
 
-Summary = Mapping[str, MetricValue]
-"""Interpolation and extrapolation, without one of which a group has no worlds."""
 TITLES = {model.INTERPOLATION: "between trained values", model.EXTRAPOLATION: "beyond trained values"}
 
 
@@ -41,50 +39,45 @@ class AxisView:
 
 @dataclass(frozen=True)
 class View:
-    """The landscape of a submission on a group, or why there is none."""
+    """The landscape of a submission on a group."""
 
     group: groups.TaskGroup
-    landscape: Landscape | None
+    landscape: Landscape
     best: model.Best
     submissions: int = 0  # that have a landscape of the group
-    why: str = ""
 
     @cached_property
-    def summary(self) -> Summary:
-        """The shares of the best return."""
-        return model.summary(self.landscape, self.group, self.best) if self.landscape else {}
+    def summary(self) -> dict[str, MetricValue]:
+        """The shares of the best return: interpolation, if the group has such worlds, and extrapolation."""
+        return model.summary(self.landscape, self.group, self.best)
 
     @property
     def axes(self) -> list[AxisView]:
         """Every axis, drawn."""
-        if self.landscape is None:
-            return []
         views, tasks = [], range(len(self.group.tasks))
         for axis in worlds.axes(self.group):
-            measured, top = self.landscape.axis(axis.name), self.best[self.group.id, axis.name]
+            measured, best = self.landscape.axis(axis.name), self.best[self.group.id, axis.name]
             stages = ("untrained", *(_stage(axis, self.group, task) for task in tasks))
             runs = tuple(
-                (run, small(axis, _shares(returns, top), f"Run {run}"))
+                (run, small(axis, _shares(returns, best), f"Run {run}"))
                 for run, returns in zip(self.landscape.runs, measured.returns, strict=True)
             )
-            final, shares = [run[-1] for run in measured.returns], _shares(measured.means, top)
-            drawing = large(axis, shares, stages, final, measured.means[-1], best=top)
+            drawing = large(axis, measured, best, stages)
             views.append(AxisView(axis, stages, drawing, runs, measured.means))
         return views
 
     @property
     def maps(self) -> dict[str, Markup]:
         """A small map of the mean over runs, by what is varied."""
-        found = self.landscape
-        means = {axis: found.axis(axis.name).means for axis in worlds.axes(self.group)} if found else {}
-        return {
-            axis.title: small(axis, _shares(each, self.best[self.group.id, axis.name]), axis.title)
-            for axis, each in means.items()
-        }
+        maps = {}
+        for axis in worlds.axes(self.group):
+            means, best = self.landscape.axis(axis.name).means, self.best[self.group.id, axis.name]
+            maps[axis.title] = small(axis, _shares(means, best), axis.title)
+        return maps
 
 
-def _shares(returns: tuple[tuple[float, ...], ...], top: tuple[float, ...]) -> list[list[float | None]]:
-    return [[model.share(value, highest) for value, highest in zip(row, top, strict=True)] for row in returns]
+def _shares(returns: Sequence[Sequence[float]], best: Sequence[float]) -> list[list[float | None]]:
+    return [[model.share(value, top) for value, top in zip(row, best, strict=True)] for row in returns]
 
 
 def _stage(axis: worlds.Axis, group: groups.TaskGroup, task: int) -> str:
@@ -121,23 +114,26 @@ class Landscapes:
                 views[id_][name] = View(known[id_], each, highest, submissions)
         return views
 
-    def views(self, submission: Scorecard) -> dict[str, View]:
-        """The landscapes of a submission by group id, for its sequential results on groups with axes."""
+    def views(self, submission: Scorecard) -> dict[str, View | str]:
+        """The landscapes of a submission by group id, or why there is none, as a sentence.
+
+        They are those of its sequential results on groups with axes.
+        """
         folder = self.folders.get(submission.name)
         if folder is None:
             return {}
-        views = {}
+        views = dict[str, View | str]()
         for group in groups.GROUPS.values():
             scores = submission.groups.get(group.id, {}).get(PROTOCOL)
             if scores is None or not worlds.axes(group):
                 continue
-            view = self._all[group.id].get(submission.name)
-            if view is None:
-                why = model.load(folder, group)
-                if why == model.NOT_MEASURED and not any(run.policies for run in scores.provenance):
-                    why = model.NO_POLICIES
-                view = View(group, None, {}, why=str(why))
-            views[group.id] = view
+            if view := self._all[group.id].get(submission.name):
+                views[group.id] = view
+                continue
+            why = str(model.load(folder, group))
+            if why == model.NOT_MEASURED and not any(run.policies for run in scores.provenance):
+                why = model.NO_POLICIES
+            views[group.id] = why
         return views
 
     def rows(self, board: BoardView) -> list[tuple[Row, View]]:
@@ -228,30 +224,18 @@ def small(axis: worlds.Axis, shares: Shares, label: str) -> Markup:
     """The map of one run, without ticks."""
     frame = Frame.of(axis, 0.0, SMALL_WIDTH, 0.0, SMALL_ROW)
     height = frame.y(len(shares))
-    return svg.picture(
-        "landscape small", px(SMALL_WIDTH), px(height), label, _map(axis, shares, frame, (2, 5))
-    )
+    return svg.picture("landscape small", SMALL_WIDTH, height, label, _map(axis, shares, frame, (2, 5)))
 
 
 def large(
-    axis: worlds.Axis,
-    shares: Shares,
-    stages: Sequence[str],
-    returns: Sequence[Sequence[float]],
-    mean: Sequence[float],
-    *,
-    best: Sequence[float],
+    axis: worlds.Axis, measured: model.MeasuredAxis, best: Sequence[float], stages: Sequence[str]
 ) -> Markup:
     """The map of the mean over runs, and the returns of the runs after the last stage below it.
 
-    Args:
-        axis: what is varied.
-        shares: the mean shares.
-        stages: the name of every stage.
-        returns: [run][point] after the last stage.
-        mean: their mean over runs.
-        best: the best mean return at every point.
+    ``best`` has the best mean return at every point, ``stages`` the name of every stage.
     """
+    means, returns = measured.means, [run[-1] for run in measured.returns]
+    mean, shares = means[-1], _shares(means, best)
     frame = Frame.of(axis, LEFT, RIGHT, TOP, ROW)
     bottom = frame.y(len(shares))
     low = bottom + GAP + PROFILE
@@ -277,7 +261,7 @@ def large(
     body.append(svg.text("tick side", LEFT - 6, bottom + GAP + 2, "return"))
     body += _ticks(axis, frame, trained, low + 13)
     body.append(svg.text("tick", (LEFT + RIGHT) / 2, low + 28, f"{axis.title} ({axis.unit})"))
-    return svg.picture("landscape", px(RIGHT + 6), px(low + BELOW), describe(axis, mean, best), "".join(body))
+    return svg.picture("landscape", RIGHT + 6, low + BELOW, describe(axis, mean, best), "".join(body))
 
 
 def _ticks(axis: worlds.Axis, frame: Frame, trained: Sequence[float], y: float) -> list[str]:
@@ -310,4 +294,4 @@ def scale() -> Markup:
         f'<path class="t{tint}" stroke-width="10" d="M{tint * width} 5h{width}"/>'
         for tint in range(TINTS + 1)
     )
-    return svg.picture("landscape tints", str(width * (TINTS + 1)), "10", "", cells)
+    return svg.picture("landscape tints", width * (TINTS + 1), 10, "", cells)

@@ -12,7 +12,6 @@ from typing import Any
 from markupsafe import Markup
 
 from gym_extensions.baselines import algorithms
-from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics.formulas import CORE_METRICS
 from gym_extensions.scoring.ranking.boards import Board, BoardRow, CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.ranking.core_board import REFERENCE
@@ -301,20 +300,19 @@ class Shown:
         means = self.means
         x = svg.Scale(0, len(means) - 1, *X)
         y = svg.scale_around((score for each in others for run in each.scores for score in run), *Y)
-        left, up = x.at(self.task + 1), y.at(means[self.task + 1])
         body = []
         for level, name in ((0.0, "floor 0"), (1.0, "expert 1")):
             body.append(svg.stroke(x.start, y.at(level), x.end, y.at(level), "level"))
             body.append(svg.text("tick side", x.start - 6, y.at(level) + 3.5, name))
         for kind, line in [*(("thin", run) for run in self.scores), ("bold", means)]:
             body.append(f'<polyline class="{kind}" points="{svg.points(enumerate(line), x, y)}"/>')
-        body.append(f'<circle class="mean learning" cx="{svg.px(left)}" cy="{svg.px(up)}" r="4.5"/>')
-        body.append(f'<circle class="mean" cx="{svg.px(x.end)}" cy="{svg.px(y.at(means[-1]))}" r="5"/>')
+        body.append(svg.disc("mean learning", x.at(self.task + 1), y.at(means[self.task + 1]), 4.5))
+        body.append(svg.disc("mean", x.end, y.at(means[-1]), 5))
         for stage in range(len(means)):
             kind = "tick key" if stage == self.task + 1 else "tick"
             body.append(svg.text(kind, x.at(stage), y.start + 15, str(stage)))
         shown = ", ".join(f"stage {stage}: {fixed(value)}" for stage, value in enumerate(means))
-        return svg.picture("stages", "320", "112", f"Mean score on this task. {shown}", "".join(body))
+        return svg.picture("stages", 320, 112, f"Mean score on this task. {shown}", "".join(body))
 
 
 def forgetting(cards: Sequence[Scorecard], folders: Mapping[str, Path], best: str) -> tuple[Shown, ...]:
@@ -345,7 +343,7 @@ def _shown(card: Scorecard, poses: Mapping[str, Poses]) -> dict[tuple[str, int],
             continue
         for at, row in enumerate(drawn.tasks):
             episodes = watched(row)
-            if len(episodes) == 2 and row.task in TASKS and log.scores(at):
+            if len(episodes) == 2 and log.scores(at):
                 found[name, at] = Shown(card.name, card.title, result, at, drawn.run, episodes)
     return found
 

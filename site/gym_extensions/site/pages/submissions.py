@@ -10,6 +10,7 @@ from gym_extensions.scoring.output.board_frames import metrics_frame, to_csv
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import board_views, paths, submission_results
 from gym_extensions.site.pages import core
+from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.site.play.watch import watches
 from gym_extensions.site.text import ends, mean, split_version
@@ -36,7 +37,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
         page = paths.results_path(submission.name, group)
         yield page, render("results.html", page, group=group, **shown)
     for group, view in landscapes.items():
-        if view.landscape is not None:
+        if isinstance(view, View):
             yield paths.submission_file(submission.name, f"landscape-{group}.json"), view.landscape.to_json()
     for panel in panels.values():
         yield panel.path, panel.script

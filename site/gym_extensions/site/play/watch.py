@@ -21,28 +21,29 @@ from gym_extensions.catalog.descriptions import FREE, SLIDE, Description, Role, 
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import paths, submission_results
-from gym_extensions.site.charts.svg import picture, px, scale_around, stroke, text, tick_label
+from gym_extensions.site.charts.svg import disc, picture, scale_around, stroke, text, tick_label
 from gym_extensions.site.charts.task_pictures import SIZE, map_shapes
 from gym_extensions.site.text import count, digits_for, fixed
 from gym_extensions.submissions.poses import MAX_SECONDS, Clip, Poses, TaskPoses
 
 Array = NDArray[np.float64]
 TRAVELLING = ("planar", "humanoid")
-"""Families whose bodies move along x, so that the view follows them."""
+"""Families whose bodies move along x."""
 
 
 @dataclass(frozen=True)
 class Episode:
-    """An episode: its clip, its cell in words, and the facts of its task.
-
-    ``travels`` says whether its body moves along x, so that the view follows it.
-    """
+    """An episode: its clip, its cell in words, and the facts of its task."""
 
     clip: Clip
     title: str
     poses: TaskPoses
     description: Description
-    travels: bool
+
+    @cached_property
+    def travels(self) -> bool:
+        """Whether its body moves along x, so that the view follows it."""
+        return TASKS[self.poses.task].body.family in TRAVELLING
 
     @cached_property
     def coordinates(self) -> Array:
@@ -135,14 +136,13 @@ LAST = "At the end, right after its training"
 
 def watched(row: TaskPoses, only: str = LAST) -> tuple[Episode, ...]:
     """The episodes of a task, of which a single one is titled ``only``; none if it is not published."""
-    facts, task = descriptions().get(row.task), TASKS.get(row.task)
-    if facts is None or task is None:
+    facts = descriptions().get(row.task)
+    if facts is None:
         return ()
-    travels = task.body.family in TRAVELLING
-    cells = [(row.after, "Right after its training"), (row.end, "At the end")]
     if row.end is None:
-        cells = [(row.after, only)]
-    return tuple(Episode(clip, title, row, facts, travels) for clip, title in cells if clip is not None)
+        return (Episode(row.after, only, row, facts),)
+    after = Episode(row.after, "Right after its training", row, facts)
+    return after, Episode(row.end, "At the end", row, facts)
 
 
 GHOSTS, MANY_LIMBS = 12, 12
@@ -267,7 +267,7 @@ def stroboscopes(episodes: Sequence[Episode]) -> list[Markup]:
         bodies = _moved_apart(bodies, episodes)
     frame = frame_of([shape for shapes in bodies for shape in shapes], travels)
     return [
-        _picture(shapes, frame, episode, (travels, not is_moved_apart))
+        _picture(shapes, frame, episode, has_ticks=not is_moved_apart)
         for shapes, episode in zip(bodies, episodes, strict=True)
     ]
 
@@ -309,12 +309,12 @@ def _ghosts(episode: Episode) -> Array:
     return rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
 
 
-def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, floor: tuple[bool, bool]) -> Markup:
-    """The picture of one episode; ``floor`` says whether it has a floor, and whether that has ticks."""
+def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, has_ticks: bool) -> Markup:
+    """The picture of one episode, with a tick per m of the floor where poses are at their true distance."""
     width, height = frame.size
     parts = []
-    if floor[0]:  # with a tick per m where poses are at their true distance
-        ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1) if floor[1] else ()
+    if episode.travels:
+        ticks = range(math.ceil(frame.left), math.floor(frame.right) + 1) if has_ticks else ()
         marks = "".join("M{} {}v5".format(*frame.at((tick, 0.0))) for tick in ticks)
         parts.append(f'<path class="floor" d="M0 {frame.at((0.0, 0.0))[1]}h{width}{marks}"/>')
     limbs = [shape for shape in shapes if shape.role in ("body", "far", "changed")]
@@ -325,7 +325,7 @@ def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, floor: tup
             parts.append(f'<path class="wall" d="M{left} {top}H{right}V{bottom}H{left}"/>')
         elif shape.role in ("goal", "object"):
             (x, y), radius = frame.at(shape.start[-1]), max(round(shape.radius * frame.scale), 2)
-            parts.append(f'<circle class="{shape.role}" cx="{x}" cy="{y}" r="{radius}"/>')
+            parts.append(disc(shape.role, x, y, radius))
     ghosts = len(limbs[0].start)
     for ghost in range(ghosts):
         opacity = FAINTEST + (1 - FAINTEST) * (ghost + 1) / ghosts
@@ -333,7 +333,7 @@ def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, floor: tup
         parts.append(f'<path{shown} d="{_limbs(limbs, ghost, frame)}"/>')
     label = f"{episode.title}: {episode.facts}"
     drawn = f' width="{width}" stroke-width="{max(thickness, 2)}"'
-    return picture("strobe", str(width), str(height), label, "".join(parts), drawn=drawn)
+    return picture("strobe", width, height, label, "".join(parts), drawn=drawn)
 
 
 def _limbs(limbs: Sequence[Placed], ghost: int, frame: View) -> str:
@@ -366,9 +366,9 @@ def _path(episode: Episode) -> Markup:
     line = f"M{rows[0, 0]} {rows[0, 1]}l{ways or '0 0'}".replace(" -", "-")
     label = f"{episode.title}: {episode.facts}"
     drawn = ' width="320" stroke-width="4"'
-    end = f'<circle class="object" cx="{rows[-1, 0]}" cy="{rows[-1, 1]}" r="8"/>'
+    end = disc("object", rows[-1, 0], rows[-1, 1], 8)
     parts = f'{map_shapes(episode.description)}<path d="{line}"/>{end}'
-    return picture("strobe map", str(width), str(height), label, parts, drawn=drawn)
+    return picture("strobe map", width, height, label, parts, drawn=drawn)
 
 
 DOTS_WIDTH, DOTS_MARGIN, LINE = 280, 12, 26
@@ -388,11 +388,11 @@ def episode_dots(episodes: Sequence[Episode]) -> list[Markup]:
         parts.append(f'<path class="episodes" d="{dots}"/>')
         mean = statistics.fmean(returns)
         parts.append(stroke(scale.at(mean), y - 9, scale.at(mean), y + 9, "cell-mean"))
-        parts.append(f'<circle class="shown" cx="{px(scale.at(episode.return_))}" cy="{px(y)}" r="5.5"/>')
+        parts.append(disc("shown", scale.at(episode.return_), y, 5.5))
         label = (
             f"Returns of the {len(returns)} episodes: mean {fixed(mean, digits)}, "
             f"from {fixed(min(returns), digits)} to {fixed(max(returns), digits)}; "
             f"the episode shown has {fixed(episode.return_, digits)}"
         )
-        pictures.append(picture("dots", str(DOTS_WIDTH), str(LINE + 12), label, "".join(parts)))
+        pictures.append(picture("dots", DOTS_WIDTH, LINE + 12, label, "".join(parts)))
     return pictures
