@@ -26,19 +26,7 @@ TABLE = re.findall(
 FILES = {addition: re.findall(r"`([^`]+)`", files) for addition, files in TABLE}
 """The files of each addition in CONTRIBUTING.md, with NAME for the name of the addition."""
 
-ROW = """
-    Body(
-        name="Monopod",
-        family="planar",
-        asset="hopper.xml",
-        rewards=RewardBounds(-20.0, 20.0),
-        beams="pitch",
-        velocity_limit=10.0,
-        wall_width=0.8,
-        parts=PLANAR[0].parts,
-    ),
-)
-"""
+ROW = 'MONOPOD = replace(HOPPER, name="Monopod", camera=None)\n'
 TEXTS = '[Monopod]\nsummary = "S."\nreward = "R."\nstart = "T."\nend = "E."\nsource = "Q."\n\n'
 IMPLEMENTATION = '    "Monopod": Implementation(planar.PlanarRules, hopper_v5.DEFAULT_CAMERA_CONFIG),\n'
 USE_BODY = """
@@ -255,7 +243,8 @@ ADDITIONS: dict[str, tuple[list[Edit], str]] = {
     "Task": ([(f"{CATALOG}/tasks.py", LAST, HEAVY + LAST)], USE_TASK),
     "Base body": (
         [
-            (f"{CATALOG}/bodies.py", "\n)\n\n\nBODIES", f"{ROW}\n\nBODIES"),
+            (f"{CATALOG}/bodies.py", "ROWS = (", f"{ROW}ROWS = ("),
+            (f"{CATALOG}/bodies.py", "NAVIGATION)", "NAVIGATION, MONOPOD)"),
             (f"{CATALOG}/prose.toml", "[Hopper]", f"{TEXTS}[Hopper]"),
             (f"{ENVS}/mujoco/env.py", '}\n"""One row', IMPLEMENTATION + '}\n"""One row'),
         ],

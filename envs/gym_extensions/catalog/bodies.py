@@ -4,9 +4,9 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 from gym_extensions.errors import require_known
 
@@ -151,157 +151,128 @@ class Body:
 
     @property
     def prose(self) -> Prose:
-        """Its text in the documentation, by its name."""
-        return PROSE.get(self.name) or Prose(f"{self.name} of Gymnasium.", *["That of its package."] * 4)
+        """Its text in the documentation. Bodies of other packages have none."""
+        return PROSE[self.name]
 
 
-PLANAR = (
-    Body(
-        name="Hopper",
-        family="planar",
-        asset="hopper.xml",
-        rewards=RewardBounds(-20.0, 20.0),  # 1 for health, plus the forward speed in m/s
-        camera=Camera(0.0, 0.65, 2.6, 90, -8),
-        parts={name: (f"{name.lower()}_geom",) for name in ("Torso", "Thigh", "Leg", "Foot")},
-        beams="pitch",
-        wall_width=0.8,
-        velocity_limit=10.0,
-        frame_skip=4,
-        noise=5e-3,
-        ctrl_cost=1e-3,
-        health=Health((0.7, math.inf), (-0.2, 0.2), 100.0),
-    ),
-    Body(
-        name="Walker2d",
-        family="planar",
-        asset="walker2d_v5.xml",
-        rewards=RewardBounds(-25.0, 25.0),  # as Hopper
-        camera=Camera(0.0, 0.65, 2.6, 90, -8),
-        parts={"Torso": ("torso_geom",)}
-        | {name: (f"{name.lower()}_geom", f"{name.lower()}_left_geom") for name in ("Thigh", "Leg", "Foot")},
-        beams="pitch",
-        wall_width=0.8,
-        velocity_limit=10.0,
-        frame_skip=4,
-        noise=5e-3,
-        ctrl_cost=1e-3,
-        health=Health((0.8, 2.0), (-1.0, 1.0)),
-    ),
-    Body(
-        name="HalfCheetah",
-        family="planar",
-        asset="half_cheetah.xml",
-        rewards=RewardBounds(-50.0, 50.0, terminates=False),  # the forward speed in m/s
-        camera=Camera(0.0, 0.45, 2.8, 90, -8),
-        parts={
-            "Torso": ("torso",),
-            "Thigh": ("fthigh", "bthigh"),
-            "Leg": ("fshin", "bshin"),
-            "Foot": ("ffoot", "bfoot"),
-            "Head": ("head",),
-        },
-        beams="pitch",
-        wall_width=0.8,
-        noise=0.1,
-    ),
+HOPPER = Body(
+    name="Hopper",
+    family="planar",
+    asset="hopper.xml",
+    rewards=RewardBounds(-20.0, 20.0),  # 1 for health, plus the forward speed in m/s
+    camera=Camera(0.0, 0.65, 2.6, 90, -8),
+    parts={name: (f"{name.lower()}_geom",) for name in ("Torso", "Thigh", "Leg", "Foot")},
+    beams="pitch",
+    wall_width=0.8,
+    velocity_limit=10.0,
+    frame_skip=4,
+    noise=5e-3,
+    ctrl_cost=1e-3,
+    health=Health((0.7, math.inf), (-0.2, 0.2), 100.0),
+)
+WALKER = replace(
+    HOPPER,
+    name="Walker2d",
+    asset="walker2d_v5.xml",
+    rewards=RewardBounds(-25.0, 25.0),
+    parts={"Torso": ("torso_geom",)}
+    | {name: (f"{name.lower()}_geom", f"{name.lower()}_left_geom") for name in ("Thigh", "Leg", "Foot")},
+    health=Health((0.8, 2.0), (-1.0, 1.0)),
+)
+CHEETAH = Body(
+    name="HalfCheetah",
+    family="planar",
+    asset="half_cheetah.xml",
+    rewards=RewardBounds(-50.0, 50.0, terminates=False),  # the forward speed in m/s
+    camera=Camera(0.0, 0.45, 2.8, 90, -8),
+    parts={
+        "Torso": ("torso",),
+        "Thigh": ("fthigh", "bthigh"),
+        "Leg": ("fshin", "bshin"),
+        "Foot": ("ffoot", "bfoot"),
+        "Head": ("head",),
+    },
+    beams="pitch",
+    wall_width=0.8,
+    noise=0.1,
 )
 
-
-WALL_WIDTH = 10.0
-"""In m: a humanoid would walk around a narrower wall."""
-IS_STANDING = "At the last step, the height of the torso is in (1, 2) m, where Humanoid counts as healthy."
-FEET = Feet(("right_foot", "left_foot"), distance=0.18)
-PARTS = {
-    "Torso": ("torso1", "uwaist", "lwaist"),
-    "Thigh": ("right_thigh1", "left_thigh1", "butt"),
-    "Leg": ("right_shin1", "left_shin1"),
-    "Foot": FEET.names,
-    "Head": ("head",),
-    "Arm": ("right_uarm1", "right_larm", "left_uarm1", "left_larm"),
-    "Hand": ("right_hand", "left_hand"),
-}
-HEALTH = Health((1.0, 2.0))
-HUMANOID: dict[str, Any] = {"parts": PARTS, "feet": FEET, "wall_width": WALL_WIDTH, "health": HEALTH}
-LYING: dict[str, Any] = HUMANOID | {
-    "camera": Camera(0.4, 0.2, 3.0, 110, -20),
-    "success": Height(*HEALTH.height, IS_STANDING),
-    "beams": "world",
-}
-
-HUMANOIDS = (
-    Body(
-        name="Humanoid",
-        family="humanoid",
-        asset="humanoid.xml",
-        rewards=RewardBounds(-50.0, 50.0),  # 5 for health, 1.25 × speed in m/s, contact cost at most 10
-        camera=Camera(0.0, 0.85, 3.0, 120, -8),
-        beams="torso",
-        **HUMANOID,
-    ),
-    Body(
-        name="HumanoidStandup",
-        family="humanoid",
-        asset="humanoidstandup.xml",
-        rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
-        **LYING,
-    ),
-    Body(
-        name="HumanoidStandupAndRun",
-        family="humanoid",
-        asset="humanoidstandup.xml",
-        rewards=RewardBounds(-200.0, 1600.0, terminates=False),  # the sum of the two above
-        **LYING,
+HUMANOID = Body(
+    name="Humanoid",
+    family="humanoid",
+    asset="humanoid.xml",
+    rewards=RewardBounds(-50.0, 50.0),  # 5 for health, 1.25 × speed in m/s, contact cost at most 10
+    camera=Camera(0.0, 0.85, 3.0, 120, -8),
+    parts={
+        "Torso": ("torso1", "uwaist", "lwaist"),
+        "Thigh": ("right_thigh1", "left_thigh1", "butt"),
+        "Leg": ("right_shin1", "left_shin1"),
+        "Foot": ("right_foot", "left_foot"),
+        "Head": ("head",),
+        "Arm": ("right_uarm1", "right_larm", "left_uarm1", "left_larm"),
+        "Hand": ("right_hand", "left_hand"),
+    },
+    feet=Feet(("right_foot", "left_foot"), distance=0.18),
+    beams="torso",
+    wall_width=10.0,  # it would walk around a narrower one
+    health=Health((1.0, 2.0)),
+)
+STANDUP = replace(
+    HUMANOID,
+    name="HumanoidStandup",
+    asset="humanoidstandup.xml",
+    rewards=RewardBounds(-100.0, 1500.0, terminates=False),  # height / 0.003 s: 1 m gives 333
+    camera=Camera(0.4, 0.2, 3.0, 110, -20),
+    beams="world",
+    success=Height(
+        low=1.0,
+        high=2.0,
+        text="At the last step, the height of the torso is in (1, 2) m, where Humanoid counts as healthy.",
     ),
 )
-
-
-ARM_CAMERA = Camera(0.4, -0.35, 2.6, 100, -62, after_reset=True)
-"""From above, so that arm, object and goal do not hide each other."""
-ARM: dict[str, Any] = {"camera": ARM_CAMERA, "max_steps": 100, "has_gravity": False}
-IS_CLOSE = "At the last step, the centers of {} and goal are at most 0.05 m apart on the table."
-SUCCESS_DISTANCE = 0.05
-"""In m: the ``distance_threshold`` of Gymnasium-Robotics' FetchPush, and the radius of object and ball."""
+STANDUP_AND_RUN = replace(
+    STANDUP,
+    name="HumanoidStandupAndRun",
+    rewards=RewardBounds(-200.0, 1600.0, terminates=False),  # the sum of the two above
+)
 
 PUSHER_GOAL = Rectangle((-0.2, -0.1), (0.0, 0.3))
 """Slide offsets (y, x) of Pusher's moving goal."""
 STRIKER_GOAL = Rectangle((0.15, 0.1), (0.7, 1.0))
 """World (x, y) of Striker's goal."""
-
-ARMS = (
-    Body(
-        name="Pusher",
-        family="arm",
-        asset="pusher_v5.xml",
-        rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
-        goal_area=PUSHER_GOAL,
-        success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("object")),
-        **ARM,
-    ),
-    Body(
-        name="Striker",
-        family="arm",
-        asset="pusher_v5.xml",
-        rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
-        goal_area=STRIKER_GOAL,
-        success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("ball")),
-        **ARM,
-    ),
+SUCCESS_DISTANCE = 0.05
+"""In m: the ``distance_threshold`` of Gymnasium-Robotics' FetchPush, and the radius of object and ball."""
+IS_CLOSE = "At the last step, the centers of {} and goal are at most 0.05 m apart on the table."
+PUSHER = Body(
+    name="Pusher",
+    family="arm",
+    asset="pusher_v5.xml",
+    rewards=RewardBounds(-30.0, 0.0, terminates=False),  # minus distances in m, minus squared actions
+    # From above, so that arm, object and goal do not hide each other.
+    camera=Camera(0.4, -0.35, 2.6, 100, -62, after_reset=True),
+    max_steps=100,
+    has_gravity=False,
+    goal_area=PUSHER_GOAL,
+    success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("object")),
+)
+STRIKER = replace(
+    PUSHER,
+    name="Striker",
+    rewards=RewardBounds(-200.0, 0.0, terminates=False),  # as Pusher; the ball may fly off the table
+    goal_area=STRIKER_GOAL,
+    success=Distance(("object", "goal"), SUCCESS_DISTANCE, IS_CLOSE.format("ball")),
+)
+NAVIGATION = Body(
+    name="Navigation",
+    family="navigation",
+    asset="",
+    rewards=RewardBounds(-6.0, -1.0, end=10.0),  # −1 per step, −5 per collision, +10 at the goal
+    has_gravity=False,
+    success=Arrival("The episode ends at the goal."),
 )
 
-
-NAVIGATION = (
-    Body(
-        name="Navigation",
-        family="navigation",
-        asset="",
-        rewards=RewardBounds(-6.0, -1.0, end=10.0),  # −1 per step, −5 per collision, +10 at the goal
-        has_gravity=False,
-        success=Arrival("The episode ends at the goal."),
-    ),
-)
-
-
-BODIES: dict[str, Body] = {each.name: each for each in (*PLANAR, *HUMANOIDS, *ARMS, *NAVIGATION)}
+ROWS = (HOPPER, WALKER, CHEETAH, HUMANOID, STANDUP, STANDUP_AND_RUN, PUSHER, STRIKER, NAVIGATION)
+BODIES: dict[str, Body] = {each.name: each for each in ROWS}
 """Every base body by its name."""
 
 
