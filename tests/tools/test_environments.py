@@ -13,7 +13,7 @@ from gym_extensions.catalog import descriptions, fingerprints
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.envs import fingerprinting, make
 from gym_extensions.envs.make import construct_mujoco
-from tools.environments import fingerprints as publishing
+from tools.environments import fingerprints as publishing, pictures
 from tools.environments.__main__ import main
 from tools.environments.describe import action_fields, observation_fields, table
 
@@ -80,6 +80,21 @@ def test_the_example_of_the_python_api_runs(text_by_name: dict[str, str]) -> Non
     assert [row.name for row in names["envs"].tasks[:2]] == ["Hopper.Gravity-0.8", "Hopper"]
     assert names["env"].spec.max_episode_steps == 500
     compile(code[1], "docs/environments/README.md", "exec")  # test_wrappers records one, where moviepy is
+
+
+def test_a_picture_shows_the_beams_of_the_sensor_up_to_the_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[pictures.Line] = []
+
+    def render(_model: Any, _data: Any, _view: Any, lines: list[pictures.Line]) -> Any:
+        drawn.extend(lines)
+        return np.zeros((480, 640, 3), np.uint8)
+
+    monkeypatch.setattr(pictures, "_render", render)
+    monkeypatch.setattr(pictures, "TASKS", {"HopperWall": task("HopperWall")})
+    assert list(pictures.task_pictures()) == ["hopperwall.webp"]
+    assert len(drawn) == 10
+    _, end, _ = drawn[2]  # 25° down from 1.25 m, to a wall whose face is 2.6 m ahead
+    assert end == pytest.approx([2.6, 0.0, 1.25 - 2.6 * np.tan(np.radians(25))])
 
 
 def test_a_published_task_that_is_gone_is_not_deleted(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,11 +12,11 @@ from gym_extensions.catalog.bodies import Camera
 from gym_extensions.catalog.descriptions import picture_file
 from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
 from gym_extensions.catalog.variations import Wall
-from gym_extensions.envs.effects import variation_of
+from gym_extensions.envs.effects import compiled_readings, variation_of
 from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.navigation.geometry import arena
 from gym_extensions.envs.navigation.sensors import background
-from gym_extensions.envs.range_beams import FANS, readings
+from gym_extensions.envs.range_beams import FANS, REACH
 from gym_extensions.errors import BenchError
 
 SIZE = (640, 480)
@@ -140,8 +140,9 @@ def _beams(task: Task, env: Any) -> list[Line]:
         return []
     mujoco.mj_forward(env.model, env.data)
     origin, directions = FANS[task.body.beams](env.data.qpos, env.template().root_lift)
-    wall = variation_of(task, Wall)
-    hits = readings(origin, directions, env.data.mocap_pos[0], np.array(wall.half_sizes)) * 10
+    half_sizes = np.array(variation_of(task, Wall).half_sizes)
+    (readings,) = compiled_readings()(origin[None], directions[None], env.data.mocap_pos[:1], half_sizes)
+    hits = readings * REACH
     to_floor = np.where(directions[:, 2] < 0, origin[2] / -np.minimum(directions[:, 2], -1e-9), np.inf)
     lengths = np.where(hits > 0, hits, np.minimum(FREE_BEAM, to_floor))
     return [
