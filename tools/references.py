@@ -14,9 +14,9 @@ from pathlib import Path
 from gym_extensions.baselines import references as measuring
 from gym_extensions.baselines.cli import parse_names
 from gym_extensions.baselines.training.jobs import parse_groups
-from gym_extensions.catalog.tasks import TASKS, Task, whole_number
+from gym_extensions.catalog.tasks import TASKS, Task
 from gym_extensions.envs.fingerprinting import require_published_engine
-from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.errors import BenchError, reports_mistakes, whole_number
 from gym_extensions.references import Expert, File, Floor, FloorAgent, Reference, experts, path_of
 from gym_extensions.references.experts import EPISODES
 from tools.experts.candidates import QUICK, measured_again

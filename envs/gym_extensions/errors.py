@@ -3,10 +3,12 @@
 import difflib
 import functools
 import io
+import operator
 import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 
 class BenchError(Exception):
@@ -43,6 +45,17 @@ def require_known(kind: str, name: object, choices: Collection[str], where: str 
     if name not in choices:
         hint = did_you_mean(str(name), choices)
         raise BenchError(f"unknown-{kind}", f"There is no {kind} {name!r}.", where, hint)
+
+
+def whole_number(name: str, value: Any, code: str, where: str = "", least: int = 1) -> int:
+    """Returns a count as an int. Raises ``BenchError`` if it is not a whole number of at least ``least``."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = -1
+    if isinstance(value, bool) or number < least:
+        raise BenchError(code, f"{name} is {value!r}.", where, f"Give a whole number from {least}.")
+    return number
 
 
 def reports_mistakes(main: Callable[..., int]) -> Callable[..., int]:

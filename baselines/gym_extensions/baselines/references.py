@@ -24,9 +24,9 @@ from gym_extensions.baselines.training import progress, runner
 from gym_extensions.baselines.training.jobs import Settings, TrainingJob, parse_groups
 from gym_extensions.catalog import protocol
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.tasks import Task, whole_number
+from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import fingerprinting, make_vec
-from gym_extensions.errors import BenchError, reports_mistakes
+from gym_extensions.errors import BenchError, reports_mistakes, whole_number
 from gym_extensions.references.experts import EPISODES, floor_margin
 from gym_extensions.submissions.layout import PROGRESS
 

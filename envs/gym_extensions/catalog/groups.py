@@ -10,7 +10,7 @@ from typing import Any
 
 from gym_extensions.catalog import tasks as task_module
 from gym_extensions.catalog.tasks import TASKS, Task, task
-from gym_extensions.errors import BenchError, did_you_mean
+from gym_extensions.errors import BenchError, did_you_mean, whole_number
 
 NAME = re.compile(r"[a-z][a-z0-9-]{0,47}")
 """The name of a group."""
@@ -49,7 +49,7 @@ class TaskGroup:
         if not isinstance(self.name, str) or not NAME.fullmatch(self.name):
             hint = "Use up to 48 lower-case letters, digits and dashes, beginning with a letter."
             raise BenchError("bad-group", f"The group's name is {self.name!r}.", "name", hint)
-        version = task_module.whole_number("version", self.version, "bad-group", "version", least=0)
+        version = whole_number("version", self.version, "bad-group", "version", least=0)
         object.__setattr__(self, "version", version)
         if not isinstance(tasks, tuple | list) or not all(isinstance(member, Task) for member in tasks):
             hint = "Give Task objects, as from gym_extensions.envs.customize."

@@ -1,7 +1,6 @@
 """Tasks: one environment each, as data. Published ones are tables; customize makes others."""
 
 import importlib
-import operator
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, asdict, astuple, dataclass, fields, replace
@@ -10,7 +9,7 @@ from typing import Any
 from gym_extensions.catalog import variations
 from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, GYMNASIUM_ID, Body, body as body_named
 from gym_extensions.catalog.variations import KINDS, Variation
-from gym_extensions.errors import BenchError, did_you_mean, require_known
+from gym_extensions.errors import BenchError, did_you_mean, require_known, whole_number
 
 NAMESPACE = "gym_extensions"
 
@@ -47,7 +46,7 @@ class Task:
     @property
     def is_foreign(self) -> bool:
         """Whether the base is an environment of another package, by its id in Gymnasium's registry."""
-        return self.base not in BODIES and GYMNASIUM_ID.fullmatch(self.base) is not None
+        return GYMNASIUM_ID.fullmatch(self.base) is not None
 
     @property
     def body(self) -> Body:
@@ -175,12 +174,6 @@ def task(name: str) -> Task:
     raise BenchError("unknown-task", f"There is no task {name!r}.", hint=hint)
 
 
-_published = task
-"""``task``, where a parameter has that name."""
-
-KEYS = ("name", "version", "base", "max_steps", "variations")
-
-
 def definition(task: Task) -> dict[str, object]:
     """Returns the task as plain data, with the kind and the values of every variation."""
     return {
@@ -198,9 +191,10 @@ def from_definition(content: Mapping[str, Any]) -> Task:
     Raises:
         BenchError: a key, kind of variation or parameter is missing or unknown, or a value is invalid.
     """
-    check_keys(content, KEYS, KEYS, "task")
+    names = [field.name for field in fields(Task)]
+    check_keys(content, names, names, "task")
     variations = tuple(make_variation(each, "task") for each in content["variations"])
-    return Task(content["name"], content["base"], variations, content["version"], content["max_steps"])
+    return Task(**{**content, "variations": variations})
 
 
 def make_variation(table: object, where: str) -> Variation:
@@ -233,11 +227,11 @@ def check_keys(
             raise BenchError("missing-key", f"The key {key!r} is missing.", where, f"Add {key}.")
 
 
-def foreign_task(env_id: str, max_steps: int | None = None) -> Task:
+def _foreign_task(env_id: str, limit: int | None) -> Task:
     """Returns the task of an environment of another package. Imports Gymnasium.
 
     ``env_id`` is its id in Gymnasium's registry, with the version (``Pendulum-v1``); ``module:Name-v0``
-    imports the module that registers it. ``max_steps`` replaces the registered time limit.
+    imports the module that registers it. ``limit`` replaces the registered time limit.
 
     Raises:
         BenchError: there is no such environment, or it has no time limit and none is given.
@@ -253,10 +247,17 @@ def foreign_task(env_id: str, max_steps: int | None = None) -> Task:
         message = f"There is no task {env_id!r}: {str(error).rstrip('.')}."
         hint = "Install its package; name the module that registers it as in my_module:Name-v0."
         raise BenchError("unknown-task", message, hint=hint) from error
-    limit = registered if max_steps is None else whole_number("max_steps", max_steps, "bad-limit")
+    limit = limit or registered
     if limit is None:
         raise BenchError("no-limit", f"{env_id} has no time limit.", hint="Give max_steps.")
     return Task(name if limit == registered else f"{name}.steps-{limit}", env_id, max_steps=limit)
+
+
+def _task_named(name: str, limit: int | None) -> Task:
+    """Returns the published task of that id or bare name, or the task of another package's environment."""
+    name = name.removeprefix(f"{NAMESPACE}.envs:")  # which tells Gymnasium what to import
+    is_ours = name.startswith(f"{NAMESPACE}/") or f"{NAMESPACE}/{name}" in TASKS
+    return task(name) if is_ours or not GYMNASIUM_ID.fullmatch(name) else _foreign_task(name, limit)
 
 
 def customize(
@@ -278,19 +279,13 @@ def customize(
     """
     limit = None if max_steps is None else whole_number("max_steps", max_steps, "bad-limit")
     added = _checked(variations)
-    if isinstance(task, Task):
-        base = task
-    else:
-        task = str(task).removeprefix(f"{NAMESPACE}.envs:")  # which tells Gymnasium what to import
-        is_ours = task.startswith(f"{NAMESPACE}/") or f"{NAMESPACE}/{task}" in TASKS
-        is_foreign = not is_ours and GYMNASIUM_ID.fullmatch(task)
-        base = foreign_task(task, limit) if is_foreign else _published(task)
+    base = task if isinstance(task, Task) else _task_named(str(task), limit)
+    steps = limit or base.max_steps
     if base.is_foreign:
         if added:
             message = f"{base.base} is an environment of another package, which takes no variations."
             raise BenchError("no-variation", message, hint="Register an id of your own with its changes.")
-        return foreign_task(base.base, limit or base.max_steps)
-    steps = base.max_steps if limit is None else limit
+        return _foreign_task(base.base, steps)
     if not added and steps == base.max_steps:
         return base
     combined = (*base.variations, *added)
@@ -308,17 +303,6 @@ def label(variation: Variation) -> str:
     values = astuple(variation)
     words = (str(value).replace("-", "m") if isinstance(value, float) else str(value) for value in values)
     return re.sub(r"[^\w.]+", "-", "-".join([type(variation).__name__, *words])).strip("-")
-
-
-def whole_number(name: str, value: Any, code: str, where: str = "", least: int = 1) -> int:
-    """Returns a count as an int. Raises ``BenchError`` if it is not a whole number of at least ``least``."""
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = -1
-    if isinstance(value, bool) or number < least:
-        raise BenchError(code, f"{name} is {value!r}.", where, f"Give a whole number from {least}.")
-    return number
 
 
 def _checked(variations: object) -> tuple[Variation, ...]:

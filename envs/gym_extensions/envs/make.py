@@ -15,7 +15,7 @@ from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, defi
 from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.envs import foreign, interfaces, vector_env
 from gym_extensions.envs.mujoco.env import MujocoVectorEnv, TaskEnv
-from gym_extensions.errors import BenchError
+from gym_extensions.errors import BenchError, whole_number
 
 HINT = "A task's reward, body and time limit are fixed. For another task use gym_extensions.envs.customize."
 VECTOR = ".vector"
@@ -90,8 +90,8 @@ def make_vec(
     requested = [several] if isinstance(several, str | Task) else list(several)
     if not requested:
         raise BenchError("no-tasks", "There is no task.", vector_env.WHERE, "Give at least 1.")
-    count = task_module.whole_number("num_envs", num_envs, "bad-count", vector_env.WHERE)
-    threads = task_module.whole_number("num_threads", num_threads, "bad-count", vector_env.WHERE)
+    count = whole_number("num_envs", num_envs, "bad-count", vector_env.WHERE)
+    threads = whole_number("num_threads", num_threads, "bad-count", vector_env.WHERE)
     try:
         mode = AutoresetMode(autoreset_mode)
     except ValueError:

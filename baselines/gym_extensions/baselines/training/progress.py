@@ -15,8 +15,7 @@ from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn
 from gym_extensions.baselines.training.checkpoints import CONTINUES
 from gym_extensions.baselines.training.jobs import Interim
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
-from gym_extensions.catalog.tasks import whole_number
-from gym_extensions.errors import BenchError
+from gym_extensions.errors import BenchError, whole_number
 from gym_extensions.submissions.layout import PROGRESS
 
 LINE_SECONDS = 10.0
