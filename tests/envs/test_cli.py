@@ -1,14 +1,13 @@
 """``gym-extensions envs``: output and exit status."""
 
-import copy
 import os
 import subprocess
 import sys
 from importlib.metadata import version
+from typing import Any
 
 import pytest
 
-from gym_extensions.catalog import fingerprints
 from gym_extensions.catalog.descriptions import summary
 from gym_extensions.catalog.groups import groups_named
 from gym_extensions.catalog.tasks import task
@@ -48,12 +47,8 @@ def test_check_succeeds_when_tasks_match(capsys: pytest.CaptureFixture[str]) -> 
     assert capsys.readouterr().out == "2 tasks match their published fingerprints.\n"
 
 
-def test_check_finds_a_difference(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    table = copy.deepcopy(fingerprints.table())
+def test_check_finds_a_difference(table: Any, capsys: pytest.CaptureFixture[str]) -> None:
     table["engine"]["gymnasium"] = "1.0.0"
-    monkeypatch.setattr(fingerprints, "table", lambda: table)
     assert cli.main(["check", "Hopper"]) == 0, "another engine is named, and is no difference of a task"
     assert "gymnasium 1.4.0" in capsys.readouterr().err
     table["tasks"]["gym_extensions/Hopper-v0"]["definition"]["max_steps"] = 999
@@ -62,14 +57,12 @@ def test_check_finds_a_difference(
 
 
 def test_check_prints_a_line_per_task_and_all_differences_of_a_task_that_is_named(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    table: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table = copy.deepcopy(fingerprints.table())
     names = ("gym_extensions/Hopper-v0", "gym_extensions/Pusher-v0")
     table["tasks"] = {name: table["tasks"][name] for name in names}
     for row in table["tasks"].values():
         row["canary"]["episodes"][0]["rewards"] = [9.0] * 8
-    monkeypatch.setattr(fingerprints, "table", lambda: table)
     for module in (cli, fingerprinting):
         monkeypatch.setattr(module, "TASKS", {name: task(name) for name in names})
     assert cli.main(["check"]) == 1
@@ -81,12 +74,10 @@ def test_check_prints_a_line_per_task_and_all_differences_of_a_task_that_is_name
 
 
 def test_tasks_that_differ_with_another_engine_are_mended_by_the_published_one(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    table: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    table = copy.deepcopy(fingerprints.table())
     table["engine"]["mujoco"] = "9.0.0"
     table["tasks"]["gym_extensions/Hopper-v0"]["definition"]["max_steps"] = 999
-    monkeypatch.setattr(fingerprints, "table", lambda: table)
     assert cli.main(["check", "Hopper"]) == 1
     first, *_, last = capsys.readouterr().err.splitlines()
     assert f"mujoco {version('mujoco')} (not 9.0.0)" in first

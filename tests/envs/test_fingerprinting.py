@@ -1,9 +1,9 @@
 """The fingerprint check: every task matches its published fingerprint, and differences are reported."""
 
-import copy
 import platform
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -45,11 +45,10 @@ def test_a_changed_base_model_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_p
     assert "canary.episodes[0].rewards[0]" in wheres
 
 
-def test_an_edited_row_is_reported() -> None:
-    table = copy.deepcopy(fingerprints.table())
+def test_an_edited_row_is_reported(table: Any) -> None:
     table["tasks"][HALF]["canary"]["episodes"][1]["rewards"][3] += 1e-8
-    wheres = [difference.where for difference in fingerprinting.check([task(HALF)], table)]
-    assert wheres == ["fingerprint", "canary.episodes[1].rewards[3]"]
+    wheres = [difference.where for difference in fingerprinting.check([task(HALF)])]
+    assert wheres == ["canary.episodes[1].rewards[3]", "fingerprint"]
 
 
 def test_a_difference_below_the_tolerance_is_ignored() -> None:
@@ -57,13 +56,15 @@ def test_a_difference_below_the_tolerance_is_ignored() -> None:
     assert list(fingerprinting.compare("", {"a": [1.0]}, {"a": [1.0 + 2e-9]})) == [("a[0]", 1.0, 1.0 + 2e-9)]
 
 
-def test_a_task_without_a_row_and_a_row_without_a_task_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_task_without_a_row_and_a_row_without_a_task_are_reported(
+    table: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(fingerprinting, "TASKS", {HALF: task(HALF)})
-    table = copy.deepcopy(fingerprints.table())
-    row = table["tasks"].pop(HALF)
-    assert fingerprinting.check([task(HALF)], table)[0].current == "not yet published"
-    table["tasks"]["gym_extensions/Gone-v0"] = row
-    assert "gym_extensions/Gone-v0" in [difference.task for difference in fingerprinting.check(None, table)]
+    table["tasks"] = {"gym_extensions/Gone-v0": table["tasks"][HALF]}
+    assert [(each.task, each.current) for each in fingerprinting.check()] == [
+        (HALF, "not yet published"),
+        ("gym_extensions/Gone-v0", "not in the catalog"),
+    ]
 
 
 def other(monkeypatch: pytest.MonkeyPatch, **versions: str) -> None:
@@ -80,13 +81,13 @@ def test_another_engine_cannot_repeat_episodes_and_gives_a_warning(monkeypatch: 
         fingerprinting.warn_of_another_engine()
 
 
-def test_another_engine_with_equal_fingerprints_trains_and_warns(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_engine_with_equal_fingerprints_trains_and_warns(
+    table: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     other(monkeypatch, gymnasium="1.0.0")
     with pytest.warns(UserWarning, match="fingerprints agree"):
         fingerprinting.require_published_engine([task(HALF)])
-    table = copy.deepcopy(fingerprints.table())
     table["tasks"][HALF]["canary"]["episodes"][0]["rewards"][0] += 1e-6
-    monkeypatch.setattr(fingerprints, "table", lambda: table)
     with refused("other-engine"):
         fingerprinting.require_published_engine([task("Hopper")])
     other(monkeypatch, mujoco="3.17.0")

@@ -70,13 +70,12 @@ def axes(group: groups.TaskGroup) -> tuple[Axis, ...]:
     kinds: set[type[variations.Variation]] = set()
     varied: dict[str, dict[int, variations.Quantity]] = {}
     for index, task in enumerate(group.tasks):
-        quantities = [(each, each.quantity) for each in task.variations]
-        others = tuple(each for each, quantity in quantities if quantity is None)
-        bases.add(replace(task, name=task.base, variations=others, version=0))
-        measured = [(each, quantity) for each, quantity in quantities if quantity is not None]
+        measured = {each: each.quantity for each in task.variations if each.quantity is not None}
         if len(measured) > 1:
             return ()
-        for variation, quantity in measured:
+        others = tuple(each for each in task.variations if each not in measured)
+        bases.add(replace(task, name=task.base, variations=others, version=0))
+        for variation, quantity in measured.items():
             kinds.add(type(variation))
             varied.setdefault(quantity.name, {})[index] = quantity
     if len(bases) != 1 or len(kinds) != 1:

@@ -5,7 +5,7 @@ import hashlib
 import math
 import platform
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -191,29 +191,24 @@ def fingerprint_of(task: Task) -> str:
     return fingerprints.digest({"definition": definition(task), "model_sha256": model})
 
 
-def check(
-    tasks: Iterable[Task] | None = None, published: Mapping[str, Any] | None = None
-) -> list[Difference]:
+def check(tasks: Iterable[Task] | None = None) -> list[Difference]:
     """Returns every difference between the tasks (by default all) and the published table.
 
     Another version of the engine is none: its effects are (see :func:`other_engine`). Digests are computed
     from the published rows, so a value that changes within the tolerance, as on another CPU, changes none.
     """
-    table = fingerprints.table() if published is None else published
-    chosen = TASKS.values() if tasks is None else tasks
-    found = [each for task in chosen for each in _task_differences(task, table["tasks"].get(task.id))]
-    gone = sorted(set(table["tasks"]) - set(TASKS)) if tasks is None else ()
+    rows = fingerprints.table()["tasks"]
+    found: list[Difference] = []
+    for task in TASKS.values() if tasks is None else tasks:
+        published = rows.get(task.id)
+        if published is None:
+            found.append(Difference(task.id, "fingerprint", None, "not yet published"))
+            continue
+        current = row(task) | {"fingerprint": fingerprints.digest(published)}
+        differences = compare("", published, current)
+        found += [Difference(task.id, where, old, new) for where, old, new in differences]
+    gone = sorted(rows.keys() - TASKS.keys()) if tasks is None else ()
     return found + [Difference(task_id, "task", "published", "not in the catalog") for task_id in gone]
-
-
-def _task_differences(task: Task, published: Mapping[str, Any] | None) -> Iterator[Difference]:
-    if published is None:
-        yield Difference(task.id, "fingerprint", None, "not yet published")
-        return
-    if published["fingerprint"] != fingerprints.digest(published):
-        yield Difference(task.id, "fingerprint", published["fingerprint"], fingerprints.digest(published))
-    for where, old, new in compare("", {**published, "fingerprint": ""}, {**row(task), "fingerprint": ""}):
-        yield Difference(task.id, where, old, new)
 
 
 def compare(where: str, published: Any, current: Any) -> Iterator[tuple[str, Any, Any]]:
