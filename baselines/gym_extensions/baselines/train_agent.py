@@ -97,8 +97,15 @@ def train(
     require_published_engine([task for group in request.groups for task in group.tasks])
     require_fit(request.groups)
     spec = agent_spec.AgentSpec.of(agent, request.logs(), on_boards=request.budget.on_boards)
-    shared = parallel.num_envs, parallel.num_threads, monitor.interim, origin.seeds
-    settings = Settings(spec, request.budget, *shared)
+    settings = Settings(
+        spec,
+        request.budget,
+        parallel.num_envs,
+        parallel.num_threads,
+        monitor.evaluate_every,
+        monitor.evaluate_episodes,
+        origin.seeds,
+    )
     submission.require_same(path / layout.MANIFEST, submission.manifest_tables(settings))
 
     def unfinished() -> list[runner.PendingJob]:
@@ -171,8 +178,9 @@ def command_of(pending: runner.PendingJob) -> str:
     words += ["--protocol", job.protocol, "--budget", settings.budget.name, "--runs", str(job.run)]
     if settings.num_envs is not None:
         words += ["--num-envs", str(settings.num_envs)]
-    if (interim := settings.interim) is not None:
-        words += ["--evaluate-every", str(interim.every), "--evaluate-episodes", str(interim.episodes)]
+    if settings.evaluate_every is not None:
+        words += ["--evaluate-every", str(settings.evaluate_every)]
+        words += ["--evaluate-episodes", str(settings.evaluate_episodes)]
     if settings.seeds:
         words += ["--seeds", settings.seeds]
     return shlex.join([*words, "--out", pending.out.resolve().name])

@@ -29,8 +29,6 @@ from gym_extensions.submissions.rules.manifest import hyperparameter_error
 
 Callback = BaseCallback | list[BaseCallback] | Callable[[dict[str, Any], dict[str, Any]], bool] | None
 """What SB3's ``learn(callback=…)`` accepts."""
-SET_BY_THE_RUN = ("env", "seed")
-"""Keyword arguments of a model that the training loop sets."""
 NORMALIZATIONS = ("normalize_observations", "normalize_rewards")
 """Arguments of :func:`sb3` that are hyperparameters."""
 NOT_HYPERPARAMETERS = ("device", "verbose", "tensorboard_log")
@@ -92,7 +90,7 @@ def sb3(
     """
     if policy:
         settings["policy"] = policy
-    for name in SET_BY_THE_RUN:
+    for name in ("env", "seed"):
         if name in settings:
             message = f"{name!r} cannot be set, because every run sets its own."
             hint = f"Remove {name!r}; runs=range(5) trains five seeds."

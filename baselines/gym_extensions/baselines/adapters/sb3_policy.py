@@ -63,9 +63,8 @@ def policy_layers(*modules: torch.nn.Module) -> Layers:
     # ``modules`` visits a layer once, and a sequence may use it several times.
     parts = [part for each in modules for part in (each if isinstance(each, torch.nn.Sequential) else [each])]
     leaves = [leaf for part in parts for leaf in part.modules() if not any(leaf.children())]
-    is_linear = [isinstance(leaf, torch.nn.Linear) for leaf in leaves]
-    linear: Any = [leaf for leaf in leaves if isinstance(leaf, torch.nn.Linear)]
-    activations = set()
+    linear: Any = leaves[::2]
+    activations = set[str]()
     for leaf in leaves:
         kind = type(leaf)
         if isinstance(leaf, torch.nn.Linear):
@@ -77,6 +76,7 @@ def policy_layers(*modules: torch.nn.Module) -> Layers:
             message = f"{kind.__name__} cannot be part of a policy."
             raise BenchError("bad-policy", message, "policy_layers()", f"A policy supports {SUPPORTED}.")
         activations.add(ACTIVATIONS[kind])
+    is_linear = [isinstance(leaf, torch.nn.Linear) for leaf in leaves]
     if is_linear != [True, False] * (len(linear) - 1) + [True] or len(activations) > 1:
         names = ", ".join(type(leaf).__name__ for leaf in leaves)
         hint = "Give linear layers with the same activation after each but the last."
@@ -97,9 +97,8 @@ def _array(values: torch.Tensor) -> Array:
 
 LOG_SIGMA_CLIP = np.array([-20.0, 2.0], np.float32)
 """Bounds of log σ of a squashed Gaussian actor, in SB3 and SBX."""
-Statistics = tuple[Array, Array, float]
-"""Mean and standard deviation of the observations, and the limit of standardized observations."""
 Parts = dict[str, Any]
+"""Arguments of a ``Policy``."""
 NOT_PLAIN = (BenchError, AttributeError, IndexError, KeyError, TypeError, ValueError)
 """What reading a policy raises if it has other modules than a multilayer perceptron."""
 
@@ -124,45 +123,44 @@ def exported(
             ``onnx`` is not installed.
     """
     policy: Any = model.policy
-    statistics = statistics_of(normalizer or model.get_vec_normalize_env())
-    name = f"The policy of {type(model).__name__}, {type(policy).__name__},"
-    reason = ""
-    if getattr(model, "use_sde", False):
-        reason = f"{name} uses state-dependent exploration (use_sde)."
-    elif (own := _overridden(policy)) and (
-        "predict" in own or not deterministic or hasattr(policy, "lstm_actor")
-    ):
-        reason = f"{name} overrides {', '.join(own)}, which a network cannot follow."
-    else:
-        try:
-            parts = plain_parts(model)
-        except NOT_PLAIN as error:
-            if hasattr(policy, "actor_state"):
-                reason = f"{name} is not one of PyTorch, nor a multilayer perceptron: {error}."
-            elif not (model.observation_space.shape and model.action_space.shape):
-                reason = f"{name} does not have boxes of numbers as spaces."
-            else:
-                return _network(model, deterministic, statistics, observation_shape)
-    if reason:
+    statistics = _statistics(normalizer or model.get_vec_normalize_env())
+
+    def unsupported(reason: str) -> BenchError:
+        message = f"The policy of {type(model).__name__}, {type(policy).__name__}, {reason}."
         hint = "Use a policy of PyTorch without use_sde, or train without storing the policy."
-        raise BenchError("unsupported-policy", reason, "policy()", hint)
+        return BenchError("unsupported-policy", message, "policy()", hint)
+
+    if getattr(model, "use_sde", False):
+        raise unsupported("uses state-dependent exploration (use_sde)")
+    own = _overridden(policy)
+    if "predict" in own or (own and (not deterministic or hasattr(policy, "lstm_actor"))):
+        raise unsupported(f"overrides {', '.join(own)}, which a network cannot follow")
+    try:
+        parts = plain_parts(model)
+    except NOT_PLAIN as error:
+        if hasattr(policy, "actor_state"):
+            raise unsupported(f"is not one of PyTorch, nor a multilayer perceptron: {error}") from error
+        if not (model.observation_space.shape and model.action_space.shape):
+            raise unsupported("does not have boxes of numbers as spaces") from error
+        return _network(model, deterministic, statistics, observation_shape)
     parts["head"] = "deterministic" if deterministic or "log_sigma" not in parts else "gaussian"
-    if statistics is not None:
-        names = ("observation_mean", "observation_scale", "observation_clip")
-        parts |= dict(zip(names, statistics, strict=True))
-    return mlp.Policy(**parts)
+    return mlp.Policy(**parts, **statistics)
 
 
-def statistics_of(normalizer: VecNormalize | None) -> Statistics | None:
-    """The statistics of the observations; None if they are not normalized."""
+def _statistics(normalizer: VecNormalize | None) -> Parts:
+    """What standardizes the observations; empty if they are not normalized."""
     if normalizer is None or not normalizer.norm_obs:
-        return None
+        return {}
     moments: Any = normalizer.obs_rms
-    return moments.mean, np.sqrt(moments.var + normalizer.epsilon), float(normalizer.clip_obs)
+    return {
+        "observation_mean": moments.mean,
+        "observation_scale": np.sqrt(moments.var + normalizer.epsilon),
+        "observation_clip": float(normalizer.clip_obs),
+    }
 
 
 def plain_parts(model: BaseAlgorithm) -> Parts:
-    """Arguments of a ``Policy``. Raises ``NOT_PLAIN`` if the policy is not a multilayer perceptron."""
+    """The network and the head. Raises ``NOT_PLAIN`` if the policy is not a multilayer perceptron."""
     policy: Any = model.policy
     parts = _flax(model) if hasattr(policy, "actor_state") else _torch(model)
     if own := _overridden(policy):
@@ -192,19 +190,17 @@ class _Acting(torch.nn.Module):
     The state of an episode has the hidden state and the cell state of each layer: (layers, 2, hidden).
     """
 
-    def __init__(
-        self, model: BaseAlgorithm, statistics: Statistics | None, swap: bool, samples: bool
-    ) -> None:
+    def __init__(self, model: BaseAlgorithm, statistics: Parts, swap: bool, samples: bool) -> None:
         super().__init__()
         self.policy: Any = model.policy
         self.swap, self.samples, box = swap, samples, model.action_space
         self.lstm: torch.nn.LSTM | None = getattr(self.policy, "lstm_actor", None)
         self.squashes = bool(self.policy.squash_output)
         self.limits = [torch.as_tensor(each) for each in (box.low, box.high)]  # type: ignore[attr-defined]
-        self.statistics = None
-        if statistics is not None:
-            mean, scale, bound = statistics
-            self.statistics = (torch.as_tensor(mean), torch.as_tensor(scale), float(bound))
+        self.statistics: tuple[Any, ...] = ()
+        if statistics:
+            mean, scale, bound = statistics.values()
+            self.statistics = (torch.as_tensor(mean), torch.as_tensor(scale), bound)
 
     @property
     def state_shape(self) -> tuple[int, ...] | None:
@@ -216,7 +212,7 @@ class _Acting(torch.nn.Module):
     ) -> torch.Tensor | tuple[torch.Tensor, torch.Tensor]:
         """Actions from observations, then the noise if the model samples, then the state of an LSTM."""
         noise = inputs[0] if self.samples else None
-        if self.statistics is not None:
+        if self.statistics:
             mean, scale, bound = self.statistics
             observation = ((observation - mean) / scale).clamp(-bound, bound)
         if self.swap:
@@ -248,7 +244,7 @@ class _Acting(torch.nn.Module):
 
 
 def _network(
-    model: BaseAlgorithm, deterministic: bool, statistics: Statistics | None, shape: tuple[int, ...] | None
+    model: BaseAlgorithm, deterministic: bool, statistics: Parts, shape: tuple[int, ...] | None
 ) -> onnx.OnnxPolicy:
     space: Any = model.observation_space
     shape, actor = shape or space.shape, getattr(model.policy, "actor", None)

@@ -30,7 +30,7 @@ class StateSample:
     def __init__(self, size: int, steps: int) -> None:
         self._size, self._start, self.seen = size, steps // 2, 0
         stride = max(1, (steps - self._start) // max(size, 1))
-        self._stride = stride - 1 if stride > 1 and stride % 2 == 0 else stride
+        self._stride = stride if stride % 2 else stride - 1
         self._parts: list[Array] = []
 
     def add(self, observations: Array) -> None:
@@ -96,7 +96,6 @@ class RegularizedTrpo(Trpo):
         super().__init__(*arguments, **settings)
         self.coefficient = self.published_coefficient if coefficient is None else coefficient
         self._stored: dict[str, Array] = {}
-        self._sample_of_task = StateSample(0, 0)
         self._most_stored = 0
 
     def _end_of_task(self, observations: Array) -> None:
@@ -104,17 +103,15 @@ class RegularizedTrpo(Trpo):
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         """Learns one stage, and then stores what the penalty of later stages needs."""
-        self._sample_of_task = StateSample(self.states_per_task, steps)
+        self._sample = StateSample(self.states_per_task, steps)
         super().learn(env, steps)
-        observations = self._sample_of_task.observations
-        held = len(observations) + len(self._stored.get("observations", ()))
+        held = len(self._sample.observations) + len(self._stored.get("observations", ()))
         self._most_stored = max(self._most_stored, held)
-        self._end_of_task(observations)
-        self._sample_of_task = StateSample(0, 0)
+        self._end_of_task(self._sample.observations)
 
     def _update(self, transitions: Transitions) -> None:
         super()._update(transitions)
-        self._sample_of_task.add(self._observations_of(transitions))
+        self._sample.add(self._observations_of(transitions))
 
     def _method_settings(self) -> Mapping[str, Setting]:
         states = {"states_per_task": self.states_per_task} if self.states_per_task else {}
@@ -146,11 +143,9 @@ class QuadraticTrpo(RegularizedTrpo):
             return None
         return Quadratic(self.coefficient, self._stored["importance"], self._stored["anchor"])
 
-    def _anchor(self, importance: Array | None = None) -> None:
-        """Anchors the present parameters, all of importance 1 by default."""
-        theta = self._theta
-        weights = np.ones_like(theta) if importance is None else importance.astype(theta.dtype)
-        self._stored = {"anchor": theta.copy(), "importance": weights}
+    def _anchor(self, importance: Array) -> None:
+        """Anchors the present parameters, with these importances (p,)."""
+        self._stored = {"anchor": self._theta.copy(), "importance": importance.astype(self._theta.dtype)}
 
 
 class L2(QuadraticTrpo):
@@ -161,7 +156,7 @@ class L2(QuadraticTrpo):
     published_coefficient = 0.1  # docs/learners.md
 
     def _end_of_task(self, observations: Array) -> None:
-        self._anchor()
+        self._anchor(np.ones_like(self._theta))
 
 
 class L2Init(QuadraticTrpo):
@@ -178,7 +173,7 @@ class L2Init(QuadraticTrpo):
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
-        self._anchor()
+        self._anchor(np.ones_like(self._theta))
 
 
 def diagonal_fisher(architecture: policies.Architecture, theta: Array, inputs: Array) -> Array:
@@ -235,8 +230,7 @@ class OnlineEwc(QuadraticTrpo):
         self._anchor(accumulated(fisher, self._stored.get("importance"), self.decay))
 
     def _method_settings(self) -> Mapping[str, Setting]:
-        states = {"states_per_task": self.states_per_task}
-        return {"coefficient": self.coefficient, "decay": self.decay} | states
+        return {"coefficient": self.coefficient, "decay": self.decay, "states_per_task": self.states_per_task}
 
 
 @dataclass(frozen=True)
@@ -257,11 +251,12 @@ class Divergence:
 
     def gradient(self, theta: Array) -> Array:
         """Its gradient (p,): (μ − μ_old) / σ² over the means, 1 − (σ_old² + (μ − μ_old)²) / σ² over log σ."""
-        values, outputs = policies.forward(self.architecture, theta, self.inputs), self.architecture.sizes[-1]
-        precision = np.exp(-2 * theta[-outputs:])
+        values = policies.forward(self.architecture, theta, self.inputs)
+        log_sigmas = self.architecture.log_sigmas
+        precision = np.exp(-2 * theta[log_sigmas])
         gap = policies.means(self.architecture, values) - self.means
         whole = policies.gradient(self.architecture, theta, values, gap * precision / len(gap))
-        whole[-outputs:] = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
+        whole[log_sigmas] = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
         return theta.dtype.type(self.coefficient) * whole
 
     def curvature(self, theta: Array) -> update.Curvature:
@@ -274,9 +269,9 @@ class Divergence:
 
 def appended(stored: Mapping[str, Array], new: Mapping[str, Array]) -> dict[str, Array]:
     """What is stored of all tasks: the rows of those before, if any, and the new ones."""
-    return {
-        name: np.concatenate([stored[name], part]) if stored else np.array(part) for name, part in new.items()
-    }
+    if not stored:
+        return {name: np.array(rows) for name, rows in new.items()}
+    return {name: np.concatenate([stored[name], rows]) for name, rows in new.items()}
 
 
 class Cloning(RegularizedTrpo):
@@ -296,8 +291,8 @@ class Cloning(RegularizedTrpo):
         if not (self.coefficient and self._stored):
             return None
         inputs = self._policy_inputs(self._stored["observations"])
-        targets = (self._stored["means"], self._stored["log_sigmas"])
-        return Divergence(self.coefficient, self._architecture, inputs, *targets)
+        means, log_sigmas = self._stored["means"], self._stored["log_sigmas"]
+        return Divergence(self.coefficient, self._architecture, inputs, means, log_sigmas)
 
     def _end_of_task(self, observations: Array) -> None:
         inputs = self._policy_inputs(observations)

@@ -107,9 +107,7 @@ class MultiHead(Trpo):
 
     def _policy_of(self, head: Head) -> Policy:
         """The policy in a finished task."""
-        theta = np.concatenate([self._theta[: self._hidden], head.parameters])
-        network, box = (self._architecture, theta, head.moments), (self._middle, self._half)
-        return policies.exported(*network, box, deterministic=self._settings.deterministic_evaluation)
+        return self._exported(np.concatenate([self._theta[: self._hidden], head.parameters]), head.moments)
 
     def card(self) -> Card:
         """The card of ``trpo`` with the parameters of all heads, and ``copy_head`` if it is used."""
@@ -120,22 +118,21 @@ class MultiHead(Trpo):
 
     def _state(self) -> dict[str, Array]:
         """The state of ``trpo`` with the heads: ``head3/parameters``, ``head3/mean`` and so on."""
-        heads = {
-            f"head{task}/{name}": np.asarray(value)
-            for task, head in self._heads.items()
-            for name, value in {**vars(head), **vars(head.moments)}.items()
-            if name != "moments"
-        }
+        heads = dict[str, Array]()
+        for task, head in self._heads.items():
+            parts = {"parameters": head.parameters, "number": head.number, **vars(head.moments)}
+            heads |= {f"head{task}/{name}": np.asarray(value) for name, value in parts.items()}
         return super()._state() | heads | {"progress": np.array([self._task, self._number, self._num_tasks])}
 
     def _restore(self, arrays: Mapping[str, Array]) -> None:
         super()._restore(arrays)
         self._task, self._number, self._num_tasks = map(int, arrays["progress"])
         self._heads = {}
-        for task in (int(name[4:-7]) for name in arrays if name.startswith("head") and "/number" in name):
+        for head in (name.removesuffix("/number") for name in arrays if name.endswith("/number")):
             names = ("parameters", "number", "count", "mean", "squares")
-            parameters, number, count, mean, squares = (arrays[f"head{task}/{name}"] for name in names)
-            self._heads[task] = Head(parameters, policies.Moments(float(count), mean, squares), int(number))
+            parameters, number, count, mean, squares = (arrays[f"{head}/{name}"] for name in names)
+            moments = policies.Moments(float(count), mean, squares)
+            self._heads[int(head.removeprefix("head"))] = Head(parameters, moments, int(number))
 
 
 class Snapshots(MultiHead):

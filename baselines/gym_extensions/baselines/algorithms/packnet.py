@@ -85,8 +85,8 @@ class PackNet(MultiHead):
     def _train(self, collector: values.Collector, steps: int) -> int:
         self._pruned = False
         left = max(self._num_tasks - self._number, 0)
-        retrain = self._retrain_share * steps if left else 0
-        first = steps - min(round(retrain / self._batch_steps) * self._batch_steps, steps - self._batch_steps)
+        batches = round(self._retrain_share * steps / self._batch_steps) if left else 0
+        first = max(steps - batches * self._batch_steps, self._batch_steps)
         taken = super()._train(collector, first)
         hidden, share = self._theta[: self._hidden], 1 / (left + 1)
         self._owners = claimed(self._architecture.sizes, self._owners, hidden, self._number, share)

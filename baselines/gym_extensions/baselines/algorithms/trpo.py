@@ -213,8 +213,11 @@ class Trpo:
         return self._middle + self._half * actions
 
     def policy(self) -> Policy:
-        network, box = (self._architecture, self._theta, self._moments), (self._middle, self._half)
-        return policies.exported(*network, box, deterministic=self._settings.deterministic_evaluation)
+        return self._exported(self._theta, self._moments)
+
+    def _exported(self, theta: Array, moments: policies.Moments) -> Policy:
+        box, deterministic = (self._middle, self._half), self._settings.deterministic_evaluation
+        return policies.exported(self._architecture, theta, moments, box, deterministic=deterministic)
 
     def card(self) -> Card:
         return Card(

@@ -156,14 +156,6 @@ def require_fit(groups: Iterable[TaskGroup]) -> None:
 
 
 @dataclass(frozen=True)
-class Interim:
-    """Evaluation during training: after every ``every`` steps of a stage, with ``episodes`` episodes."""
-
-    every: int
-    episodes: int
-
-
-@dataclass(frozen=True)
 class Settings:
     """How all jobs of a command run."""
 
@@ -171,7 +163,8 @@ class Settings:
     budget: Budget
     num_envs: int | None = None  # None: the budget's
     num_threads: int = 1  # threads that step the training environments; results do not depend on it
-    interim: Interim | None = None  # when to evaluate during training
+    evaluate_every: int | None = None  # training steps of a stage between evaluations during training
+    evaluate_episodes: int = 5  # episodes per task of these
     seeds: str = ""  # a text from which the seeds of a run follow; without one, they follow from its number
     steps_counted: bool = True  # False if the training loop does not count the training steps
 

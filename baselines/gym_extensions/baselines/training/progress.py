@@ -13,7 +13,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn
 
 from gym_extensions.baselines.training.checkpoints import CONTINUES
-from gym_extensions.baselines.training.jobs import Interim
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.errors import BenchError, whole_number
 from gym_extensions.submissions.layout import PROGRESS
@@ -290,8 +289,8 @@ class Monitor:
     Raises ``BenchError`` for a number out of range.
 
     Example:
-        >>> Monitor(evaluate_every=10_000).interim
-        Interim(every=10000, episodes=5)
+        >>> Monitor(evaluate_every=10_000).evaluate_episodes
+        5
     """
 
     progress: bool = True
@@ -308,11 +307,6 @@ class Monitor:
             message = f"{self.evaluate_episodes} is too large."
             hint = f"Use at most {EVALUATION_EPISODES}, the episodes that have a prescribed seed."
             raise BenchError("bad-evaluate-episodes", message, "--evaluate-episodes", hint)
-
-    @property
-    def interim(self) -> Interim | None:
-        """The evaluation during training; None without one."""
-        return None if self.evaluate_every is None else Interim(self.evaluate_every, self.evaluate_episodes)
 
     @contextmanager
     def listening(self, out: Path) -> Iterator[Listener]:

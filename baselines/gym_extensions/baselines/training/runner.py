@@ -193,20 +193,24 @@ class StageRun:
     evaluator: Evaluator
     acting: Callable[[], AbstractContextManager[Agent]]  # the agent that acts in evaluations during training
 
-    def run(self, agent: Agent, first_parameters: int) -> checkpoints.FinishedStage:
-        """Returns the record of the stage; ``first_parameters`` is the agent's number before training."""
-        started, stage, interim = checkpoints.processor_time(agent), self.stage, self.pending.settings.interim
-        number, during = stage.number, interim.episodes if interim else 0
-        self._next = interim.every if interim else 0
-        trained, evaluated = ([task.id for task in tasks] for tasks in (stage.trained, stage.evaluated))
+    def __post_init__(self) -> None:
+        number, during = self.stage.number, self.pending.settings.evaluate_episodes
+        self._next = self.pending.settings.evaluate_every or 0
+        trained, evaluated = (
+            [task.id for task in tasks] for tasks in (self.stage.trained, self.stage.evaluated)
+        )
         self._curves = {id_: Curve(stage=number, task=id_, steps=[], returns=[]) for id_ in trained}
         self._evaluations = {
             id_: InterimEvaluation(stage=number, task=id_, episodes=during, steps=[], returns=[])
             for id_ in evaluated
         }
-        self.listen(progress.StageStarted(self.pending.job.title, number, tuple(trained), stage.steps))
-        taken = self._train(agent, trained) if stage.steps else 0
-        spec = self.pending.settings.agent
+
+    def run(self, agent: Agent, first_parameters: int) -> checkpoints.FinishedStage:
+        """Returns the record of the stage; ``first_parameters`` is the agent's number before training."""
+        started, stage, spec = checkpoints.processor_time(agent), self.stage, self.pending.settings.agent
+        number, ids = stage.number, tuple(self._curves)
+        self.listen(progress.StageStarted(self.pending.job.title, number, ids, stage.steps))
+        taken = self._train(agent, ids) if stage.steps else 0
         policy, episodes = agents.policy_of(agent), list[Episode]()
         if policy is not None:
             agent_spec.require_submittable(policy, spec.card, spec.observes, self.pending.job.group)
@@ -218,7 +222,7 @@ class StageRun:
             start = time.perf_counter()
             with generators.preserved_global_generators(self.pending.seed(f"evaluation {number}", task.id)):
                 new = self.evaluator.evaluate(agent, number, task, policy)
-            mean_return = sum(episode.return_ for episode in new) / len(new)
+            mean_return = fmean(episode.return_ for episode in new)
             result = task.id, len(new), mean_return, time.perf_counter() - start
             self.listen(progress.TaskEvaluated(*self._where(stage.steps), *result))
             episodes += new
@@ -236,7 +240,7 @@ class StageRun:
         used = checkpoints.usage_since(started, taken, agent)
         return checkpoints.FinishedStage(number, episodes, curves, memory, used, evaluations)
 
-    def _train(self, agent: Agent, ids: list[str]) -> int:
+    def _train(self, agent: Agent, ids: Sequence[str]) -> int:
         """Returns the steps that the agent took on the tasks with these ids."""
         settings, stage, seed = self.pending.settings, self.stage, self.pending.seed
         env = environment.TrainingEnv(
@@ -250,7 +254,7 @@ class StageRun:
             steps=stage.steps,
             batch_steps=settings.budget.batch_steps,
             seed=seed(*ids, "training"),
-            report=lambda batch: self._report(batch, settings.interim),
+            report=self._report,
             tick=lambda step, speed: self.listen(progress.StepsTrained(*self._where(step), speed)),
             observes=settings.agent.observes,
             group_ids=self.pending.job.group.task_ids,
@@ -262,22 +266,23 @@ class StageRun:
         env.close()
         return env.taken
 
-    def _report(self, batch: environment.Report, interim: jobs.Interim | None) -> None:
+    def _report(self, batch: environment.Report) -> None:
         """Appends the returns to the curves, sends the event and evaluates if it is time to."""
         for task_id, value in batch.returns.items():
             self._curves[task_id].steps.append(batch.step)
             self._curves[task_id].returns.append(value)
         where, speed = self._where(batch.step), batch.steps / max(batch.seconds, 1e-9)
         self.listen(progress.BatchTrained(*where, batch.mean_return, speed, batch.seconds))
-        if interim is not None and self._next <= batch.step < self.stage.steps:
-            self._next = interim.every * (1 + batch.step // interim.every)
+        every, episodes = self.pending.settings.evaluate_every, self.pending.settings.evaluate_episodes
+        if every and self._next <= batch.step < self.stage.steps:
+            self._next = every * (1 + batch.step // every)
             with self.acting() as agent:
                 for task in self.stage.evaluated:
                     start = time.perf_counter()
-                    mean_return = self.evaluator.mean_return(agent, task, interim.episodes)
+                    mean_return = self.evaluator.mean_return(agent, task, episodes)
                     self._evaluations[task.id].steps.append(batch.step)
                     self._evaluations[task.id].returns.append(mean_return)
-                    result = task.id, interim.episodes, mean_return, time.perf_counter() - start
+                    result = task.id, episodes, mean_return, time.perf_counter() - start
                     self.listen(progress.TaskEvaluated(*where, *result, in_training=True))
 
     def _where(self, step: int) -> tuple[str, int, int, int]:

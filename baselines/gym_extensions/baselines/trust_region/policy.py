@@ -113,6 +113,11 @@ class Architecture:
     activation: str = "tanh"  # of the hidden layers, a key of ``ACTIVATIONS``
     tanh_mean: bool = False  # whether the mean is the tanh of the network's output, or the output
 
+    @property
+    def log_sigmas(self) -> slice:
+        """Where log σ is in the flat vector of a policy: at its end."""
+        return slice(-self.sizes[-1], None)
+
 
 Values = tuple[Array, ...]
 """The inputs of a network, the values of every hidden layer and the outputs, (n, width) each."""
@@ -240,7 +245,7 @@ def means(architecture: Architecture, values: Values) -> Array:
 def mean_and_log_sigma(architecture: Architecture, theta: Array, observations: Array) -> tuple[Array, Array]:
     """Means (n, a) and log σ (a,)."""
     last = outputs(architecture, theta, observations)
-    return means(architecture, (last,)), theta[-architecture.sizes[-1] :]
+    return means(architecture, (last,)), theta[architecture.log_sigmas]
 
 
 def sampled(mean: Array, log_sigma: Array, generator: np.random.Generator) -> Array:
@@ -281,11 +286,11 @@ def gradient(architecture: Architecture, theta: Array, values: Values, upstream:
 
 def surrogate_gradient(architecture: Architecture, theta: Array, batch: Batch, values: Values) -> Array:
     """Gradient (p,) of the surrogate at new = old, where the layers have the values."""
-    log_sigmas = slice(len(theta) - architecture.sizes[-1], None)
-    deviations, weighted = np.exp(theta[log_sigmas]), batch.advantages[:, None] / len(batch.advantages)
+    deviations = np.exp(theta[architecture.log_sigmas])
+    weighted = batch.advantages[:, None] / len(batch.advantages)
     scaled = (batch.actions - means(architecture, values)) / deviations
     slope = gradient(architecture, theta, values, weighted * scaled / deviations)
-    slope[log_sigmas] = np.sum(weighted * (scaled * scaled - 1), axis=0)
+    slope[architecture.log_sigmas] = np.sum(weighted * (scaled * scaled - 1), axis=0)
     return slope
 
 
@@ -297,7 +302,7 @@ def fisher_product(
     It is exact. For a Gaussian, F = Jᵀ diag(1/σ²) J over the means, and 2 I over log σ.
     """
     network = architecture.sizes, theta, ACTIVATIONS[architecture.activation]
-    log_sigmas = slice(len(theta) - architecture.sizes[-1], None)
+    log_sigmas = architecture.log_sigmas
     metric = np.full_like(values[-1], np.exp(-2 * theta[log_sigmas]) / len(values[-1]))
     if architecture.tanh_mean:
         metric *= (1 - np.tanh(values[-1]) ** 2) ** 2
@@ -339,6 +344,6 @@ def exported(
         activation=architecture.activation,
         output_activation="tanh" if architecture.tanh_mean else "linear",
         head="deterministic" if deterministic else "gaussian",
-        log_sigma=theta[-architecture.sizes[-1] :],
+        log_sigma=theta[architecture.log_sigmas],
         **normalization,
     )

@@ -30,15 +30,17 @@ def dot(left: Array, right: Array) -> float:
     return float(np.dot(left.astype(np.float64, copy=False), right.astype(np.float64, copy=False)))
 
 
-def conjugate_gradient(
-    product: Callable[[Array], Array], target: Array, iterations: int = 10, tolerance: float = 1e-10
-) -> tuple[Array, Array]:
-    """Solves A x ≈ target from x = 0, for a positive-definite A that is a product v → A v: x and A x."""
+Product = Callable[[Array], Array]
+"""A matrix as the map v → A v of flat vectors."""
+
+
+def conjugate_gradient(product: Product, target: Array, iterations: int) -> tuple[Array, Array]:
+    """Solves A x ≈ target from x = 0 for the positive-definite A of a product; returns x and A x."""
     solution = np.zeros_like(target)
     residual, direction = target.copy(), target.copy()
     squared = dot(residual, residual)
     for _ in range(iterations):
-        if squared < tolerance:
+        if squared < 1e-10:
             break
         image = product(direction)
         step = target.dtype.type(squared / dot(direction, image))
@@ -47,10 +49,6 @@ def conjugate_gradient(
         before, squared = squared, dot(residual, residual)
         direction = residual + target.dtype.type(squared / before) * direction
     return solution, target - residual
-
-
-Product = Callable[[Array], Array]
-"""A matrix as the map v → A v of flat vectors."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +144,7 @@ def updated(
         slope = slope - penalty.gradient(theta)
     if trainable is not None:
         slope, product = trainable * slope, _restricted(product, trainable)
-    sigmas = slice(len(theta) - architecture.sizes[-1], None)
+    sigmas = architecture.log_sigmas
     slope[sigmas][(theta[sigmas] <= region.least_log_sigma) & (slope[sigmas] < 0)] = 0
     curvature = penalty.curvature(theta) if penalty else None
     if curvature and trainable is not None:
