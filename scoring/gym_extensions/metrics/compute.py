@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics import formulas
-from gym_extensions.metrics.formulas import numbers
+from gym_extensions.metrics.formulas import finite, numbers
 from gym_extensions.metrics.statistics import Array
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 
@@ -127,7 +127,7 @@ def _scale(
     floor: ArrayLike | None, expert: ArrayLike | None, tasks: int
 ) -> tuple[tuple[int, ...], Array, Array]:
     """The positions of the tasks with an expert, the floors, and the experts' heights above them, (T,)."""
-    low = np.zeros(tasks) if floor is None else _finite("floor", numbers("floor", floor))
+    low = np.zeros(tasks) if floor is None else finite("floor", floor)
     high = np.ones(tasks) if expert is None else numbers("expert", expert)
     for name, array in (("floor", low), ("expert", high)):
         if array.shape != (tasks,):
@@ -143,17 +143,9 @@ def _scale(
 
 
 def _array(name: str, given: ArrayLike, axes: int) -> Array:
-    """An array with an axis of runs before its other axes. Raises ``BenchError`` for another array."""
-    array = numbers(name, given)
+    """A finite array with an axis of runs before its other axes. Raises ``BenchError`` for another one."""
+    array = finite(name, given)
     if array.ndim not in (axes, axes + 1) or 0 in array.shape:
         hint = f"Give {axes} axes, or {axes + 1} with the runs first."
         raise BenchError("bad-matrix", f"Its shape is {array.shape}.", name, hint)
-    return _finite(name, array).reshape(-1, *array.shape[array.ndim - axes :])
-
-
-def _finite(name: str, array: Array) -> Array:
-    if not np.isfinite(array).all():
-        place = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
-        message = f"The value at index {list(place)} is {array[place]}."
-        raise BenchError("bad-matrix", message, name, "Leave out runs and tasks without results.")
-    return array
+    return array.reshape(-1, *array.shape[array.ndim - axes :])

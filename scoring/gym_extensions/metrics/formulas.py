@@ -5,7 +5,7 @@ normalized returns; curves, performance profile and interquartile mean have func
 """
 
 import math
-from bisect import bisect_right
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -114,7 +114,7 @@ class Metric:
         by one per cent changes it by one per cent.
         """
         terms = list(self.terms(run)) if self.terms else []
-        shares: dict[int, list[float]] = {run.task(j): [] for j, _ in terms}
+        shares: dict[int, list[float]] = defaultdict(list)
         for j, value in terms:
             shares[run.task(j)].append(value)
         return {task: math.fsum(values) / len(terms) for task, values in shares.items()}
@@ -367,9 +367,9 @@ def area(steps: Sequence[int], values: Sequence[float], end: float) -> float | N
         "A step or a value is not a finite number.": not np.isfinite(given).all(),
         "Its steps do not ascend from 1.": any(a >= b for a, b in pairwise((0, *steps))),
     }
-    for message in (text for text, is_fault in faults.items() if is_fault):
+    if fault := next((text for text, is_fault in faults.items() if is_fault), ""):
         hint = "Give ascending steps, as many values, and an end above 0."
-        raise BenchError("bad-curve", message, "area", hint)
+        raise BenchError("bad-curve", fault, "area", hint)
     if len(steps) < CURVE_POINTS:
         return None
     points = [(0.0, values[0]), *zip(map(float, steps), values, strict=True)]
@@ -408,12 +408,14 @@ def numbers(name: str, given: ArrayLike) -> Array:
         raise BenchError("bad-matrix", message, name, "Give rows of equal length.") from error
 
 
-def _sorted(scores: ArrayLike) -> list[float]:
-    values = numbers("scores", scores).ravel()
-    if not np.isfinite(values).all():
-        message, hint = "A score is missing or not finite.", "Leave out tasks without an expert."
-        raise BenchError("bad-matrix", message, "scores", hint)
-    return sorted(map(float, values))
+def finite(name: str, given: ArrayLike) -> Array:
+    """An array of finite numbers. Raises ``BenchError`` (``bad-matrix``) for anything else."""
+    array = numbers(name, given)
+    if not np.isfinite(array).all():
+        index = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
+        message, hint = f"The value at index {list(index)} is {array[index]}.", "Leave out what has no value."
+        raise BenchError("bad-matrix", message, name, hint)
+    return array
 
 
 def profile(scores: ArrayLike) -> Profile | None:
@@ -421,18 +423,17 @@ def profile(scores: ArrayLike) -> Profile | None:
 
     Raises ``BenchError`` for a score that is not finite (``bad-matrix``), as :func:`iqm` does.
     """
-    values = _sorted(scores)
-    if not values:
+    values = finite("scores", scores)
+    if not values.size:
         return None
-    above = tuple((len(values) - bisect_right(values, threshold)) / len(values) for threshold in THRESHOLDS)
-    return Profile(THRESHOLDS, above)
+    return Profile(THRESHOLDS, tuple(float(np.mean(values > threshold)) for threshold in THRESHOLDS))
 
 
 def iqm(scores: ArrayLike) -> Number:
     """Mean of the scores (runs, tasks) without the lowest and highest ⌊n/4⌋, or None without scores."""
-    values = _sorted(scores)
-    cut = len(values) // 4
-    return mean(values[cut : len(values) - cut])
+    values = np.sort(finite("scores", scores), axis=None)
+    cut = values.size // 4
+    return mean(values[cut : values.size - cut])
 
 
 def probability_of_improvement(scores: ArrayLike, others: ArrayLike) -> float:
@@ -448,11 +449,10 @@ def probability_of_improvement(scores: ArrayLike, others: ArrayLike) -> float:
     Raises:
         BenchError: ``bad-matrix`` for a score that is not finite, or for other shapes.
     """
-    first, second = numbers("scores", scores), numbers("others", others)
+    first, second = finite("scores", scores), finite("others", others)
     are_matrices = first.ndim == second.ndim == 2 and first.size and second.size
     if not are_matrices or first.shape[1] != second.shape[1]:
         message = f"The shapes {first.shape} and {second.shape} are not (runs, tasks) of the same tasks."
         raise BenchError("bad-matrix", message, "scores", "Give one row per run and one column per task.")
-    _sorted(np.concatenate([first, second]))  # which refuses scores that are not finite
     differences = first[:, None] - second[None]
     return float(np.mean((np.sign(differences) + 1.0) / 2.0))

@@ -14,7 +14,7 @@ import numpy as np
 from gym_extensions.catalog.protocol import balanced_square
 from gym_extensions.documents import about
 from gym_extensions.metrics.formulas import FINAL, FORGETTING, Metric, NormalizedRun
-from gym_extensions.metrics.statistics import ratio_of_groups, summary, to_interval
+from gym_extensions.metrics.statistics import Array, ratio_of_groups, summary, to_interval
 from gym_extensions.metrics.values import Estimate
 
 
@@ -54,28 +54,32 @@ def _effects_on(metric: Metric, runs: Sequence[NormalizedRun]) -> OrderEffects |
     if not terms:
         return None
     run, position, task, values = map(np.array, zip(*terms, strict=True))
-    levels, deviations = {"position": position, "task": task}, values - math.fsum(values) / len(values)
-    means = {
-        name: {each: math.fsum(deviations[of == each]) / (of == each).sum() for each in set(of.tolist())}
-        for name, of in levels.items()
-    }
-    effects = {name: np.array([means[name][each] for each in of.tolist()]) for name, of in levels.items()}
+    deviations = values - math.fsum(values) / len(values)
     estimates, squares = {}, {}
-    for name, other in (("position", "task"), ("task", "position")):
-        adjusted, used = values - effects[other], (len(means[other]) - 1) / len(values)
+    for name, level, other in (("position", position, task), ("task", task, position)):
+        effect, effect_of_other = (_mean_at(each, deviations) for each in (level, other))
+        adjusted, used = values - effect_of_other, (len(np.unique(other)) - 1) / len(values)
         estimates[name] = tuple(
-            _estimate(adjusted[levels[name] == each].tolist(), used) for each in range(1, runs[0].T + 1)
+            _estimate(adjusted[level == each].tolist(), used) for each in range(1, runs[0].T + 1)
         )
         # Its sum over all runs is that of the squares of the effects.
-        squares[name] = effects[name] * (2 * (deviations - effects[other]) - effects[name])
-    squares |= {"rest": deviations**2 - sum(squares.values()), "total": deviations**2}
-    per_run = {
-        name: [math.fsum(part[run == at]) for at in range(len(runs))] for name, part in squares.items()
-    }
-    total = per_run.pop("total")
-    ratios = {name: ratio_of_groups([(part, total)]) for name, part in per_run.items() if any(total)}
-    shares = {name: Estimate(each.mean, each.low, each.high) for name, each in ratios.items()}
+        squares[name] = effect * (2 * (deviations - effect_of_other) - effect)
+    squares["rest"] = deviations**2 - sum(squares.values())
+
+    def per_run(square: Array) -> list[float]:
+        return [math.fsum(square[run == at]) for at in range(len(runs))]
+
+    shares, total = {}, per_run(deviations**2)
+    if any(total):
+        for name, square in squares.items():
+            ratio = ratio_of_groups([(per_run(square), total)])
+            shares[name] = Estimate(ratio.mean, ratio.low, ratio.high)
     return OrderEffects(**estimates, shares=shares)
+
+
+def _mean_at(level: Array, values: Array) -> Array:
+    """For every value, the mean of the values at its level."""
+    return np.array([math.fsum(values[level == each]) / (level == each).sum() for each in level])
 
 
 def _estimate(values: Sequence[float], used: float) -> Estimate:

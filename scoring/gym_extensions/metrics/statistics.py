@@ -129,12 +129,12 @@ def iqm_shares(groups: Sequence[Array]) -> list[list[float]]:
     Args:
         groups: the scores of each group, (runs, tasks).
     """
-    every = np.sort(np.concatenate([scores.ravel() for scores in groups]))
-    cut = every.size // 4
-    low, high, kept = every[cut], every[-cut - 1], every.size - 2 * cut
+    ordered = np.sort(np.concatenate([scores.ravel() for scores in groups]))
+    cut = ordered.size // 4
+    low, high, kept = ordered[cut], ordered[-cut - 1], ordered.size - 2 * cut
     scales = [len(groups) * len(scores) / kept for scores in groups]
-    sums = [np.clip(scores, low, high).sum(axis=1) for scores in groups]
     shift = cut * (low + high) / kept
+    sums = [np.clip(scores, low, high).sum(axis=1) for scores in groups]
     return [(scale * each - shift).tolist() for scale, each in zip(scales, sums, strict=True)]
 
 

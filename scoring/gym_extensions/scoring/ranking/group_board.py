@@ -7,7 +7,7 @@ references) belongs to the board and may change when a submission joins; the sco
 import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 from gym_extensions.catalog.groups import GROUPS, SUITES
@@ -88,40 +88,20 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     computed = computed_rows(key, references, tasks, by_name) if tasks else ()
     alone = next((row.metrics[first.name] for row in computed if row.name == ALONE), values.Estimate())
     alike = alike_on([card for name, card in by_name.items() if name not in copies], key, first.name)
-    made = _sorted(
-        [
-            replace(
-                _submission(card, key, copies.get(name), summaries[name], alone),
-                alike=alike.get(name, ""),
-                related=related[name],
-            )
-            for name, card in by_name.items()
-        ],
-        first,
-    )
-    ranks: dict[str, dict[str, tuple[int, int]]] = {}
-    for metric in reversed(metrics):  # the first one last: its order is that of the board
-        eligible = [row.name for row in made if row.ranked and not row.metrics[metric.name].rank_note]
-        found = {name: summaries[name][metric.name] for name in eligible if metric.better}
-        ranked = {name: each for name, each in found.items() if each and each.runs >= FULL_SUBMISSION_RUNS}
-        names, means = list(ranked), list(ranked.values())
-        significant = statistics.significant_pairs(means)
-        possible = statistics.rank_intervals(means, significant, metric.better)
-        ranks[metric.name] = dict(zip(names, possible, strict=True))
-
-    def versus(place: int, other: int) -> documents.Versus | None:
-        """The ranked submission at a place against the one at another place, if there are both."""
-        above, below = sorted((place, other))
-        if above == below or below >= len(names):
-            return None
-        difference = Difference.of(means[above], means[below])
-        return documents.Versus(names[other], difference, bool(significant[above, below]))
-
+    unsorted = []
+    for name, card in by_name.items():
+        row = _row(card, key, copies.get(name), summaries[name], alone)
+        unsorted.append(replace(row, alike=alike.get(name, ""), related=related[name]))
+    made = _sorted(unsorted, first)
+    rankings = {each.name: _ranking(made, summaries, each) for each in metrics}
     rows = []
     for row in made:
-        place = names.index(row.name) if row.name in names else len(names)
-        of = {each: replace(value, rank=ranks[each].get(row.name)) for each, value in row.metrics.items()}
-        vs_next, vs_leader = versus(place, place + 1), versus(place, 0)
+        ranked, name = rankings[first.name], row.name
+        of = {
+            each: replace(value, rank=rankings[each].ranks.get(name)) for each, value in row.metrics.items()
+        }
+        place = ranked.names.index(name) if name in ranked.names else len(ranked.names)
+        vs_next, vs_leader = ranked.versus(place, place + 1), ranked.versus(place, 0)
         rows.append(replace(row, metrics=of, vs_next=vs_next, vs_leader=vs_leader))
     values_of = ((row.metrics.get(FORGETTING.name), row.name) for row in rows)
     forgetting = [(value.mean or 0.0, name) for value, name in values_of if value and value.rank]
@@ -140,6 +120,37 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         lead=_lead(rows, first),
         least_forgetting=min(forgetting)[1] if forgetting else None,
     )
+
+
+@dataclass(frozen=True)
+class _Ranking:
+    """The submissions that are ranked on a metric, in the order of the board.
+
+    ``separated`` is True where the board's test, over all pairs, separates two of them.
+    """
+
+    names: list[str]
+    means: list[Summary]
+    separated: statistics.Mask
+    ranks: dict[str, tuple[int, int]]
+
+    def versus(self, place: int, other: int) -> documents.Versus | None:
+        """The submission at a place against the one at another place, if there are both."""
+        above, below = sorted((place, other))
+        if above == below or below >= len(self.names):
+            return None
+        difference = Difference.of(self.means[above], self.means[below])
+        return documents.Versus(self.names[other], difference, bool(self.separated[above, below]))
+
+
+def _ranking(rows: Sequence[BoardRow], summaries: Mapping[str, Summaries], metric: Metric) -> _Ranking:
+    eligible = [row.name for row in rows if row.ranked and not row.metrics[metric.name].rank_note]
+    found = {name: summaries[name][metric.name] for name in eligible if metric.better}
+    ranked = {name: each for name, each in found.items() if each and each.runs >= FULL_SUBMISSION_RUNS}
+    names, means = list(ranked), list(ranked.values())
+    separated = statistics.significant_pairs(means)
+    possible = statistics.rank_intervals(means, separated, metric.better)
+    return _Ranking(names, means, separated, dict(zip(names, possible, strict=True)))
 
 
 def _lead(rows: Sequence[BoardRow], metric: Metric) -> documents.Lead | None:
@@ -220,7 +231,7 @@ def _rank_note(
     return f"fewer than {FULL_SUBMISSION_RUNS} runs" if is_short else ""
 
 
-def _submission(
+def _row(
     card: Scorecard, key: BoardKey, copied: str | None, summaries: Summaries, alone: values.Estimate
 ) -> BoardRow:
     logs, score = [card.groups[name][key.protocol] for name in key.groups], documents.lookup(card, key)

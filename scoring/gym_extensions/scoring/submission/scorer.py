@@ -1,7 +1,7 @@
 """One submission -> its scorecard: every group and protocol, and the suites."""
 
 import hashlib
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import msgspec
@@ -19,7 +19,7 @@ from gym_extensions.scoring.submission.stages import with_stages
 from gym_extensions.scoring.submission.suites import core_score, run_cost
 from gym_extensions.submissions import review as reviews, submission as submissions
 from gym_extensions.submissions.log import Log
-from gym_extensions.submissions.manifest import SETTINGS
+from gym_extensions.submissions.manifest import SETTINGS, Manifest
 from gym_extensions.submissions.review import CLAIMED, LEVELS, REPORTED, TRAINED_HERE, Level
 from gym_extensions.submissions.run import ARITHMETIC
 
@@ -27,6 +27,10 @@ NO_POLICIES = (
     "No policies of run {}. A rank requires them: "
     "give the agent a method policy() (docs/agents.md) and train into a new folder."
 )
+
+
+Scores = dict[str, dict[str, scorecard.GroupScore]]
+"""Scores by group id and protocol, as in a scorecard."""
 
 
 def score(
@@ -37,49 +41,25 @@ def score(
     It depends on the submission and the references alone. ``only`` names the groups of a reported submission
     that are scored; all if empty.
     """
-    manifest, review, of_code = submission.manifest, submission.review, submission.trained
-    groups: dict[str, dict[str, scorecard.GroupScore]] = {}
-    own: dict[str, scorecard.GroupScore] = {}
-    digests, settings = dict[str, str](), manifest.digest if manifest else ""
-    level: Level | None = None
-    is_valid = not submission.problems
-    scored = {id_: submissions.scored_group(each) for id_, each in submission.groups.items() if is_valid}
-    if manifest and is_valid:
-        budget = manifest.protocol.budget
-        level = REPORTED if manifest.reported else CLAIMED
+    manifest, of_code = submission.manifest, submission.trained
+    groups, own, level = Scores(), dict[str, scorecard.GroupScore](), None
+    scored = dict[str, submissions.SubmittedGroup]()
+    if manifest and not submission.problems:
         if manifest.reported:
-            reported = reported_tables.reported_groups(manifest.reported, budget)
+            reported = reported_tables.reported_groups(manifest.reported, manifest.protocol.budget)
             groups = {id_: each for id_, each in reported.items() if not only or group(id_).name in only}
-        for name, submitted in scored.items():
-            returns = normalization.group_returns(submitted, budget)
-            groups[name] = {}
-            for protocol, runs in returns.runs.items():
-                documents = [submitted.runs[protocol][run] for run in runs]
-                found = submitted.digests(protocol)
-                again = reviews.reproduced(review, settings, found)
-                digests |= found
-                without = ", ".join(str(each.run) for each in documents if each.policies is None)
-                claims = (reviews.why_claimed(review, settings, {key: found[key]}) for key in found)
-                groups[name][protocol] = score_group(
-                    *(returns, references, protocol, budget),
-                    level=reviews.level(review, settings, found),
-                    why=NO_POLICIES.format(without)
-                    if without
-                    else reviews.why_claimed(review, settings, found),
-                    unverified=tuple(run for run, claim in zip(runs, claims, strict=True) if claim),
-                    provenance=[
-                        scorecard.RunProvenance.of(document, key in again)
-                        for document, key in zip(documents, found, strict=True)
-                    ],
-                    sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
-                )
-        if of_code:
-            for name, logs in trained_logs(of_code, references).items():
-                known = groups.get(name, {})
-                own |= {name: known["sequential"]} if logs.keys() & known.keys() >= {"sequential"} else {}
-                groups[name] = known | logs
-        levels = [score.level for protocols in groups.values() for score in protocols.values()]
-        level = min(levels, key=LEVELS.index, default=None if only else level)
+        scored = {id_: submissions.scored_group(each) for id_, each in submission.groups.items()}
+        groups |= author_logs(scored, submission.review, manifest, references)
+        for name, logs in trained_logs(of_code, references).items() if of_code else ():
+            known = groups.get(name, {})
+            if "sequential" in known and "sequential" in logs:
+                own[name] = known["sequential"]
+            groups[name] = known | logs
+        levels = [each.level for protocols in groups.values() for each in protocols.values()]
+        least = None if only else REPORTED if manifest.reported else CLAIMED
+        level = min(levels, key=LEVELS.index, default=least)
+    settings = manifest.digest if manifest else ""
+    digests = {run for each in scored.values() for log in each.logs for run in each.digests(log).items()}
     runs_documented = submission.documents.values()
     is_repeated = reviews.is_verified(level) and not submission.is_sampled
     card = scorecard.Scorecard(
@@ -108,16 +88,48 @@ def score(
                 part,
                 logs=tuple(sorted({key.rpartition("/")[0] for key in part.runs})),
                 runs=len(part.runs),
-                current=len(digests.items() & part.runs.items()) * (part.settings == settings),
+                current=len(digests & part.runs.items()) if part.settings == settings else 0,
                 retrained=tuple(part.retrained),
             )
-            for part in review.verifications
+            for part in submission.review.verifications
         ),
-        decisions=tuple(review.decisions),
+        decisions=tuple(submission.review.decisions),
         groups=groups,
         suites={} if level == REPORTED else suites.suite_scores(groups),
     )
     return completed(card)
+
+
+def author_logs(
+    groups: Mapping[str, submissions.SubmittedGroup],
+    review: reviews.Review,
+    manifest: Manifest,
+    references: References,
+) -> Scores:
+    """The scores of the author's own runs."""
+    found, settings, budget = Scores(), manifest.digest, manifest.protocol.budget
+    for name, submitted in groups.items():
+        returns = normalization.group_returns(submitted, budget)
+        found[name] = {}
+        for protocol, runs in returns.runs.items():
+            documents = [submitted.runs[protocol][run] for run in runs]
+            digests = submitted.digests(protocol)
+            again = reviews.reproduced(review, settings, digests)
+            claims = (reviews.why_claimed(review, settings, {key: digests[key]}) for key in digests)
+            without = ", ".join(str(each.run) for each in documents if each.policies is None)
+            why = NO_POLICIES.format(without) if without else reviews.why_claimed(review, settings, digests)
+            found[name][protocol] = score_group(
+                *(returns, references, protocol, budget),
+                level=reviews.level(review, settings, digests),
+                why=why,
+                unverified=tuple(run for run, claim in zip(runs, claims, strict=True) if claim),
+                provenance=[
+                    scorecard.RunProvenance.of(document, key in again)
+                    for document, key in zip(documents, digests, strict=True)
+                ],
+                sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
+            )
+    return found
 
 
 def manifest_summary(submission: submissions.Submission) -> scorecard.ManifestSummary | None:
@@ -132,12 +144,9 @@ def manifest_summary(submission: submissions.Submission) -> scorecard.ManifestSu
     return filled(scorecard.ManifestSummary, manifest, memory=memory)
 
 
-def trained_logs(
-    trained: submissions.Trained, references: References
-) -> dict[str, dict[str, scorecard.GroupScore]]:
-    """The scores of the runs that the project trained, by group id and protocol. Failed ones count as the
-    floor."""
-    runs, found = trained.runs, dict[str, dict[str, scorecard.GroupScore]]()
+def trained_logs(trained: submissions.Trained, references: References) -> Scores:
+    """The scores of the runs that the project trained. Failed ones count as the floor."""
+    runs, found = trained.runs, Scores()
     if runs.manifest is None:
         return found
     budget = runs.manifest.protocol.budget
