@@ -180,8 +180,8 @@ def path_of(version: str = CURRENT) -> Path:
 
 
 def load_references(version: str = CURRENT) -> References:
-    """The references of a benchmark version, without tasks if there is no such version."""
-    return read_references(path_of(version)) if path_of(version).exists() else References(version, {})
+    """The references of a benchmark version."""
+    return read_references(path_of(version))
 
 
 @cache

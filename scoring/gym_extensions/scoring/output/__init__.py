@@ -1,1 +1,1 @@
-"""What readers get: the screen, tables, CSV and Markdown, sentences, and the schemas of the documents."""
+"""Scorecards and boards as text on the screen, as data frames and as CSV."""

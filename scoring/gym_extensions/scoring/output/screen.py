@@ -29,12 +29,12 @@ THOUSANDS = 100_000
 """From this return on, the paper's table is printed in thousands."""
 
 
-def console(errors: bool = False) -> Console:
-    """Standard output, or standard error. NO_COLOR is honored.
+def console() -> Console:
+    """Standard output. NO_COLOR is honored.
 
     Titles and file names come from strangers, so markup is off and they are printed literally.
     """
-    return Console(highlight=False, markup=False, emoji=False, stderr=errors)
+    return Console(highlight=False, markup=False, emoji=False)
 
 
 def awaited(items: Iterator[Item], texts: Iterable[str]) -> Iterator[Item]:

@@ -63,18 +63,16 @@ def duplicate_submissions(submissions: Mapping[str, Sequence[Sketch]]) -> dict[s
 
     holders: dict[str, list[str]] = defaultdict(list)
     copies: dict[str, str] = {}
-    order = {name: index for index, name in enumerate(submissions)}
     for name, sketches in submissions.items():
         digests = {digest for sketch in sketches for digest in sketch}
-        earlier = sorted({other for digest in digests for other in holders[digest]}, key=order.__getitem__)
-        pairs = ((other, submissions[other]) for other in earlier)
-        found = (other for other, theirs in pairs if has_most(sketches, theirs) or has_most(theirs, sketches))
-        original = next(found, None)
-        if original is not None:
-            copies[name] = original
-            continue
-        for digest in digests:
-            holders[digest].append(name)
+        suspected = {other for digest in digests for other in holders[digest]}
+        for other, theirs in submissions.items():
+            if other in suspected and (has_most(sketches, theirs) or has_most(theirs, sketches)):
+                copies[name] = other
+                break
+        else:
+            for digest in digests:
+                holders[digest].append(name)
     return copies
 
 

@@ -174,15 +174,12 @@ def ranks(names: Sequence[str], pairs: Sequence[boards.CorePair], better: str) -
     return {name: (1 + above[name], len(names) - below[name]) for name in names}
 
 
-def method_of(card: Scorecard, core: CoreScore) -> Method | None:
-    """What a submission has on the core; None if it lacks a group or a value."""
-    logs = suites.core_logs(card)
-    if core.missing or not all(log.metrics[name].runs for log in logs.values() for name in CORE_METRICS):
-        return None
-    counted = [(log, suites.counted_runs(log)) for log in logs.values()]
+def method_of(card: Scorecard, parent: str) -> Method:
+    """What a submission with a rank has on the core."""
+    counted = [(log, suites.counted_runs(log)) for log in suites.core_logs(card).values()]
     values = {name: tuple(log.metrics[name].runs[:count] for log, count in counted) for name in CORE_METRICS}
     starts = tuple(tuple(run[:2] for run in log.return_matrix[:count]) for log, count in counted)
-    return Method(card.name, core.parent, values, starts)
+    return Method(card.name, parent, values, starts)
 
 
 def as_compared(card: Scorecard, look: int) -> Scorecard:
@@ -250,7 +247,6 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     compared = {card.name: as_compared(card, core.look) for card, core in scored}
     copies = duplicates(list(compared.values()), KEY)
     by_name = {card.name: card for card, _ in scored}
-    methods = {card.name: method_of(card, core) for card, core in scored}
     # The second edition, of runs that were trained here alone, begins with those of the reference agent.
     edition = 1 + any(core.trained_here for card, core in scored if card.name == REFERENCE)
     alike = alike_on([card for name, card in compared.items() if name not in copies], KEY, FINAL.name)
@@ -263,7 +259,7 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
     rows = [row for part in parts for row in part]
     references = tuple(row for card, _ in scored if card.name == REFERENCE for row in _in_other_ways(card))
     alone = next((each.value for each in references if each.name == ALONE), values.Estimate())
-    ranked = {row.name: method for row in rows if row.ranked and (method := methods[row.name])}
+    ranked = {row.name: method_of(by_name[row.name], row.parent) for row in rows if row.ranked}
     notes = {row.name: values.retention_note(row.metrics, alone) for row in rows if row.name in ranked}
     learners = [method for name, method in ranked.items() if not notes[name]]
     as_planned = edition > 1 and {name: method.look for name, method in ranked.items()} == PLANNED_LOOKS

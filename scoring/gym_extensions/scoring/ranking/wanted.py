@@ -75,15 +75,26 @@ def wanted(cards: Sequence[Scorecard], board: CoreBoard | None, agents: Collecti
     First what decides most open comparisons per hour of processor time, then submissions without a rank. In
     the second edition, all are trained here.
     """
+    if board is None:
+        return []
     by_name, found = {card.name: card for card in cards}, []
-    for row in board.rows if board else ():
+    for row in board.rows:
         card = by_name[row.name]
         is_here = any(log.level == TRAINED_HERE for log in core_logs(card).values())
         manifest, runs = card.manifest, _missing(row, card, agents, is_here)
-        if board and manifest and row.next_look and runs and (is_here or board.edition == 1):
-            protocol, decides = manifest.protocol, decided_by(row, board) if row.ranked else None
-            facts = (protocol.algorithm, protocol.budget, row.next_look, runs, decides, _hours(card, runs))
-            found.append(Wanted(row.name, *facts, is_here))
+        if manifest and row.next_look and runs and (is_here or board.edition == 1):
+            found.append(
+                Wanted(
+                    name=row.name,
+                    agent=manifest.protocol.algorithm,
+                    budget=manifest.protocol.budget,
+                    look=row.next_look,
+                    runs=runs,
+                    decides=decided_by(row, board) if row.ranked else None,
+                    hours=_hours(card, runs),
+                    trained_here=is_here,
+                )
+            )
     return sorted(found, key=lambda each: (each.decides is None, -each.rate, each.name))
 
 

@@ -16,7 +16,7 @@ from gym_extensions.references import References
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.submission import normalization, reported_tables, suites
 from gym_extensions.scoring.submission.stages import with_stages
-from gym_extensions.scoring.submission.suites import core_score, run_cost
+from gym_extensions.scoring.submission.suites import Scores, core_score, run_cost
 from gym_extensions.submissions import review as reviews, submission as submissions
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import SETTINGS, Manifest
@@ -27,10 +27,6 @@ NO_POLICIES = (
     "No policies of run {}. A rank requires them: "
     "give the agent a method policy() (docs/agents.md) and train into a new folder."
 )
-
-
-Scores = dict[str, dict[str, scorecard.GroupScore]]
-"""Scores by group id and protocol, as in a scorecard."""
 
 
 def score(

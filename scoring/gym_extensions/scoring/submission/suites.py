@@ -31,11 +31,11 @@ from gym_extensions.scoring import scorecard
 from gym_extensions.submissions.review import TRAINED_HERE
 from gym_extensions.submissions.run import consecutive
 
-Groups = Mapping[str, Mapping[str, scorecard.GroupScore]]
+Scores = dict[str, dict[str, scorecard.GroupScore]]
 """Scores by group id and protocol, as in a scorecard."""
 
 
-def estimate(groups: Groups, names: Iterable[str], protocol: str, metric: Metric) -> Summary | None:
+def estimate(groups: Scores, names: Iterable[str], protocol: str, metric: Metric) -> Summary | None:
     """The mean over independent groups of a metric's mean over runs; None without a value in one of them."""
     parts = [_of_group(groups.get(name, {}), protocol, metric) for name in names]
     present = [part for part in parts if part is not None]
@@ -55,7 +55,7 @@ def _of_group(protocols: Mapping[str, scorecard.GroupScore], protocol: str, metr
     return summary(value.runs) if value and value.runs else None
 
 
-def suite_scores(groups: Groups) -> dict[str, dict[str, scorecard.SuiteScore]]:
+def suite_scores(groups: Scores) -> dict[str, dict[str, scorecard.SuiteScore]]:
     """The mean of each metric over a suite's groups, by suite and protocol.
 
     Of suites with every group, all with the same budget.
