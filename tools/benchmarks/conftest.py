@@ -36,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.fixture
-def side_by_side(benchmark: Any, request: pytest.FixtureRequest) -> Compare:
+def side_by_side(request: pytest.FixtureRequest) -> Compare:
     """Returns the median ratio of the first contestant's speed to each other one's, by name.
 
     A ratio below its bar is reported as missed. A ratio below ``FLOOR`` × its bar fails the benchmark.
@@ -46,21 +46,17 @@ def side_by_side(benchmark: Any, request: pytest.FixtureRequest) -> Compare:
         measure: str,
         contestants: Mapping[str, Turn],
         *,
-        bars: Mapping[str, float] | None = None,
+        bars: Mapping[str, float],
         rounds: int = 9,
         **about: Any,
     ) -> dict[str, float]:
         speeds: dict[str, list[float]] = {name: [] for name in contestants}
-
-        def run() -> None:
-            for turn in contestants.values():  # a warm-up round
-                turn()
-            for _ in range(rounds):
-                for name, turn in contestants.items():
-                    steps, seconds = turn()
-                    speeds[name].append(steps / seconds)
-
-        benchmark.pedantic(run, rounds=1, iterations=1)
+        for turn in contestants.values():  # a warm-up round
+            turn()
+        for _ in range(rounds):
+            for name, turn in contestants.items():
+                steps, seconds = turn()
+                speeds[name].append(steps / seconds)
         ours, *others = contestants
         ratios = {
             other: statistics.median(a / b for a, b in zip(speeds[ours], speeds[other], strict=True))
@@ -72,13 +68,10 @@ def side_by_side(benchmark: Any, request: pytest.FixtureRequest) -> Compare:
             "rounds": rounds,
             "per_second": {name: round(statistics.median(values), 1) for name, values in speeds.items()},
             "ratios": {other: round(ratio, 3) for other, ratio in ratios.items()},
-            "bars": dict(bars or {}),
+            "bars": bars,
         }
-        benchmark.extra_info.update(row)
         request.config.stash[ROWS].append(row)
-        regressions = {
-            other: ratio for other, ratio in ratios.items() if ratio < FLOOR * (bars or {}).get(other, 0.0)
-        }
+        regressions = {other: ratios[other] for other, bar in bars.items() if ratios[other] < FLOOR * bar}
         assert not regressions, f"{measure}: {regressions} are below {FLOOR} × the bars {bars}"
         return ratios
 
