@@ -238,3 +238,10 @@ def test_settings_that_do_not_state_a_box_are_those_of_a_run_outside_of_one(tmp_
     (folder / "settings.json").write_text(json.dumps(settings))
     train(Saved, QUICK_GROUP, "sequential", "smoke", 0, out=tmp_path)
     assert not folder.exists(), "it was continued"
+
+
+def test_the_largest_memory_of_a_process_is_not_that_of_the_one_that_started_it() -> None:
+    started_by = np.ones(10**8)  # 800 MB
+    program = "from gym_extensions.baselines.training import checkpoints; print(checkpoints.peak_memory_mb())"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert 0 <= float(done.stdout) < started_by.nbytes / 1e6
