@@ -55,7 +55,7 @@ def usage_since(started: float, steps: int, agent: object = None) -> Usage:
 
 def peak_memory_mb() -> float:
     """The largest memory of this process since it started, in MB; 0 where the system does not tell."""
-    status = Path("/proc/self/status")  # on Linux; its getrusage counts the process that started this one, too
+    status = Path("/proc/self/status")  # on Linux, whose getrusage counts the process that started this one
     if status.exists() and (found := re.search(rb"VmHWM:\s+(\d+)", status.read_bytes())):
         return round(int(found[1]) / 1e3, 1)
     try:
