@@ -90,5 +90,5 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     is_drawn = len({day for steps in best.values() for day, _ in steps}) > 1
     drawing = line_charts.records(best, rows[0].date) if is_drawn else ""
     values = {"merged": merged, "best": best, "drawing": drawing}
-    yield "changes.html", render("changes.html", "changes.html", final=core.FINAL, **values)
+    yield "changes.html", render("changes.html", "changes.html", **values)
     yield paths.FEED, render("feed.xml", paths.FEED, changes=rows[:MOST])

@@ -44,7 +44,7 @@ def publish(site: board_views.Leaderboard, render: page.Render) -> Iterator[page
 def _script(template: str, path: str, card: Scorecard, render: page.Render, **values: object) -> page.File:
     folder = render.folders.get(card.name)
     watched = {file.stem for file in (folder / POSES).glob("*.json")} if folder else set()
-    markup = render(template, path, card=card, core=core, watched=watched, **values)
+    markup = render(template, path, card=card, watched=watched, **values)
     return path, f"openNumber({json.dumps(path)},{json.dumps(markup)});\n"
 
 

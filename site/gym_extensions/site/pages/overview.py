@@ -362,7 +362,6 @@ def publish(site: Leaderboard, render: Render) -> Iterator[File]:
     values = {
         "view": view,
         "board": board,
-        "core": core,
         "shown": forgetting(site.submissions, render.folders, best),
         "lists": LISTS,
         "columns": COLUMNS,

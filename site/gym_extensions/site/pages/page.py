@@ -10,13 +10,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from gym_extensions.catalog.tasks import TASKS
-from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS, FORGETTING, LEARNING
+from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS
 from gym_extensions.references import References
 from gym_extensions.scoring.scorecard import PAPER_COLUMNS, Scorecard
 from gym_extensions.site import FOLDER, paths, submission_results, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import line_charts, strips, task_pictures
-from gym_extensions.site.pages import landscapes
+from gym_extensions.site.pages import core, landscapes
 from gym_extensions.site.play import assets, watch
 from gym_extensions.submissions import diagnostics, review
 
@@ -61,6 +61,7 @@ def environment() -> Environment:
         paths=paths,
         text=text,
         results=submission_results,
+        core=core,
         landscape_charts=landscapes,
         network_titles=NETWORK_TITLES,
         line_charts=line_charts,
@@ -71,8 +72,6 @@ def environment() -> Environment:
         board_columns=COLUMNS,
         core_metrics=CORE_METRICS,
         metrics=BY_NAME,
-        FORGETTING=FORGETTING.name,
-        LEARNING=LEARNING.name,
         paper_columns=PAPER_COLUMNS,
         reported=review.REPORTED,
         TRAINED_HERE=review.TRAINED_HERE,

@@ -31,8 +31,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
         if group in submission.groups
     }
     shown = {"submission": submission, "watches": panels, "landscapes": landscapes, "networks": networks}
-    values = shown | {"core": core, "bibtex": bibtex, "commands": commands}
-    yield path, render("submission.html", path, **values)
+    yield path, render("submission.html", path, bibtex=bibtex, commands=commands, **shown)
     for group in submission_results.separate_groups(submission):
         page = paths.results_path(submission.name, group)
         yield page, render("results.html", page, group=group, **shown)
