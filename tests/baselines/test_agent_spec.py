@@ -16,13 +16,13 @@ from gymnasium.vector import AutoresetMode
 
 from gym_extensions.baselines import Card, Context, Observes, agent_spec, train
 from gym_extensions.baselines.agent import TaskLabel, action_function, autoreset_mode_of, check_context
-from gym_extensions.baselines.agent_spec import AgentSpec, checked_card
+from gym_extensions.baselines.agent_spec import NO_FOLDER, AgentSpec, checked_card
 from gym_extensions.baselines.algorithms.floors import Zero
 from gym_extensions.baselines.submission import manifest_tables
 from gym_extensions.baselines.training.jobs import Settings
 from gym_extensions.catalog.protocol import budget
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.rules.manifest import findings
+from gym_extensions.submissions.rules import problems
 
 from ..conftest import refused
 from .conftest import QUICK_GROUP
@@ -81,7 +81,8 @@ SETTINGS = [-2.5, True, [1, 2.5], ("a", False), [], "x" * 4000, 2**63 - 1, np.fl
 def test_a_setting_accepted_here_has_no_finding_in_the_manifest(value: Any) -> None:
     card = checked_card(AgentWithCard(changed({"setting": value})), "mine")
     spec = AgentSpec("mine", AgentWithCard, card, Observes())  # type: ignore[arg-type]
-    assert not list(findings(manifest_tables(Settings(spec, budget("smoke")))))
+    tables = manifest_tables(Settings(spec, budget("smoke")))
+    assert [each.rule for each in problems("manifest", NO_FOLDER, tables)] == ["no-groups"]
 
 
 def with_methods(**methods: Any) -> Any:

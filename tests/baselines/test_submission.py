@@ -13,7 +13,7 @@ import pytest
 import tomli_w
 
 from gym_extensions.baselines import Card, Monitor, Observes, Origin, record, train
-from gym_extensions.baselines.agent_spec import AgentSpec
+from gym_extensions.baselines.agent_spec import NO_FOLDER, AgentSpec
 from gym_extensions.baselines.algorithms import names
 from gym_extensions.baselines.submission import manifest_tables, read_manifest, require_same, validate
 from gym_extensions.baselines.training.jobs import Settings
@@ -24,7 +24,7 @@ from gym_extensions.catalog.protocol import budget
 from gym_extensions.envs import fingerprinting
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.layout import MANIFEST
-from gym_extensions.submissions.rules.manifest import findings
+from gym_extensions.submissions.rules import problems
 from gym_extensions.submissions.run import RunDocument, read_run
 
 from ..conftest import refused
@@ -110,7 +110,7 @@ def settings(card: Card = CARD, observes: Observes = NOTHING, **changes: Any) ->
 
 def test_a_new_manifest_passes_the_rules_and_reads_back_as_it_is() -> None:
     tables = manifest_tables(settings(observes=Observes(task_in_training=True), num_envs=4))
-    assert not list(findings(tables))
+    assert [each.rule for each in problems("manifest", NO_FOLDER, tables)] == ["no-groups"]
     assert tables["hyperparameters"] == {"step": 0.1, "widths": [4, 4], "num_envs": 4}
     assert tables["observes"] == {"task_in_training": True, "task_in_evaluation": False, "boundaries": False}
 

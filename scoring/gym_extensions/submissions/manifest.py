@@ -1,7 +1,7 @@
 """submission.toml: who submits, what was run, and how. Every key is declared here, once."""
 
 import tomllib
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import msgspec
 from msgspec import Meta
@@ -10,8 +10,7 @@ from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.submissions.run import content_digest
 
 FORMAT: Literal[1] = 1
-HYPERPARAMETERS = "hyperparameters"
-SETTINGS = ("protocol", "observes", "tuning", HYPERPARAMETERS)
+SETTINGS = ("protocol", "observes", "tuning", "hyperparameters")
 """The sections that boards show or compare. The others are prose."""
 SHORT, LONG = 100, 4000
 """Most characters of a string; most elements of a list is ``SHORT`` too."""
@@ -132,13 +131,12 @@ class Manifest(msgspec.Struct, frozen=True, kw_only=True):
 
 
 SECTIONS: dict[str, type[msgspec.Struct]] = {
-    "code": Code,
-    "agent": AgentCode,
-    "protocol": Protocol,
-    "observes": Observes,
-    "tuning": Tuning,
+    key.name: kind
+    for key in msgspec.structs.fields(Manifest)
+    for kind in (key.type, *get_args(key.type))
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct)
 }
-"""The sections with fixed keys."""
+"""The types of the sections with fixed keys, by name."""
 
 
 def parse(data: bytes) -> dict[str, Any]:

@@ -3,16 +3,16 @@
 import math
 import unicodedata
 from collections.abc import Iterator
-from functools import partial
-from typing import Any, get_args
+from contextlib import suppress
+from typing import Any, Literal, get_args, get_origin
 
 import msgspec
 
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions.layout import MANIFEST, README, WRITTEN, Folder
-from gym_extensions.submissions.manifest import HYPERPARAMETERS, LONG, SECTIONS, SHORT, Manifest, Observes
-from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, count, quote, rule
+from gym_extensions.submissions.manifest import LONG, SECTIONS, SHORT, Manifest, Observes
+from gym_extensions.submissions.problem import MAX_QUOTE, Finding, count, quote, rule
 
 INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
 """Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
@@ -42,7 +42,7 @@ LOOKALIKES = str.maketrans(
 (https://www.unicode.org/reports/tr39/#Confusable_Detection)."""
 MAX_MARKS = 5
 """Most combining marks in a row: more leave the line and cover other texts."""
-MULTILINE = ("description", HYPERPARAMETERS)
+MULTILINE = ("description", "hyperparameters")
 """Keys whose strings may have line breaks and tabs."""
 LINES_LISTED = 3
 Tables = dict[str, Any]
@@ -55,57 +55,71 @@ def where_of(section: str, name: str) -> str:
     return f"{MANIFEST}, {f'[{section}] ' if section else ''}{bare}"
 
 
-def findings(tables: dict[str, Any]) -> Iterator[tuple[str, Finding]]:
-    """Everything that is wrong with the keys and values of submission.toml, with the name of the rule."""
-    yield from _section("", Manifest, tables)
+def _sections(tables: Tables) -> Iterator[tuple[str, type[msgspec.Struct], Tables]]:
+    """Name, type and content of the top level, whose name is empty, and of each section with fixed keys."""
+    yield "", Manifest, tables
     for section, kind in SECTIONS.items():
         if isinstance(tables.get(section), dict):
-            yield from _section(section, kind, tables[section])
+            yield section, kind, tables[section]
+
+
+@rule("manifest")
+def unknown_key(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """Every section and key of submission.toml is one that docs/rollout-log.md lists; only [hyperparameters]
+    has free keys."""
+    for section, kind, table in _sections(tables):
+        for name in table:
+            if name not in kind.__struct_fields__:
+                hint = did_you_mean(name[:MAX_QUOTE], kind.__struct_fields__)
+                yield Finding(where_of(section, name), f"Unknown key {quote(name)}.", hint)
+
+
+@rule("manifest")
+def missing_key(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """submission.toml has every required section and key."""
+    for section, kind, table in _sections(tables):
+        for key in msgspec.structs.fields(kind):
+            is_required = key.required or kind is Observes or (kind is Manifest and key.name == "format")
+            if is_required and key.name not in table:
+                yield Finding(where_of(section, key.name), "The key is missing.", f"Add {key.name}.")
     if "tuning" not in tables and "reported" not in tables:
-        yield "missing-key", Finding(where_of("", "tuning"), "The section is missing.", "Add [tuning].")
-    settings = tables.get(HYPERPARAMETERS)
+        yield Finding(where_of("", "tuning"), "The section is missing.", "Add [tuning].")
+
+
+@rule("manifest")
+def bad_value(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    """Every value of submission.toml is of its key's kind, within its length and among its choices; every
+    section is a table."""
+    for section, kind, table in _sections(tables):
+        for key in msgspec.structs.fields(kind):
+            if key.name not in table:
+                continue
+            where, value = where_of(section, key.name), table[key.name]
+            if section or key.name not in (*SECTIONS, "hyperparameters"):
+                yield from _value_findings(where, key.type, value)
+            elif not isinstance(value, dict):
+                hint = f"Write [{key.name}] and its keys."
+                yield Finding(where, f"{quote(value)} is not a section.", hint)
+    settings = tables.get("hyperparameters")
     for name, value in settings.items() if isinstance(settings, dict) else ():
         if error := hyperparameter_error(value):
             hint = "Write a string, a finite number, true or false, or a list of them."
-            yield "bad-value", Finding(where_of(HYPERPARAMETERS, name), f"{quote(value)} {error}.", hint)
+            yield Finding(where_of("hyperparameters", name), f"{quote(value)} {error}.", hint)
 
 
-def _section(
-    section: str, kind: type[msgspec.Struct], table: dict[str, Any]
-) -> Iterator[tuple[str, Finding]]:
-    keys = {field.name: field for field in msgspec.structs.fields(kind)}
-    for name in table:
-        if name not in keys:
-            hint = did_you_mean(name[:MAX_QUOTE], keys)
-            yield "unknown-key", Finding(where_of(section, name), f"Unknown key {quote(name)}.", hint)
-    for name, key in keys.items():
-        where, value = where_of(section, name), table.get(name)
-        if name not in table:
-            if key.required or kind is Observes or (not section and name == "format"):
-                yield "missing-key", Finding(where, "The key is missing.", f"Add {name}.")
-        elif not section and name in (*SECTIONS, HYPERPARAMETERS):
-            if not isinstance(value, dict):
-                hint = f"Write [{name}] and its keys."
-                yield "bad-value", Finding(where, f"{quote(value)} is not a section.", hint)
-        elif finding := _value_finding(where, key.type, value):
-            yield "bad-value", finding
-
-
-def _value_finding(where: str, kind: Any, value: object) -> Finding | None:
-    """What is wrong with the value of a key, or None."""
-    try:
+def _value_findings(where: str, kind: Any, value: object) -> Iterator[Finding]:
+    """What is wrong with the value of a key, which is a choice or has a description."""
+    with suppress(msgspec.ValidationError):
         msgspec.convert(value, kind)
-    except msgspec.ValidationError:
-        pass
-    else:
-        return None
-    choices = [str(choice) for choice in get_args(kind)] if not hasattr(kind, "__metadata__") else []
-    if choices:
-        closest = did_you_mean(str(value)[:MAX_QUOTE], choices) if isinstance(value, str) else ""
-        return Finding(where, f"The value is {quote(value)}.", closest or f"Write {' or '.join(choices)}.")
+        return
+    if get_origin(kind) is Literal:
+        choices = [str(choice) for choice in get_args(kind)]
+        closest = did_you_mean(value[:MAX_QUOTE], choices) if isinstance(value, str) else ""
+        yield Finding(where, f"The value is {quote(value)}.", closest or f"Write {' or '.join(choices)}.")
+        return
     wanted = kind.__metadata__[0].description
     length = f" (it has {len(value)})" if isinstance(value, str) and len(value) > SHORT else ""
-    return Finding(where, f"{quote(value)} is not {wanted}{length}.", f"Write {wanted}.")
+    yield Finding(where, f"{quote(value)} is not {wanted}{length}.", f"Write {wanted}.")
 
 
 def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
@@ -122,23 +136,6 @@ def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
         return "" if abs(value) < 2**63 else "is too large"
     container = "contains an element" if is_element else "is"
     return f"{container} of type {type(value).__name__}"
-
-
-KEY_RULES = {
-    "unknown-key": "Every section and key of submission.toml is one that docs/rollout-log.md lists; only "
-    "[hyperparameters] has free keys.",
-    "missing-key": "submission.toml has every required section and key.",
-    "bad-value": "Every value of submission.toml is of its key's kind, within its length and among its "
-    "choices; every section is a table.",
-}
-
-
-def _check_keys(rule: str, folder: Folder, tables: Tables) -> Iterator[Finding]:
-    yield from (finding for name, finding in findings(tables) if name == rule)
-
-
-for _name, _text in KEY_RULES.items():
-    RULES[_name] = Rule(_name, "manifest", _text, partial(_check_keys, _name))
 
 
 @rule("manifest")
