@@ -1,7 +1,7 @@
 """Reads a submission's folder and reports all its problems at once."""
 
 import hashlib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -13,8 +13,10 @@ from gym_extensions.submissions import layout, problem, rules
 from gym_extensions.submissions.layout import DOCUMENT, LOG, POLICIES, Folder, run_file, scan
 from gym_extensions.submissions.log import TableError, log_frame, log_of
 from gym_extensions.submissions.manifest import manifest_of, parse
-from gym_extensions.submissions.policies import files as files_module
+from gym_extensions.submissions.policies import files
 from gym_extensions.submissions.review import Review, about, code_digest, review_of, training_of
+from gym_extensions.submissions.rules.policies import RunPolicies
+from gym_extensions.submissions.rules.run_document import SubmittedRun
 from gym_extensions.submissions.run import RunDocument, run_of
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, Trained
 
@@ -147,25 +149,27 @@ class _Reader:
 
     def _group(self, group: TaskGroup, policies: bool) -> SubmittedGroup:
         before = len(self.problems)
+        submitted: list[SubmittedRun] = []
         documents: dict[str, dict[int, RunDocument]] = {}
         frames: dict[str, dict[int, pd.DataFrame]] = {}
         for protocol in PROTOCOLS:
-            for run in self.folder.runs.get((group.name, protocol), {}):
-                document, frame = self._run(group, protocol, run, documents)
-                if document is not None:
-                    documents.setdefault(protocol, {})[run] = document
+            for number in self.folder.runs.get((group.name, protocol), {}):
+                run, frame = self._run(group, protocol, number, submitted)
+                if run is not None:
+                    submitted.append(run)
+                    documents.setdefault(protocol, {})[number] = run.document
                 if frame is not None:
-                    frames.setdefault(protocol, {})[run] = frame
+                    frames.setdefault(protocol, {})[number] = frame
         logs = {protocol: log_of(parts, protocol, group) for protocol, parts in frames.items()}
         for log in logs.values():
             self._check("log", rules.log.compared_rows(log), log)
-        self._policies(group, documents, policies)
+        self._policies(submitted, policies)
         return SubmittedGroup(group, {} if len(self.problems) > before else logs, documents)
 
     def _run(
-        self, group: TaskGroup, protocol: str, run: int, others: dict[str, dict[int, RunDocument]]
-    ) -> "tuple[RunDocument | None, pd.DataFrame | None]":
-        """The document and the log of a run; None for what is missing or broken."""
+        self, group: TaskGroup, protocol: str, run: int, earlier: Sequence[SubmittedRun]
+    ) -> "tuple[SubmittedRun | None, pd.DataFrame | None]":
+        """A run with its document, and the rows of its log; None for what is missing or broken."""
         log_path, path = (run_file(group.name, protocol, run, suffix) for suffix in (LOG, DOCUMENT))
         log = self._bytes(log_path)
         frame = self._parsed("log", log_path, log, log_frame)
@@ -173,46 +177,43 @@ class _Reader:
         if document is None:
             return None, frame
         budget = self._declared("protocol", "budget")
-        first = next((part for parts in others.values() for part in parts.values()), document)
         suffixes = self.folder.runs[group.name, protocol][run] - {LOG, DOCUMENT}
-        files = {suffix: run_file(group.name, protocol, run, suffix) for suffix in suffixes}
-        subject = rules.run_document.SubmittedRun(
+        paths = {suffix: run_file(group.name, protocol, run, suffix) for suffix in suffixes}
+        submitted = SubmittedRun(
             *(group, protocol, run, document),
             log_sha256=hashlib.sha256(log).hexdigest() if log is not None else "",
-            policies={suffix: self.folder.files[path].size for suffix, path in files.items()},
+            policies={suffix: self.folder.files[path].size for suffix, path in paths.items()},
             budget=BUDGETS.get(budget) if isinstance(budget, str) else None,
-            fingerprints=first.fingerprints,
+            fingerprints=(earlier[0].document if earlier else document).fingerprints,
         )
-        self._check("document", subject)
-        return document, frame
+        self._check("document", submitted)
+        return submitted, frame
 
-    def _policies(self, group: TaskGroup, documents: dict[str, dict[int, RunDocument]], whole: bool) -> None:
+    def _policies(self, runs: Sequence[SubmittedRun], whole: bool) -> None:
         """Checks the policies of a group; if not the whole, the form of .npz files, digests of networks."""
-        first: files_module.AnyPolicy | None = None
+        first: files.AnyPolicy | None = None
+        sketches: dict[str, dict[int, files.Sketches]] = {run.protocol: {} for run in runs}
         observes_task = self._declared("observes", "task_in_evaluation")
         evaluation = self._declared("protocol", "evaluation")
-        for protocol, runs in documents.items():
-            sketches: dict[int, files_module.Sketches] = {}
-            for run, document in runs.items():
-                suffixes = self.folder.runs[group.name, protocol][run]
-                if document.policies is None or document.policies.url:
-                    continue
-                path = run_file(group.name, protocol, run, POLICIES)
-                if POLICIES in suffixes and not whole:  # it is not unpacked
-                    data = self._bytes(path)
-                    if data is not None and (error := files_module.npz_error(data)):
-                        self._broken("malformed-policies", path, f"It cannot be read: {error}.")
-                    continue
-                if files_module.missing_networks(suffixes, group, protocol):
-                    continue  # a problem of the document
-                try:
-                    arrays = files_module.read_arrays(self.folder.root, group, protocol, run)
-                except BenchError as error:
-                    path = Path(error.where).relative_to(self.folder.root).as_posix()
-                    self._broken("malformed-policies", path, error.message)
-                    continue
-                stated = (first, sketches, observes_task, evaluation)
-                subject = rules.policies.RunPolicies(group, document, arrays, whole, *stated)
-                self._check("policies", subject)
-                sized = (each for each in subject.policies.values() if each.num_inputs is not None)
-                first = first or next(sized, None)
+        for run in runs:
+            if run.document.policies is None or run.document.policies.url:
+                continue
+            path = run.file(POLICIES)
+            if POLICIES in run.policies and not whole:  # it is not unpacked
+                data = self._bytes(path)
+                if data is not None and (error := files.npz_error(data)):
+                    self._broken("malformed-policies", path, f"It cannot be read: {error}.")
+                continue
+            if files.missing_networks(run.policies, run.group, run.protocol):
+                continue  # a problem of the document
+            try:
+                arrays = files.read_arrays(self.folder.root, run.group, run.protocol, run.run)
+            except BenchError as error:
+                path = Path(error.where).relative_to(self.folder.root).as_posix()
+                self._broken("malformed-policies", path, error.message)
+                continue
+            earlier = sketches[run.protocol]
+            stored = RunPolicies(run, arrays, whole, first, earlier, observes_task, evaluation)
+            self._check("policies", stored)
+            sized = (each for each in stored.policies.values() if each.num_inputs is not None)
+            first = first or next(sized, None)

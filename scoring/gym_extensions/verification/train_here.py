@@ -24,7 +24,7 @@ from gym_extensions.files import write_bytes, write_text
 from gym_extensions.submissions import layout, problem, reader
 from gym_extensions.submissions.layout import AGENT, DOCUMENT, LOG, MANIFEST, TRAINED, run_key
 from gym_extensions.submissions.log import read_log
-from gym_extensions.submissions.policies.files import content_sha256, prefix, read_arrays
+from gym_extensions.submissions.policies.files import content_sha256, policy_name, read_arrays
 from gym_extensions.submissions.problem import refuse_problems
 from gym_extensions.submissions.review import Training, is_withdrawn, training_of, training_text
 from gym_extensions.submissions.run import read_run
@@ -284,7 +284,7 @@ def _first_difference(first: Path, second: Path, name: str) -> int | None:
     one, other = (read_log(folder / path) for folder in (first, second))
     arrays = [read_arrays(folder, GROUPS[name], SEQUENTIAL, 0) for folder in (first, second)]
     for stage in range(len(GROUPS[name].tasks) + 1):
-        start = prefix((stage, None))
+        start = f"{policy_name((stage, None))}/"
         own = [{key: each for key, each in part.items() if key.startswith(start)} for part in arrays]
         is_same = content_sha256(own[0]) == content_sha256(own[1])
         if not is_same or not one[one.stage == stage].equals(other[other.stage == stage]):

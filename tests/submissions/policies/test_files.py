@@ -35,7 +35,7 @@ def test_the_policies_of_a_run_are_those_of_its_stages_and_in_single_of_its_task
     assert files.policy_keys("sequential", GROUP) == [(stage, None) for stage in range(6)]
     assert files.policy_keys("joint", GROUP) == [(1, None)]
     assert files.policy_keys("single", GROUP) == [(1, task.name) for task in GROUP.tasks]
-    assert [files.prefix(key) for key in ((3, None), (1, "Hopper"))] == ["stage3/", "stage1/Hopper/"]
+    assert [files.policy_name(key) for key in ((3, None), (1, "Hopper"))] == ["stage3", "stage1/Hopper"]
 
 
 def test_a_network_of_a_task_with_a_namespace_is_read_again(tmp_path: Path) -> None:

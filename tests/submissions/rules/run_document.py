@@ -29,6 +29,7 @@ EXAMPLES: Table = {
     ],
     "misplaced-document": [
         ("another run's", document(run=1), key("run"), "is 1; the file is that of 0"),
+        ("another protocol's", document(protocol="joint"), key("protocol"), "'joint'"),
         ("another group's", document(group="pusher-v0"), key("group"), "'pusher-v0'"),
     ],
     "wrong-order": [
@@ -46,7 +47,7 @@ EXAMPLES: Table = {
     "repeated-package": [("numpy", document(packages={"numpy": "1"}), key("packages"), "'numpy'")],
     "control-character-in-document": [
         ("an escape sequence", document(command="train \x1b[31m"), key("command"), "control or invisible"),
-        ("its donor", document(by="A\x1b"), key("by"), "control"),
+        ("of a package", document(packages={"torch": "2\x1b"}), key("packages, torch"), "control"),
     ],
     "foreign-fingerprint": [
         ("another task under the name", document(**{f"fingerprints__{HALF}": "0" * 16}), PRINTS, HALF),

@@ -33,7 +33,7 @@ HEAD = 256
 SKETCH = 128
 """Numbers of a sketch of parameters: that of independent ones correlates by 0 ± .09."""
 UNTRAINED = "stage0"
-"""The place of the policy before training, which methods with a common start share."""
+"""The name of the policy before training, which methods with a common start share."""
 FEWEST_PARAMETERS = 32
 """Fewer parameters may correlate by chance."""
 SAME_POLICY = 0.99
@@ -47,13 +47,13 @@ AnyPolicy = Policy | OnnxPolicy
 """A policy of a submission: both have ``act``, ``arrays``, ``head`` and the numbers of their inputs."""
 
 Sketches = Mapping[str, list[float]]
-"""Sketches of the policies of a run by place (:func:`parameter_sketch`)."""
+"""Sketches of the policies of a run by name (:func:`parameter_sketch`)."""
 
 
-def prefix(key: Key) -> str:
-    """What the names of a policy's arrays begin with: ``stage3/``, or ``stage1/TASK/`` (single)."""
+def policy_name(key: Key) -> str:
+    """``stage3``, or ``stage1/TASK`` (single). The full name of an array is ``stage3/weight_0``."""
     stage, task = key
-    return f"stage{stage}/" if task is None else f"stage{stage}/{task}/"
+    return f"stage{stage}" if task is None else f"stage{stage}/{task}"
 
 
 def policy_keys(protocol: str, group: TaskGroup) -> list[Key]:
@@ -139,14 +139,14 @@ def npz_arrays(data: bytes, where: str = "") -> dict[str, Array]:
 def run_arrays(policies: Mapping[Key, AnyPolicy]) -> dict[str, Array]:
     """The arrays of a run's policies by their full names."""
     return {
-        f"{prefix(key)}{name}": values
+        f"{policy_name(key)}/{name}": values
         for key, policy in policies.items()
         for name, values in policy.arrays().items()
     }
 
 
 def parameter_sketch(policies: Mapping[Key, AnyPolicy]) -> dict[str, list[float]]:
-    """A sketch of the weights of each policy by its place; none where they are few or all equal.
+    """A sketch of the weights of each policy by its name; none where they are few or all equal.
 
     The product of two sketches is about the correlation of the flattened weights, also after noise was added.
     A weight is added to a random place with a random sign (Charikar, Chen & Farach-Colton 2002, "Finding
@@ -155,13 +155,12 @@ def parameter_sketch(policies: Mapping[Key, AnyPolicy]) -> dict[str, list[float]
     found = {}
     for key, policy in policies.items():
         weights = policy.flat_weights()
-        weights = weights - weights.mean() if weights.size else weights
-        if weights.size < FEWEST_PARAMETERS or not weights.any():
+        if weights.size < FEWEST_PARAMETERS or not (deviations := weights - weights.mean()).any():
             continue
         rng = np.random.default_rng(0)
         places, signs = rng.integers(SKETCH, size=weights.size), rng.choice((-1.0, 1.0), weights.size)
-        sketch = np.bincount(places, signs * weights, SKETCH)
-        found[prefix(key)[:-1]] = (sketch / np.linalg.norm(sketch)).tolist()
+        sketch = np.bincount(places, signs * deviations, SKETCH)
+        found[policy_name(key)] = (sketch / np.linalg.norm(sketch)).tolist()
     return found
 
 
@@ -172,9 +171,9 @@ def nearly_equal(first: Sketches, second: Sketches, least: float = SAME_POLICY) 
     """
     if UNTRAINED in first and all(sketch == first[UNTRAINED] for sketch in first.values()):
         return ""
-    for place, sketch in first.items():
-        if place != UNTRAINED and place in second and np.dot(sketch, second[place]) > least:
-            return f"{place}: the weights correlate by more than {least}"
+    for name, sketch in first.items():
+        if name != UNTRAINED and name in second and np.dot(sketch, second[name]) > least:
+            return f"{name}: the weights correlate by more than {least}"
     return ""
 
 
@@ -201,10 +200,16 @@ def size_error(arrays: Arrays) -> str:
     return ""
 
 
+def network_names(group: TaskGroup, protocol: str) -> dict[str, str]:
+    """The full names of the arrays of a run all of whose policies are networks, by the suffix of the file."""
+    names = [f"{policy_name(key)}/{ONNX}" for key in policy_keys(protocol, group)]
+    return {file_suffix(name): name for name in names}
+
+
 def missing_networks(suffixes: Collection[str], group: TaskGroup, protocol: str) -> list[str]:
     """The suffixes of the networks that a run lacks: without an .npz file, each of its policies is one."""
-    networks = [file_suffix(f"{prefix(key)}{ONNX}") for key in policy_keys(protocol, group)]
-    return [] if layout.POLICIES in suffixes else [each for each in networks if each not in suffixes]
+    expected = () if layout.POLICIES in suffixes else network_names(group, protocol)
+    return [suffix for suffix in expected if suffix not in suffixes]
 
 
 def write_policies(path: Path, policies: Mapping[Key, AnyPolicy]) -> None:
@@ -238,8 +243,7 @@ def read_arrays(folder: Path, group: TaskGroup, protocol: str, run: int) -> dict
     networks = network_files(folder, group.name, protocol, run)
     is_plain = path.is_file() or not networks
     arrays = npz_arrays(file_bytes(path, layout.POLICIES), str(path)) if is_plain else {}
-    names = [f"{prefix(key)}{ONNX}" for key in policy_keys(protocol, group)]
-    known = {file_suffix(name): name for name in names}
+    known = network_names(group, protocol)
     for file in networks:  # run3.stage5.onnx as stage5/onnx
         suffix = file.name.removeprefix(path.stem)
         name = known.get(suffix, f"{suffix[1:].removesuffix(layout.NETWORK)}/{ONNX}")
@@ -256,7 +260,7 @@ def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[tupl
     for name in foreign[:3]:
         yield file_suffix(name), f"The array {name!r} belongs to no stage of the {protocol} protocol."
     for key, part in parts.items():
-        where = prefix(key)[:-1]
+        where = policy_name(key)
         if not part:
             yield layout.POLICIES, f"The policy of {where} is missing."
         elif ONNX in part:
@@ -269,12 +273,12 @@ def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[tupl
 
 def _split(arrays: Arrays, keys: list[Key]) -> tuple[dict[Key, dict[str, Array]], list[str]]:
     """The arrays of each policy by their own names, and the full names of the others."""
-    parts = {prefix(key): dict[str, Array]() for key in keys}
+    parts = {policy_name(key): dict[str, Array]() for key in keys}
     foreign = []
     for full, values in arrays.items():
-        start, _, name = full.rpartition("/")
-        if f"{start}/" in parts:
-            parts[f"{start}/"][name] = values
+        policy, _, name = full.rpartition("/")
+        if policy in parts:
+            parts[policy][name] = values
         else:
             foreign.append(full)
     return dict(zip(keys, parts.values(), strict=True)), foreign

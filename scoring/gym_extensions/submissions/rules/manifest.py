@@ -177,17 +177,17 @@ def no_groups(folder: Folder, tables: Tables) -> Iterator[Finding]:
         yield Finding(path, "A reported submission cannot contain a group folder.", hint)
 
 
-def _strings(value: object, where: str, multiline: bool = False) -> Iterator[tuple[str, str, bool]]:
+def strings(value: object, where: str, multiline: bool = False) -> Iterator[tuple[str, str, bool]]:
     """Every string, keys included, with its location and whether it may have line breaks."""
     if isinstance(value, str):
         yield where, value, multiline
     elif isinstance(value, dict):
         for name, inner in value.items():
             yield where, name, False
-            yield from _strings(inner, f"{where}, {quote(name)[1:-1]}", multiline or name in MULTILINE)
+            yield from strings(inner, f"{where}, {quote(name)[1:-1]}", multiline or name in MULTILINE)
     elif isinstance(value, list):
         for inner in value:
-            yield from _strings(inner, where, multiline)
+            yield from strings(inner, where, multiline)
 
 
 def first_invisible(text: str) -> str:
@@ -228,7 +228,7 @@ def control_character(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """Strings contain no control, invisible or bidirectional-override characters, start with no combining
     mark and have at most five in a row. (The description and hyperparameters may contain line breaks and
     tabs.)"""
-    for where, value, multiline in _strings(tables, MANIFEST):
+    for where, value, multiline in strings(tables, MANIFEST):
         text = value.replace("\n", "").replace("\t", "") if multiline else value
         if first_invisible(text):
             yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")
@@ -258,7 +258,7 @@ def script(folder: Folder, tables: Tables) -> Iterator[Finding]:
     shown = {name: tables.get(name) for name in ("title", "authors")}
     protocol = tables.get("protocol")
     shown |= {"algorithm": protocol.get("algorithm") if isinstance(protocol, dict) else None}
-    for where, value, _ in _strings(shown, MANIFEST):
+    for where, value, _ in strings(shown, MANIFEST):
         text = unicodedata.normalize("NFKC", value)
         for word in "".join(char if char.isalpha() else " " for char in text).split():
             scripts = {unicodedata.name(char, "").split(" ")[0] for char in word} - BESIDE

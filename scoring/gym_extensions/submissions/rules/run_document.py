@@ -12,7 +12,7 @@ from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions import layout, log
 from gym_extensions.submissions.policies.files import missing_networks
 from gym_extensions.submissions.problem import MAX_QUOTE, Finding, quote, rule
-from gym_extensions.submissions.rules.manifest import first_invisible
+from gym_extensions.submissions.rules.manifest import first_invisible, strings
 from gym_extensions.submissions.run import Curve, InterimEvaluation, RunDocument, Versions, order_error
 
 BUDGET_TOLERANCE = 1.02
@@ -130,20 +130,13 @@ def repeated_package(run: SubmittedRun) -> Iterator[Finding]:
 @rule("document")
 def control_character_in_document(run: SubmittedRun) -> Iterator[Finding]:
     """The strings of a document contain no control, invisible or bidirectional-override characters."""
-    document = run.document
-    texts = {
-        "command": document.command,
-        "commit": document.commit,
-        "by": document.by,
-        "date": document.date or "",
-        "machine": document.machine.processor if document.machine else "",
-        "policies.url": document.policies.url if document.policies else "",
-        "versions": "".join(msgspec.structs.astuple(document.versions)),
-        "packages": "".join((*document.packages, *document.packages.values())),
-    }
-    for name, text in texts.items():
+    others = msgspec.to_builtins(run.document) | {
+        "curves": [],
+        "evaluations": [],
+    }  # foreign_curve checks these
+    for where, text, _ in strings(others, run.file()):
         if first_invisible(text):
-            yield Finding(run.key(name), "The text contains a control or invisible character.", "Remove it.")
+            yield Finding(where, "The text contains a control or invisible character.", "Remove it.")
 
 
 @rule("document")
