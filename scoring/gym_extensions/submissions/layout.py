@@ -49,9 +49,7 @@ RUN_FILE = re.compile(
     r"run(0|[1-9][0-9]{0,8})(\.csv|\.json|\.npz|\.stage(?:0|[1-9][0-9]{0,3})(?:\.[A-Za-z0-9_.-]{1,100})?\.onnx)"
 )
 """The name of a file of a run; its groups are the run and the suffix."""
-CODE_FILE = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}\.py")
 TRAINED_VERSION = re.compile(rf"{TRAINED}/([1-9][0-9]{{0,3}})")
-WRITTEN_FILE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.json")
 RESERVED = frozenset(
     ["CON", "PRN", "AUX", "NUL", *(f"{name}{digit}" for name in ("COM", "LPT") for digit in range(10))]
 )
@@ -151,10 +149,6 @@ class Folder:
         """Whether the files are few and small enough to be read."""
         total = sum(item.size for item in self.files.values())
         return len(self.files) <= MAX_FILES and total <= MAX_SUBMISSION_BYTES
-
-    def read(self, path: str) -> bytes:
-        """The bytes of a file. Raises ``OSError`` also if its kind or size has changed since the listing."""
-        return read_regular(self.root / path, max_bytes(path))
 
 
 def read_regular(path: Path, max_bytes: int) -> bytes:

@@ -21,11 +21,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 LOG_COLUMNS = ("stage", "task", "episode", "seed", "length", "return", "terminated", "success")
-DTYPES = {
-    **dict.fromkeys(("stage", "episode", "seed", "length"), "int64"),
-    **dict.fromkeys(("task", "return", "terminated", "success"), "str"),
-}
-FLAGS = {"true": True, "false": False}
+INTEGERS = ("stage", "episode", "seed", "length")
 SUCCESSES = {"true": 1, "false": 0, "": -1}
 """The number of each cell of the column ``success``: -1 where the task defines none."""
 BOM = b"\xef\xbb\xbf"
@@ -34,7 +30,7 @@ MAX_ROW = 1000
 FOREIGN = re.compile(rb"[^A-Za-z0-9,./_\n+-]")
 """A character that no cell contains."""
 CELLS = {
-    **dict.fromkeys(("stage", "episode", "seed", "length"), ("-?[0-9]{1,18}", "an integer")),
+    **dict.fromkeys(INTEGERS, ("-?[0-9]{1,18}", "an integer")),
     "task": ("[A-Za-z0-9./_+-]++", "a task id"),
     "return": (r"[+-]?([0-9]++\.?[0-9]*+|\.[0-9]++)([eE][+-]?[0-9]++)?|[+-]?inf|nan", "a number"),
     "terminated": ("true|false", "true or false"),
@@ -124,10 +120,11 @@ def log_frame(data: bytes) -> pd.DataFrame:
 
     if not FILE.fullmatch(data):
         raise _first_error(data)
-    frame = pd.read_csv(io.BytesIO(data), dtype=DTYPES, na_filter=False)
-    for name, numbers, kind in (("terminated", FLAGS, "bool"), ("success", SUCCESSES, "int8")):
-        frame[name] = np.array([numbers[cell] for cell in frame[name].tolist()], dtype=kind)
-    frame["return"] = np.array(list(map(float, frame["return"].tolist())))  # exact in every pandas
+    dtypes = {name: "int64" if name in INTEGERS else "str" for name in LOG_COLUMNS}
+    frame = pd.read_csv(io.BytesIO(data), dtype=dtypes, na_filter=False)
+    frame["terminated"] = np.array([cell == "true" for cell in frame["terminated"].tolist()])
+    frame["success"] = np.array([SUCCESSES[cell] for cell in frame["success"].tolist()], np.int8)
+    frame["return"] = np.array([float(cell) for cell in frame["return"].tolist()])  # exact in every pandas
     return frame
 
 

@@ -113,11 +113,11 @@ class _Reader:
 
     def _bytes(self, path: str) -> bytes | None:
         """The bytes of a file; None if there is none, it is too large, or it cannot be read (a problem)."""
-        file = self.folder.files.get(path)
-        if file is None or file.size > layout.max_bytes(path):
+        file, limit = self.folder.files.get(path), layout.max_bytes(path)
+        if file is None or file.size > limit:
             return None
         try:
-            return self.folder.read(path)
+            return layout.read_regular(self.folder.root / path, limit)
         except OSError as error:
             reason = f"The file cannot be read: {error.strerror or type(error).__name__}."
             self._broken("unreadable-file", path, reason)

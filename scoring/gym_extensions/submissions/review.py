@@ -128,10 +128,10 @@ def review_text(review: Review) -> str:
     parts = []
     for name, values in msgspec.to_builtins(review).items():
         for value in values:
-            tables = {key: value.pop(key) for key in ("runs", "files") if key in value}
-            stated = {key: content for key, content in value.items() if content is not None}
+            tables = {key: content for key, content in value.items() if isinstance(content, dict)}
+            stated = {key: value[key] for key in value if key not in tables and value[key] is not None}
             parts.append(f"[[{name}]]\n{tomli_w.dumps(stated)}")
-            parts += [f"[{name}.{key}]\n{tomli_w.dumps(each)}" for key, each in tables.items() if each]
+            parts += [f"[{name}.{key}]\n{tomli_w.dumps(table)}" for key, table in tables.items() if table]
     return "\n".join(parts)
 
 
@@ -145,8 +145,10 @@ def add_to_review(
 ) -> None:
     """Adds verifications and decisions to the review of a submission, all or none."""
     known = read_review(folder)
-    found = [*known.verifications, *verifications], [*known.decisions, *decisions]
-    write_review(folder, Review(verifications=found[0], decisions=found[1]))
+    review = Review(
+        verifications=[*known.verifications, *verifications], decisions=[*known.decisions, *decisions]
+    )
+    write_review(folder, review)
 
 
 def about(review: Review, settings: str, documents: Mapping[str, RunDocument]) -> Review:

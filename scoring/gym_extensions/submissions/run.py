@@ -16,7 +16,6 @@ from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import DOCUMENT, max_bytes, read_regular
 
-FORMAT: Literal[1] = 1
 ARITHMETIC: Literal[2] = 2
 """How plain policies compute: docs/rollout-log.md#arithmetic. The first was that of a machine's numpy."""
 HINT = "docs/rollout-log.md lists the keys; gym_extensions.submissions.run.write_run writes them."
@@ -118,7 +117,7 @@ class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         policies: None if the run publishes none; then it cannot be verified.
     """
 
-    format: Literal[1] = FORMAT
+    format: Literal[1] = 1
     group: Text
     protocol: Literal["sequential", "single", "joint", "cumulative", "descending", "balanced"]
     run: Count
@@ -181,10 +180,11 @@ def order_of(group: TaskGroup, protocol: str, run: int) -> list[str]:
 
 def order_error(document: RunDocument, group: TaskGroup, protocol: str, run: int) -> str:
     """What is wrong with the order that a document states, given the place of its file; empty if nothing."""
-    orders = document.order, order_of(group, protocol, run)
-    stated, expected = (", ".join(ids)[:LONGEST] or "no order" for ids in orders)
-    same = f"It states {stated}; the document of {protocol} run {run} states {expected}."
-    return "" if orders[0] == orders[1] else same
+    expected = order_of(group, protocol, run)
+    if document.order == expected:
+        return ""
+    stated, needed = (", ".join(ids)[:LONGEST] or "no order" for ids in (document.order, expected))
+    return f"It states {stated}; the document of {protocol} run {run} states {needed}."
 
 
 def run_of(data: bytes) -> RunDocument:

@@ -24,8 +24,8 @@ OTHER_FOLDERS = (layout.AGENT, *layout.WRITTEN)
 GROUP = rf"(?!(?:{'|'.join(OTHER_FOLDERS)})/)[^/]+/(?:{'|'.join(PROTOCOLS)})"
 TRAINED = layout.TRAINED_VERSION.pattern
 DOCUMENTS = "|".join((layout.POSES, layout.LANDSCAPES, layout.DIAGNOSTICS))
-WRITTEN = rf"(?:{DOCUMENTS})/{layout.WRITTEN_FILE.pattern}|{TRAINED}\.toml"
-CODE = rf"{layout.AGENT}/{layout.CODE_FILE.pattern}"
+WRITTEN = rf"(?:{DOCUMENTS})/[A-Za-z0-9][A-Za-z0-9._-]{{0,99}}\.json|{TRAINED}\.toml"
+CODE = rf"{layout.AGENT}/[A-Za-z_][A-Za-z0-9_]{{0,63}}\.py"
 TOP = "|".join(map(re.escape, (MANIFEST, layout.README, layout.REVIEW)))
 EXPECTED = {
     "folder": re.compile(rf"[^/]+|{GROUP}|{TRAINED}"),

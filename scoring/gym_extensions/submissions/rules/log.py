@@ -15,7 +15,7 @@ from gym_extensions.catalog.bodies import UNBOUNDED, Arrival
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, evaluation_seed, stages
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions import layout
-from gym_extensions.submissions.log import FLAGS, Log
+from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.problem import MAX_QUOTE, RULES, Finding, Rule, count, rule
 
 if TYPE_CHECKING:
@@ -88,7 +88,6 @@ class RowRule(NamedTuple):
     def check(self, rows: pd.DataFrame, log: Log) -> Iterator[Finding]:
         """A finding for each of the first rows that break the rule, then one that counts the rest."""
         indices = np.flatnonzero(self.mask(rows, log)).tolist()
-        names = {value: cell for cell, value in FLAGS.items()}
         last = stages(log.protocol, len(log.group.tasks))[-1]
         for index in indices[:ROWS_LISTED]:
             row: dict[Any, Any] = rows.iloc[[index]].to_dict("records")[0]
@@ -97,8 +96,8 @@ class RowRule(NamedTuple):
                 "task": row["task"][:MAX_QUOTE],
                 "group": log.group.id,
                 "last_episode": EVALUATION_EPISODES - 1,
-                "terminated": names[row["terminated"]],
-                "success": names[bool(row["success"])],
+                "terminated": str(row["terminated"]).lower(),
+                "success": str(bool(row["success"])).lower(),
             }
             closest = did_you_mean(str(stated["task"]), log.group.task_ids)
             yield Finding(where(log, index), self.message.format_map(stated), self.hint or closest)
