@@ -19,7 +19,6 @@ from gym_extensions.submissions.policies.diagnostics import Diagnosis
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import runs_folder
 
-COMMAND = "gym-extensions maintain diagnostics"
 MEASURES = ("ranks", "inactive")
 
 
@@ -51,7 +50,8 @@ def load(submission: Path, group: TaskGroup) -> dict[str, DiagnosedRun]:
 
     Raises ``BenchError`` if a file cannot be read.
     """
-    found = Diagnostics.load(path_of(submission, group), "bad-diagnostics", COMMAND)
+    command = "gym-extensions maintain diagnostics"
+    found = Diagnostics.load(path_of(submission, group), "bad-diagnostics", command)
     if found is None or found.states != states.VERSION:
         return {}
     current = {}

@@ -19,7 +19,6 @@ from gym_extensions.submissions.layout import DOCUMENT, LANDSCAPES, run_file
 from gym_extensions.submissions.run import RunDocument, read_run
 from gym_extensions.submissions.submission import runs_folder
 
-COMMAND = "gym-extensions maintain landscapes"
 PROTOCOL = "sequential"
 RUNS = 5
 """The runs 0 to 4 are measured."""
@@ -95,7 +94,7 @@ def load(submission: Path, group: TaskGroup) -> Landscape | str:
 
     Raises ``BenchError`` if a file cannot be read.
     """
-    found = Landscape.load(path_of(submission, group), "bad-landscape", COMMAND)
+    found = Landscape.load(path_of(submission, group), "bad-landscape", "gym-extensions maintain landscapes")
     if found is None:
         return NOT_MEASURED
     documents = measured_runs(submission, group).items()

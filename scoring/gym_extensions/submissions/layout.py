@@ -1,6 +1,5 @@
 """The folder of a submission: names, limits, and a listing that follows no links."""
 
-import contextlib
 import errno
 import functools
 import os
@@ -8,7 +7,7 @@ import re
 import stat
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -125,7 +124,7 @@ class Folder:
     root: Path
     name: str
     items: tuple[FolderItem, ...]
-    groups: Mapping[str, TaskGroup] = field(default_factory=lambda: GROUPS)
+    groups: Mapping[str, TaskGroup]
 
     @functools.cached_property
     def files(self) -> dict[str, FolderItem]:
@@ -221,35 +220,39 @@ def latest_version(paths: Iterable[str]) -> int:
     return max((int(match[1]) for match in records if match), default=0)
 
 
+def _folders_at(path: Path) -> list[Path]:
+    """The submission at a path, or all those in a folder of submissions."""
+    if not os.path.lexists(path):
+        hint = "Name a submission, or a folder of submissions."
+        if "submissions" in path.parts[-2:]:
+            part = "disable" if path.name == "submissions" else f"add submissions/{escape(path.name)}"
+            hint += f" What a clone leaves out is fetched by: git sparse-checkout {part}"
+        raise BenchError("no-such-folder", "There is no such folder.", escape(str(path)), hint)
+    target = path.resolve() if path.is_symlink() or path.name in ("", "..") else path
+    if exists_readable(target / MANIFEST):
+        return [target]
+    if exists_readable(target.parent / MANIFEST):
+        message = f"It is a part of the submission {escape(target.parent.name)}."
+        raise BenchError("no-such-folder", message, escape(str(path)), "Name the submission.")
+    try:
+        children = sorted(child for child in target.iterdir() if not child.name.startswith("."))
+    except OSError:
+        return [target]
+    if not any(exists_readable(child / MANIFEST) for child in children):
+        return [target]
+    kinds = (Path.is_dir, Path.is_symlink)
+    folders = [child for child in children if any(exists_readable(child, kind) for kind in kinds)]
+    return [folder for folder in folders if not _is_left_over(folder)]
+
+
 def submission_folders(paths: list[Path]) -> list[Path]:
     """The submissions at the given paths, sorted by name. A folder of submissions means all of them, without
     folders that contain only ``.progress``: git leaves such a folder when it switches to another branch.
 
     Raises ``BenchError`` if a path does not exist or is inside a submission, or two have the same name.
     """
-    folders: list[Path] = []
-    for path in paths:
-        if not os.path.lexists(path):
-            hint = "Name a submission, or a folder of submissions."
-            if "submissions" in path.parts[-2:]:
-                part = "disable" if path.name == "submissions" else f"add submissions/{escape(path.name)}"
-                hint += f" What a clone leaves out is fetched by: git sparse-checkout {part}"
-            raise BenchError("no-such-folder", "There is no such folder.", escape(str(path)), hint)
-        is_alias = exists_readable(path, Path.is_symlink) or path.name in ("", ".", "..")
-        target = path.resolve() if is_alias else path
-        if exists_readable(target.parent / MANIFEST) and not exists_readable(target / MANIFEST):
-            message = f"It is a part of the submission {escape(target.parent.name)}."
-            raise BenchError("no-such-folder", message, escape(str(path)), "Name the submission.")
-        children: list[Path] = []
-        if exists_readable(target, Path.is_dir) and not exists_readable(target / MANIFEST):
-            with contextlib.suppress(OSError):
-                children = sorted(child for child in target.iterdir() if not child.name.startswith("."))
-        kinds = (Path.is_dir, Path.is_symlink)
-        found = [child for child in children if any(exists_readable(child, kind) for kind in kinds)]
-        is_many = any(exists_readable(child / MANIFEST) for child in found)
-        folders += [child for child in found if not _is_left_over(child)] if is_many else [target]
     by_name: dict[str, Path] = {}
-    for folder in folders:
+    for folder in (folder for path in paths for folder in _folders_at(path)):
         first = by_name.setdefault(unicodedata.normalize("NFKC", folder.name).casefold(), folder)
         if first.absolute() != folder.absolute():
             same = first.name == folder.name

@@ -120,7 +120,8 @@ def summarize(problems: Sequence[Problem], name: str) -> tuple[Problem, ...]:
     for problem in problems:
         found = by_rule.setdefault(problem.rule, [])
         found.append(problem)
-        listed += [problem] if len(found) <= PROBLEMS_LISTED else []
+        if len(found) <= PROBLEMS_LISTED:
+            listed.append(problem)
     for rule, found in by_rule.items():
         if (more := len(found) - PROBLEMS_LISTED) > 0:
             listed.append(Problem(rule, name, f"{count(more, 'more problem')} of this rule.", found[0].hint))

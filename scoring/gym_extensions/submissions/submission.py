@@ -142,8 +142,8 @@ def scored_group(submitted: SubmittedGroup) -> SubmittedGroup:
             runs = ", ".join(map(str, later))
             notes.append(f"{protocol}: run {count} is missing; until it is there, not scored: {runs}.")
     logs = {protocol: log for protocol, log in logs.items() if log.runs}
-    paired = [set(logs[name].runs) for name in ("sequential", "single") if name in logs]
-    if both := sorted(set.intersection(*paired)) if len(paired) > 1 and paired[0] != paired[1] else []:
+    if "sequential" in logs and "single" in logs and logs["sequential"].runs != logs["single"].runs:
+        both = range(min(len(logs["sequential"].runs), len(logs["single"].runs)))
         runs = ", ".join(map(str, both))
         notes.append(f"Metrics of transfer are over the runs that sequential and single both have: {runs}.")
     return replace(submitted, logs=logs, notes=tuple(notes))

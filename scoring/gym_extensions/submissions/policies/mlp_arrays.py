@@ -20,9 +20,6 @@ ACTIVATIONS = ("linear", "tanh", "relu", "leaky_relu", "elu", "silu")
 LEAK = 0.01
 """Slope of ``leaky_relu`` below 0: the default of PyTorch and JAX."""
 FORMAT = 1
-HEADS = ("deterministic", "gaussian", "uniform")
-"""How a policy selects actions."""
-FLOATS = ("float32", "float64")
 LAYER = re.compile(r"(weight|bias|mask)_(0|[1-9][0-9]?)")
 """The name of an array of a layer; its groups are the kind of array and the layer, from 0."""
 LAYER_FIELDS = {"weights": "weight", "biases": "bias", "masks": "mask"}
@@ -55,11 +52,11 @@ class Key:
 
 KEYS: dict[str, Key] = {
     "format": Key("format", is_required=True),
-    "head": Key("name", is_required=True, choices=HEADS),
+    "head": Key("name", is_required=True, choices=("deterministic", "gaussian", "uniform")),
     "activation": Key("name", is_required=True, choices=ACTIVATIONS),
     "output_activation": Key("name", is_required=True, choices=ACTIVATIONS),
     "squash": Key("name", is_required=True, choices=("linear", "tanh")),
-    "observation_dtype": Key("name", is_required=True, choices=FLOATS),
+    "observation_dtype": Key("name", is_required=True, choices=("float32", "float64")),
     "observation_mean": Key("float", ("o",), has_tasks=True),
     "observation_scale": Key("float", ("o",), has_tasks=True, is_positive=True),
     "observation_clip": Key("float", is_positive=True),
@@ -82,8 +79,12 @@ def key_of(name: str) -> Key | None:
     return None if name in LAYER_FIELDS.values() else KEYS.get(name)
 
 
-PAIRS = (("observation_mean", "observation_scale"), ("log_sigma_weight", "log_sigma"))
-"""Arrays that need another."""
+NEEDED = {
+    "observation_mean": "observation_scale",
+    "observation_scale": "observation_mean",
+    "log_sigma_weight": "log_sigma",
+}
+"""The array that another one needs."""
 
 
 def text_of(values: Array) -> str:
@@ -107,8 +108,7 @@ def _name_errors(arrays: Arrays) -> Iterator[str]:
     layers = 1 + max((int(match[2]) for match in map(LAYER.fullmatch, arrays) if match), default=-1)
     required = [name for name, key in KEYS.items() if key.is_required]
     required += [f"{part}_{layer}" for layer in range(layers) for part in ("weight", "bias")]
-    required += [needed for name, needed in PAIRS if name in arrays]
-    required += [name for name, needed in PAIRS[:1] if needed in arrays]
+    required += [needed for name, needed in NEEDED.items() if name in arrays]
     for name in dict.fromkeys(required):
         if name not in arrays:
             yield f"The array {name!r} is missing."

@@ -26,7 +26,6 @@ MISSING = "missing-extra"
 HINT = "docs/policies.md says what a network may contain."
 MAX_STEP_SECONDS = 5.0
 """Longest time for the actions of one step."""
-FAILURES: tuple[type[Exception], ...] = (RuntimeError, ValueError, MemoryError)
 OPSETS = range(13, 24)
 OPERATORS = """
     Abs Acos Acosh Add And ArgMax ArgMin Asin Asinh Atan Atanh Attention AveragePool BatchNormalization
@@ -337,6 +336,7 @@ class OnnxPolicy:
         # The exceptions of onnxruntime have no common base.
         own = vars(runtime.capi.onnxruntime_pybind11_state).values()
         failures = tuple(each for each in own if isinstance(each, type) and issubclass(each, Exception))
+        failures += (RuntimeError, ValueError, MemoryError)
         options = runtime.RunOptions()
         options.log_severity_level = 4
         timer = threading.Timer(MAX_STEP_SECONDS, setattr, (options, "terminate", True))
@@ -350,7 +350,7 @@ class OnnxPolicy:
                 results = self._session.run(list(self.network.outputs), one, options)
                 for output, result in zip(outputs, results, strict=True):
                     output[row] = result.reshape(output.shape[1:])
-        except failures + FAILURES as error:
+        except failures as error:
             if options.terminate:
                 message = f"A step took more than {MAX_STEP_SECONDS:g} seconds."
                 raise BenchError("slow-policy", message, "act()", "Publish a smaller network.") from error

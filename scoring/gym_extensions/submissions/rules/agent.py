@@ -36,7 +36,6 @@ BY_TEXT = frozenset(
     ]
 )
 """What imports, or runs, what a text says."""
-DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 REFUSED = (SyntaxError, ValueError, RecursionError, MemoryError)
 """What Python raises for a text that it does not parse."""
 
@@ -131,15 +130,16 @@ def many_numbers(sources: Sources, stated: Stated) -> Iterator[Finding]:
 def long_strings(sources: Sources, stated: Stated) -> Iterator[Finding]:
     """No string of the code has more than 200 characters, and all together have at most 10,000. (Docstrings
     are free.)"""
+    definitions = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
     total = 0
     for path, tree in parsed(sources).items():
         nodes = list(ast.walk(tree))
-        bodies = [node.body for node in nodes if isinstance(node, (ast.Module, *DEFINITIONS)) and node.body]
-        firsts = {id(body[0].value) for body in bodies if isinstance(body[0], ast.Expr)}
+        bodies = [node.body for node in nodes if isinstance(node, definitions) and node.body]
+        docstrings = {id(body[0].value) for body in bodies if isinstance(body[0], ast.Expr)}
         for node in nodes:
             if not isinstance(node, ast.Constant) or not isinstance(node.value, str | bytes):
                 continue
-            if id(node) in firsts:
+            if id(node) in docstrings:
                 continue
             total += len(node.value)
             if len(node.value) > MAX_STRING:
