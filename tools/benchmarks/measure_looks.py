@@ -43,7 +43,7 @@ def committed_runs() -> dict[str, dict[str, Array]]:
     cards = map(scorer, find_submissions([Path(__file__).parents[2] / "submissions"]))
     found = {}
     for card in cards:
-        logs = {name: card.groups.get(name, {}).get("sequential") for name in CORES[CORE]}
+        logs = {name: card.log(name, "sequential") for name in CORES[CORE]}
         values = {name: log.metrics["final_performance"].runs for name, log in logs.items() if log}
         found[card.name] = {name: np.array(runs) for name, runs in values.items() if len(runs) >= LOOKS[0]}
     return {name: groups for name, groups in found.items() if groups}

@@ -105,7 +105,7 @@ def turned(cards: Sequence[Scorecard]) -> list[Turned]:
     found = []
     for group in GROUPS.values():
         for card in cards:
-            logs = [card.groups.get(group.id, {}).get(order) for order in IN_ORDER[:2]]
+            logs = [card.log(group.id, order) for order in IN_ORDER[:2]]
             up, down = (log if log and len(log.runs) > 1 else None for log in logs)
             if up and down:
                 changes = [difference(down.metrics[name].runs, up.metrics[name].runs) for name in COLUMNS]

@@ -17,7 +17,6 @@ from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.references import experts
 from gym_extensions.results.frames import columns_of, episodes
 from gym_extensions.scoring import pipeline, scorecard
-from gym_extensions.scoring.output.board_frames import scores
 from gym_extensions.submissions.layout import DOCUMENT, LOG, NETWORK, POLICIES, run_file, scan
 from gym_extensions.submissions.submission import runs_folder
 from gym_extensions.versions import version
@@ -101,7 +100,7 @@ def model_card(card: scorecard.Scorecard, runs: Sequence[tuple[str, str, int]], 
                 if (value := score.metrics[metric.name]).mean is not None
             ],
         }
-        for name, protocol, score in scores(card)
+        for name, protocol, score in card.scores()
     ]
     head = datasets.front_matter(
         library_name=datasets.NAME,

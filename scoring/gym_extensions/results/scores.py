@@ -113,7 +113,7 @@ def board(
     cards = list(valid_scorecards(submissions, replace(scorer, only=only)).values())
     found = board_of(cards, BoardKey(group_id, protocol, budget, task_conditioned), scorer.references)
     if not found.rows:
-        scores = [card.groups.get(name, {}).get(protocol) for card in cards for name in names]
+        scores = [card.log(name, protocol) for card in cards for name in names]
         budgets = sorted({score.budget for score in scores if score})
         if budgets and budget not in budgets:
             message = f"The board of {group_id}, {protocol}, budget {budget} is empty. The submissions have "
@@ -316,7 +316,7 @@ def scores(
     rows = (
         (card.name, group_id, protocol, run, number, task, mean, score.reference[task].normalize(mean))
         for card in valid_scorecards(submissions, replace(scorer, only=only)).values()
-        if (score := card.groups.get(group_id, {}).get(protocol))
+        if (score := card.log(group_id, protocol))
         for run, matrix in zip(score.runs, score.return_matrix, strict=True)
         for number, means in zip(stages(protocol, len(score.tasks)), matrix, strict=True)
         for task, mean in zip(score.tasks, means, strict=True)

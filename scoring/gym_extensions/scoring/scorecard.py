@@ -5,6 +5,7 @@ docs/scorecard.md describes every key.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -414,6 +415,17 @@ class Scorecard:
 
     def __repr__(self) -> str:
         return f"Scorecard({self.name!r}, level={self.level!r}, groups={list(self.groups)})"
+
+    def log(self, group: str, protocol: str) -> GroupScore | None:
+        """The score of the runs on a group, given its id, under a protocol; None without any."""
+        return self.groups.get(group, {}).get(protocol)
+
+    def scores(self) -> Iterator[tuple[str, str, GroupScore | SuiteScore]]:
+        """All scores, each with the group id or suite, and the protocol: groups before suites."""
+        for groups in (self.groups, self.suites):
+            for name, protocols in groups.items():
+                for protocol, score in protocols.items():
+                    yield name, protocol, score
 
     @property
     def accepted(self) -> str:

@@ -9,7 +9,7 @@ from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.formulas import BOARD_METRICS, CORE_METRICS, FINAL, FORGETTING, METRICS
 from gym_extensions.metrics.values import Estimate
 from gym_extensions.scoring.ranking import boards, core_board
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 
 ENDS = ("", "_low", "_high")
 METRIC_DTYPES = dict.fromkeys(("name", "level", "group", "protocol", "budget"), "str")
@@ -52,19 +52,11 @@ def typed(data: pd.DataFrame | Iterable[Row], dtypes: Mapping[str, str]) -> pd.D
     return frame.astype({name: TEXT if dtype == "str" else dtype for name, dtype in dtypes.items()})
 
 
-def scores(card: Scorecard) -> Iterator[tuple[str, str, GroupScore | SuiteScore]]:
-    """The scores of a scorecard with the group id or suite, and the protocol: groups before suites."""
-    for groups in (card.groups, card.suites):
-        for name, protocols in groups.items():
-            for protocol, score in protocols.items():
-                yield name, protocol, score
-
-
 def _metric_rows(card: Scorecard) -> Iterator[Row]:
     for problem in card.problems:
         why = f"{problem.rule}: {problem.where}: {problem.message}"
         yield card.name, *[None] * (len(METRIC_DTYPES) - 2), why
-    for name, protocol, score in scores(card):
+    for name, protocol, score in card.scores():
         runs = len(score.runs) if isinstance(score, GroupScore) else None
         for metric in METRICS[protocol]:
             value = score.metrics[metric.name]

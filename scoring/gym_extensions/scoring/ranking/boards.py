@@ -309,19 +309,15 @@ def compare(first: Scorecard, second: Scorecard) -> list[Comparison]:
         BenchError: the two have no group with the same protocol and budget.
     """
     found = []
-    for ours, theirs in ((first.groups, second.groups), (first.suites, second.suites)):
-        for name, protocols in ours.items():
-            for protocol, score in protocols.items():
-                other = theirs.get(name, {}).get(protocol)
-                if other is None or other.budget != score.budget:
-                    continue
-                metrics = {}
-                for metric in formulas.METRICS[protocol]:
-                    names, cards = SUITES.get(name, (name,)), (first, second)
-                    a, b = (estimate(card.groups, names, protocol, metric) for card in cards)
-                    if a is not None and b is not None:
-                        metrics[metric.name] = a.mean, b.mean, Difference.of(a, b)
-                found.append(Comparison(name, protocol, score.budget, metrics))
+    others = {(name, protocol, score.budget) for name, protocol, score in second.scores()}
+    for name, protocol, score in first.scores():
+        if (name, protocol, score.budget) in others:
+            metrics, groups = {}, SUITES.get(name, (name,))
+            for metric in formulas.METRICS[protocol]:
+                a, b = (estimate(card.groups, groups, protocol, metric) for card in (first, second))
+                if a is not None and b is not None:
+                    metrics[metric.name] = a.mean, b.mean, Difference.of(a, b)
+            found.append(Comparison(name, protocol, score.budget, metrics))
     if not found:
         message = f"{first.name} and {second.name} have no group with the same protocol and budget."
         raise BenchError("nothing-to-compare", message, hint="Compare submissions of one board.")
@@ -352,7 +348,7 @@ def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
 
 def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> review.Level:
     """The lowest level of a submission's logs of a protocol (the board's if empty) on a board."""
-    logs = (card.groups.get(name, {}).get(protocol or key.protocol) for name in key.groups)
+    logs = (card.log(name, protocol or key.protocol) for name in key.groups)
     return min((log.level for log in logs if log), key=review.LEVELS.index, default=review.VERIFIED)
 
 
@@ -377,9 +373,7 @@ def board_keys(cards: Sequence[Scorecard]) -> list[BoardKey]:
         BoardKey(name, protocol, score.budget, is_task_conditioned(card))
         for card in cards
         if not card.withdrawn
-        for scores in (card.groups, card.suites)
-        for name, protocols in scores.items()
-        for protocol, score in protocols.items()
+        for name, protocol, score in card.scores()
         if BUDGETS[score.budget].on_boards and protocol != "cumulative"  # a control, not a contest
     }
     budgets, protocols = list(BUDGETS), list(PROTOCOLS)

@@ -33,7 +33,7 @@ def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
         return {}
 
     def logs(card: Scorecard) -> dict[str, GroupScore]:
-        return {name: log for name in key.groups if (log := card.groups.get(name, {}).get(key.protocol))}
+        return {name: log for name in key.groups if (log := card.log(name, key.protocol))}
 
     def original_first(card: Scorecard) -> tuple[bool, str, str]:
         waits = any({*log.runs} <= {*log.unverified} for log in logs(card).values())
@@ -110,7 +110,7 @@ def alike_on(cards: Sequence[Scorecard], key: BoardKey, metric: str) -> dict[str
     """
     found: dict[str, str] = {}
     for group_id in key.groups:
-        logs = {card.name: card.groups.get(group_id, {}).get(key.protocol) for card in cards}
+        logs = {card.name: card.log(group_id, key.protocol) for card in cards}
         of = {name: log.metrics[metric] for name, log in logs.items() if log and is_verified(log.level)}
         runs = {name: value.runs for name, value in of.items() if value.ends and value.ends[0] > 0}
         for name, text in unusually_alike(runs, ALIKE_ALPHA / len(key.groups)).items():

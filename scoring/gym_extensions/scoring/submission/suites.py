@@ -124,7 +124,7 @@ def is_trained_here(card: scorecard.Scorecard) -> bool:
 
 def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[str, scorecard.GroupScore]:
     """The scores of a submission's runs with the core's budget on its groups, by group id, in its order."""
-    logs = {name: card.groups.get(name, {}).get(protocol) for name in CORES[CORE]}
+    logs = {name: card.log(name, protocol) for name in CORES[CORE]}
     return {name: log for name, log in logs.items() if log and log.runs and log.budget == STANDARD_BUDGET}
 
 

@@ -10,7 +10,7 @@ import msgspec
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.documents import DIALECT, JsonDocument, about, filled, json_schema
 from gym_extensions.metrics.values import Estimate
-from gym_extensions.scoring.output.board_frames import board_frame, scores, to_csv
+from gym_extensions.scoring.output.board_frames import board_frame, to_csv
 from gym_extensions.scoring.ranking.boards import BoardsDocument
 from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
 from gym_extensions.site import board_views, paths
@@ -108,7 +108,7 @@ def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
         return {name: Estimate(each.mean, each.low, each.high) for name, each in found.items()}
 
     on_groups: dict[str, dict[str, SmallScore]] = {}
-    for name, protocol, score in scores(submission):
+    for name, protocol, score in submission.scores():
         runs = len(getattr(score, "runs", ()))
         on_groups.setdefault(name, {})[protocol] = SmallScore(score.budget, runs, known(score.metrics))
     core = known(submission.core.metrics) if submission.core else {}

@@ -124,7 +124,7 @@ class Landscapes:
             return {}
         views = dict[str, View | str]()
         for group in groups.GROUPS.values():
-            scores = submission.groups.get(group.id, {}).get(PROTOCOL)
+            scores = submission.log(group.id, PROTOCOL)
             if scores is None or not worlds.axes(group):
                 continue
             if view := self._all[group.id].get(submission.name):
