@@ -12,7 +12,7 @@ from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair
 from gym_extensions.scoring.ranking.core_board import PLANNED
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_score
+from gym_extensions.scoring.submission.core_score import core_score
 from tools.findings import hypotheses
 from tools.findings.tables import FINAL, LOST
 

@@ -13,7 +13,7 @@ import numpy as np
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.formulas import FINAL
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.submission.suites import claim_of, core_logs
+from gym_extensions.scoring.submission.core_score import claim_of, core_logs
 
 ROOT = Path(__file__).resolve().parents[2]
 SIMULATED, RUNS, RAISED = 4000, 5, (0.0, 0.03, 0.10, 0.15)

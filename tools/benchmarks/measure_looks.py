@@ -20,7 +20,7 @@ from scipy.special import stdtr, stdtrit
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.statistics import ALPHA
 from gym_extensions.scoring.pipeline import find_submissions, make_scorer
-from gym_extensions.scoring.submission.suites import LOOK_LEVELS, LOOKS
+from gym_extensions.scoring.submission.core_score import LOOK_LEVELS, LOOKS
 
 Array = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, int, int, int], Array]

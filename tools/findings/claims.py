@@ -16,7 +16,7 @@ from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.metrics.statistics import mean_of_groups, subtract, summary, to_interval
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_logs, last_look, verified_runs
+from gym_extensions.scoring.submission.core_score import core_logs, last_look, verified_runs
 from tools.findings.tables import FINAL, FINE_TUNING, LEARNED, LOST, NONE, Value
 
 ALONE = METRICS["single"][0].name

@@ -21,7 +21,7 @@ from gym_extensions.scoring.output.board_frames import core_frame, metrics_frame
 from gym_extensions.scoring.pipeline import make_scorer, valid_scorecards
 from gym_extensions.scoring.ranking.core_board import IN_OTHER_WAYS, core_board, lacking
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_logs, is_trained_here, retention
+from gym_extensions.scoring.submission.core_score import core_logs, is_trained_here, retention
 from gym_extensions.site.pages.core import FIRST, figure
 from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank

@@ -16,7 +16,7 @@ from gym_extensions.metrics.statistics import ALPHA, holm_adjusted, interval, su
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.ranking.core_board import PLANNED, PLANNED_RUNS, core_board
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_logs, core_score
+from gym_extensions.scoring.submission.core_score import core_logs, core_score
 from tools.findings.claims import GroupRuns, runs_of
 from tools.findings.tables import FINAL, FINE_TUNING, LOST, Value, against
 

@@ -13,7 +13,7 @@ from gym_extensions.catalog.protocol import IN_ORDER, STANDARD_BUDGET
 from gym_extensions.metrics.formulas import FINAL, FORGETTING
 from gym_extensions.metrics.statistics import difference, interval
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
-from gym_extensions.scoring.submission.suites import final_scores
+from gym_extensions.scoring.submission.core_score import final_scores
 from tools.findings.tables import COLUMNS, Value, value
 
 

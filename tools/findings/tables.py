@@ -19,7 +19,7 @@ from gym_extensions.metrics.values import Estimate
 from gym_extensions.references import load_references, trained_alone
 from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_logs, final_scores, last_look
+from gym_extensions.scoring.submission.core_score import core_logs, final_scores, last_look
 from gym_extensions.site.text import fixed, interval
 from gym_extensions.submissions.landscapes import SHARES
 

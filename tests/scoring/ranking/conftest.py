@@ -14,7 +14,7 @@ from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking import core_board as core_boards
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
-from gym_extensions.scoring.submission.suites import core_score
+from gym_extensions.scoring.submission.core_score import core_score
 
 from ..made_submissions import Enter, at_level
 

@@ -12,8 +12,8 @@ from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking import core_board as core_boards
 from gym_extensions.scoring.ranking.boards import CorePair
 from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, RunProvenance, Scorecard
-from gym_extensions.scoring.submission import suites
-from gym_extensions.scoring.submission.suites import LOOKS, last_look, next_look
+from gym_extensions.scoring.submission import core_score
+from gym_extensions.scoring.submission.core_score import LOOKS, last_look, next_look
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.review import Decision
 from gym_extensions.submissions.run import Memory, consecutive
@@ -247,7 +247,7 @@ def test_a_variant_has_the_score_and_the_ranks_of_the_groups_that_are_left(on_co
     assert (left.scores["others"].rank, left.scores["walls"].rank) == ((1, 1), (2, 2))
     assert left.scores["walls"].mean == pytest.approx(0.2, abs=0.02)
     middle = variants["interquartile-mean"].scores["walls"]
-    scores = suites.final_scores(suites.core_logs(cards[0]).values(), 5)
+    scores = core_score.final_scores(core_score.core_logs(cards[0]).values(), 5)
     assert middle.mean == pytest.approx(stats.trim_mean(np.concatenate(scores).ravel(), 0.25))
 
 
@@ -310,7 +310,7 @@ def test_a_cost_is_measured_or_absent(on_core: OnCore) -> None:
         )
 
     def timed_runs(card: Scorecard) -> tuple[int, int] | None:
-        cost = suites.run_cost(card)
+        cost = core_score.run_cost(card)
         return cost.timed_runs if cost else None
 
     groups = {}

@@ -10,7 +10,7 @@ from scipy import stats
 
 from gym_extensions.scoring.ranking.core_board import PLANNED, lacking
 from gym_extensions.scoring.scorecard import TrainingSummary
-from gym_extensions.scoring.submission.suites import claim_of, core_score, run_cost
+from gym_extensions.scoring.submission.core_score import claim_of, core_score, run_cost
 
 from .conftest import (
     FINAL,

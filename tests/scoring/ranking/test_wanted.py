@@ -7,7 +7,7 @@ import msgspec
 
 from gym_extensions.scoring.ranking.wanted import Wanted, wanted
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_score
+from gym_extensions.scoring.submission.core_score import core_score
 
 from .conftest import GROUPS, OnCore, board_of, normal, trained
 

@@ -21,7 +21,7 @@ from gym_extensions.references import ALONE
 from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates
 from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
-from gym_extensions.scoring.submission import suites
+from gym_extensions.scoring.submission import core_score
 from gym_extensions.submissions.review import VERIFIED, is_verified
 
 NOT_TRAINED = "Not trained here."
@@ -76,7 +76,7 @@ class Method:
     @property
     def look(self) -> int:
         """The last look for which every group has enough runs; 0 if there is none."""
-        return suites.last_look(min(map(len, self.values[FINAL.name])))
+        return core_score.last_look(min(map(len, self.values[FINAL.name])))
 
 
 def pooled_difference(first: GroupRuns, second: GroupRuns, runs: int, *, paired: bool) -> Summary:
@@ -126,7 +126,7 @@ def compared_pairs(
         paired = a.parent == b.parent and bool(a.starts) and same
         first, second = (each.by_look.get(look, each.values[metric]) for each in (a, b))
         difference = pooled_difference(first, second, look, paired=paired)
-        quantile = statistics.critical_value(suites.LOOK_LEVELS[look] / len(pairs), difference.df)
+        quantile = statistics.critical_value(core_score.LOOK_LEVELS[look] / len(pairs), difference.df)
         half_width = quantile * math.sqrt(difference.squared_error)
         compared.append(
             boards.CorePair(
@@ -137,10 +137,10 @@ def compared_pairs(
                 mean=difference.mean,
                 low=difference.mean - half_width,
                 high=difference.mean + half_width,
-                p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / suites.LOOK_LEVELS[look]),
+                p_value=min(1.0, statistics.zero_mean_p(difference) * ALPHA / core_score.LOOK_LEVELS[look]),
                 verdict="open",
                 exploratory=not as_planned or all({a.name, b.name, metric} != {*row} for _, *row in PLANNED),
-                next_look=suites.next_look(look),
+                next_look=core_score.next_look(look),
             )
         )
     adjusted = statistics.holm_adjusted(np.array([pair.p_value for pair in compared])).tolist()
@@ -176,7 +176,7 @@ def ranks(names: Sequence[str], pairs: Sequence[boards.CorePair], better: str) -
 
 def method_of(card: Scorecard, parent: str) -> Method:
     """What a submission with a rank has on the core."""
-    counted = [(log, suites.counted_runs(log)) for log in suites.core_logs(card).values()]
+    counted = [(log, core_score.counted_runs(log)) for log in core_score.core_logs(card).values()]
     values = {name: tuple(log.metrics[name].runs[:count] for log, count in counted) for name in CORE_METRICS}
     starts = tuple(tuple(run[:2] for run in log.return_matrix[:count]) for log, count in counted)
     return Method(card.name, parent, values, starts)
@@ -189,13 +189,13 @@ def as_compared(card: Scorecard, look: int) -> Scorecard:
     copy nor the level.
     """
     logs = {}
-    for name, log in suites.core_logs(card).items():
-        runs, metrics = look or suites.counted_runs(log), log.metrics
+    for name, log in core_score.core_logs(card).items():
+        runs, metrics = look or core_score.counted_runs(log), log.metrics
         if found := log.metrics[FINAL.name].runs[:runs]:
-            value = replace(suites.over_groups([log], FINAL, runs), runs=found)
+            value = replace(core_score.over_groups([log], FINAL, runs), runs=found)
             metrics = {**metrics, FINAL.name: value}
         level = log.level
-        if not is_verified(level) and suites.verified_runs(log) >= max(runs, 1):
+        if not is_verified(level) and core_score.verified_runs(log) >= max(runs, 1):
             level = VERIFIED  # what is not verified are later runs
         sketches = log.episode_sketches[:runs]
         logs[name] = {KEY.protocol: replace(log, level=level, metrics=metrics, episode_sketches=sketches)}
@@ -204,12 +204,12 @@ def as_compared(card: Scorecard, look: int) -> Scorecard:
 
 def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
     for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
-        logs, metric = suites.core_logs(card, protocol), BY_NAME[metric_name]
-        runs = suites.last_look(min(map(suites.verified_runs, logs.values()), default=0))
+        logs, metric = core_score.core_logs(card, protocol), BY_NAME[metric_name]
+        runs = core_score.last_look(min(map(core_score.verified_runs, logs.values()), default=0))
         has_values = all(log.metrics[metric_name].runs for log in logs.values())
         if runs and has_values and len(logs) == len(CORES[CORE]):
-            groups = {group: suites.on_group(log, runs, metric) for group, log in logs.items()}
-            value = boards.BoardMetric.of(suites.over_groups(logs.values(), metric, runs))
+            groups = {group: core_score.on_group(log, runs, metric) for group, log in logs.items()}
+            value = boards.BoardMetric.of(core_score.over_groups(logs.values(), metric, runs))
             yield boards.CoreReference(name=name, title=title, runs=runs, value=value, groups=groups)
 
 
@@ -275,8 +275,8 @@ def core_board(cards: Sequence[Scorecard]) -> boards.CoreBoard | None:
         edition=edition,
         groups=CORES[CORE],
         budget=STANDARD_BUDGET,
-        looks=suites.LOOKS,
-        levels=tuple(suites.LOOK_LEVELS.values()),
+        looks=core_score.LOOKS,
+        levels=tuple(core_score.LOOK_LEVELS.values()),
         margin=MARGIN,
         lists=tuple(lists),
         references=references,
@@ -328,7 +328,7 @@ def _variants(
     """
     if not cards:
         return
-    logs = [suites.core_logs(card) for card in cards]
+    logs = [core_score.core_logs(card) for card in cards]
     for key, absent in left_out(logs[0]):
         kept = [at for at, name in enumerate(CORES[CORE]) if name not in absent]
         groups = tuple(CORES[CORE][at] for at in kept)
@@ -337,7 +337,7 @@ def _variants(
             runs = tuple(method.values[FINAL.name][at] for at in kept)
             starts = tuple(method.starts[at] for at in kept)
             of_kept.append(replace(method, values={FINAL.name: runs}, starts=starts))
-            means.append(suites.over_groups([log[name] for name in groups], FINAL, method.look))
+            means.append(core_score.over_groups([log[name] for name in groups], FINAL, method.look))
         title = f"{key.rpartition('-v')[0]} (provisional expert)" if key in absent else key
         scores = _in_lists(of_kept, means, lists)
         yield boards.CoreVariant(
@@ -345,8 +345,8 @@ def _variants(
         )
     of_middle, middles = [], []
     for log, method in zip(logs, methods, strict=True):
-        looks = [look for look in suites.LOOKS if look <= method.look]
-        shares = {look: statistics.iqm_shares(suites.final_scores(log.values(), look)) for look in looks}
+        looks = [look for look in core_score.LOOKS if look <= method.look]
+        shares = {look: statistics.iqm_shares(core_score.final_scores(log.values(), look)) for look in looks}
         by_look = {look: tuple(map(tuple, each)) for look, each in shares.items()}
         of_middle.append(replace(method, by_look=by_look))
         of_groups = list(map(summary, shares[method.look]))

@@ -11,7 +11,7 @@ from gym_extensions.catalog.groups import CORE, CORES, group
 from gym_extensions.catalog.protocol import BUDGETS
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import LOOK_LEVELS, core_logs
+from gym_extensions.scoring.submission.core_score import LOOK_LEVELS, core_logs
 from gym_extensions.submissions.review import TRAINED_HERE
 
 NORMAL = NormalDist()

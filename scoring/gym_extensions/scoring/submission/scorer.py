@@ -15,8 +15,9 @@ from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 from gym_extensions.references import References
 from gym_extensions.scoring import scorecard
 from gym_extensions.scoring.submission import normalization, reported_tables, suites
+from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.stages import with_stages
-from gym_extensions.scoring.submission.suites import Scores, core_score, run_cost
+from gym_extensions.scoring.submission.suites import Scores
 from gym_extensions.submissions import review as reviews, submission as submissions
 from gym_extensions.submissions.log import Log
 from gym_extensions.submissions.manifest import SETTINGS, Manifest

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.scoring.ranking.boards import BoardRow, CoreBoard, CoreRow
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.scoring.submission.suites import core_logs
+from gym_extensions.scoring.submission.core_score import core_logs
 from gym_extensions.site import board_views, paths, submission_results
 from gym_extensions.site.pages import core, page
 from gym_extensions.site.text import ends, fixed, interval, mean, p_value, rank

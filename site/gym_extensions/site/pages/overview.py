@@ -17,7 +17,7 @@ from gym_extensions.scoring.ranking.boards import Board, BoardRow, CoreBoard, Co
 from gym_extensions.scoring.ranking.core_board import REFERENCE
 from gym_extensions.scoring.ranking.wanted import Wanted, wanted
 from gym_extensions.scoring.scorecard import CoreGroup, Scorecard
-from gym_extensions.scoring.submission.suites import core_logs
+from gym_extensions.scoring.submission.core_score import core_logs
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import svg
 from gym_extensions.site.charts.strips import MARGIN, WIDTH
