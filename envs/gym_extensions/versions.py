@@ -6,8 +6,6 @@ from importlib import metadata
 from pathlib import Path
 
 CPU_INFO = Path("/proc/cpuinfo")
-UNNAMED = "unnamed"
-"""The BLAS kernels of a library that does not name them, such as Accelerate."""
 
 
 @functools.cache
@@ -38,7 +36,8 @@ def blas_kernels() -> str:
     """The BLAS library of numpy in this process with its kernels, such as ``openblas SkylakeX``.
 
     The library chooses the kernels by the processor, OpenBLAS by the environment variable
-    ``OPENBLAS_CORETYPE`` if it is set. Other kernels give other last bits of a matrix product.
+    ``OPENBLAS_CORETYPE`` if it is set. Other kernels give other last bits of a matrix product. It is
+    ``unnamed`` for a library that does not name them, such as Accelerate.
     """
     import numpy  # noqa: F401  (it loads its BLAS)
     from threadpoolctl import ThreadpoolController
@@ -46,4 +45,4 @@ def blas_kernels() -> str:
     libraries = ThreadpoolController().select(user_api="blas").info()
     of_numpy = [each for each in libraries if "numpy" in each["filepath"]]
     names = (f"{each['internal_api']} {each.get('architecture', '')}" for each in of_numpy or libraries)
-    return ", ".join(dict.fromkeys(name.strip() for name in names)) or UNNAMED
+    return ", ".join(dict.fromkeys(name.strip() for name in names)) or "unnamed"

@@ -142,7 +142,7 @@ def _beams(task: Task, model: Any) -> Iterator[Shape]:
         return
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    origin, directions = FANS[task.body.beams](data.qpos, construct_mujoco(task).template().root_lift)
+    origin, directions = FANS[task.body.beams](data.qpos, construct_mujoco(task).template.root_lift)
     role: Role = "world-beam" if task.body.beams == "world" else "beam"
     turn = np.eye(3) if role == "world-beam" else data.xmat[1].reshape(3, 3).T
     start = turn @ (origin - data.xpos[1])

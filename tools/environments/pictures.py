@@ -139,7 +139,7 @@ def _beams(task: Task, env: Any) -> list[Line]:
     if "beams" not in _shown(task):
         return []
     mujoco.mj_forward(env.model, env.data)
-    origin, directions = FANS[task.body.beams](env.data.qpos, env.template().root_lift)
+    origin, directions = FANS[task.body.beams](env.data.qpos, env.template.root_lift)
     half_sizes = np.array(variation_of(task, Wall).half_sizes)
     (readings,) = compiled_readings()(origin[None], directions[None], env.data.mocap_pos[:1], half_sizes)
     hits = readings * REACH

@@ -17,9 +17,6 @@ from gym_extensions.envs.interfaces import Array, Generators, Indices, Physics, 
 from gym_extensions.errors import BenchError
 from gym_extensions.files import compiled
 
-NOISE_SEEDS = 2**32
-"""Seeds of the noise of an episode are below this."""
-
 
 class Effect:
     """The effect of a variation on environments with one model layout; a single environment is one of them.
@@ -68,7 +65,7 @@ class SeededNoise(Effect):
 
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
         for index, generator in zip(indices.tolist(), generators, strict=True):
-            self.fill_noise(index, int(generator.integers(NOISE_SEEDS)))
+            self.fill_noise(index, int(generator.integers(2**32)))
 
 
 def variation_of(task: tasks.Task, kind: type) -> Any:

@@ -7,7 +7,6 @@ from typing import Any
 import mujoco
 import numpy as np
 from gymnasium import error
-from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.tasks import Task
@@ -21,27 +20,31 @@ Steps = NDArray[np.int64]
 Generators = Sequence[np.random.Generator]
 Starts = Mapping[str, Array]
 """States in which environments start, by the names of fields of ``mjData``, one row per environment."""
-MOCAP = ("mocap_pos", "mocap_quat")
 
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """What all copies of one MuJoCo task share: the compiled model, spaces and the rest pose."""
+    """What all copies of one MuJoCo task share: the compiled model and the rest pose."""
 
     task: Task
     model: mujoco.MjModel
     frame_skip: int
     init_qpos: Array
     init_qvel: Array
-    observation_space: Box
-    action_space: Box
-    root_lift: float
-    """Height of the torso's frame when the root's vertical coordinate is 0, m; 0 for the arms."""
 
     @property
     def dt(self) -> float:
         """Seconds per environment step, computed as Gymnasium computes it."""
         return float(self.model.opt.timestep * self.frame_skip)
+
+    @property
+    def root_lift(self) -> float:
+        """Height of the torso's frame when the root's vertical coordinate is 0, m."""
+        torso = self.model.body("torso").id
+        joint = self.model.body_jntadr[torso]
+        if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
+            return 0.0
+        return float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
 
 
 class Physics:

@@ -13,11 +13,10 @@ from gymnasium.wrappers import HumanRendering
 from gym_extensions.catalog import groups, tasks as task_module
 from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
 from gym_extensions.catalog.variations import KINDS, Variation
-from gym_extensions.envs import foreign, interfaces, vector_env
+from gym_extensions.envs import foreign, vector_env
 from gym_extensions.envs.mujoco.env import MujocoVectorEnv, TaskEnv
 from gym_extensions.errors import BenchError, whole_number
 
-HINT = "A task's reward, body and time limit are fixed. For another task use gym_extensions.envs.customize."
 VECTOR = ".vector"
 """The end of the names of vector entry points."""
 
@@ -114,12 +113,12 @@ def make_vec(
             _check_spaces(dict(zip(copies, made, strict=True)))
             opened.pop_all()
         return SyncVectorEnv([partial(lambda env: env, each) for each in made], autoreset_mode=mode)
-    templates = {task: construct_mujoco(task).template() for task in distinct}
-    _check_spaces(templates)
-    return MujocoVectorEnv([templates[task] for task in copies], threads, mode)
+    single = {task: construct_mujoco(task) for task in distinct}
+    _check_spaces(single)
+    return MujocoVectorEnv([single[task] for task in copies], threads, mode)
 
 
-def _check_spaces(environments: Mapping[Task, interfaces.Template | gym.Env[Any, Any]]) -> None:
+def _check_spaces(environments: Mapping[Task, gym.Env[Any, Any]]) -> None:
     (first, reference), *others = environments.items()
     for task, other in others:
         for name in ("observation_space", "action_space"):
@@ -181,7 +180,8 @@ def construct_vec(
     found = resolve(task)
     if max_episode_steps not in (None, found.max_steps):
         message = f"max_episode_steps is {max_episode_steps}; the task has {found.max_steps}."
-        raise BenchError("changed-task", message, found.id, HINT)
+        hint = "A task's time limit is fixed. For another task use gym_extensions.envs.customize."
+        raise BenchError("changed-task", message, found.id, hint)
     if render_mode is not None:
         message = "Environments that are stepped together do not render."
         hint = 'Use vectorization_mode="sync", or make(task, render_mode=...).'

@@ -9,9 +9,9 @@ from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 
 from gym_extensions.catalog.bodies import IS_SUCCESS
+from gym_extensions.envs.interfaces import Flags
 from gym_extensions.errors import BenchError
 
-Flags = NDArray[np.bool_]
 Act = Callable[[NDArray[Any], Flags, Flags], Any]
 """``act(observations, starts, running)`` gives actions (num_envs, …), which need not be clipped.
 

@@ -50,7 +50,7 @@ def test_beams_are_those_of_the_sensor(name: str) -> None:
     coordinates = np.append(env.data.qpos, [2.0, 0.0])[None]
     shapes = placed(facts.skeleton._replace(view=SIDE), coordinates)
     beams = [shape for shape in shapes if shape.role.endswith("beam")]
-    origin, directions = FANS[task(name).body.beams](env.data.qpos, env.template().root_lift)
+    origin, directions = FANS[task(name).body.beams](env.data.qpos, env.template.root_lift)
     np.testing.assert_allclose([beam.start[0] for beam in beams], [origin[[0, 2]]] * 10, atol=2e-3)
     ends = origin + 10 * directions
     np.testing.assert_allclose([beam.end[0] for beam in beams], ends[:, [0, 2]], atol=2e-3)

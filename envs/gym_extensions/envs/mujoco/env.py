@@ -49,7 +49,7 @@ IMPLEMENTATIONS: dict[str, Implementation] = {
 
 ONLY = np.zeros(1, np.intp)
 """The index of the one environment, for rules and effects, which act on many."""
-SKIPPED = ("model", "data", "mujoco_renderer", "_shard")
+SKIPPED = ("model", "data", "mujoco_renderer", "template", "_shard")
 """Attributes that a copy makes again."""
 
 
@@ -91,8 +91,9 @@ class TaskEnv(MujocoEnv):
         camera = {"default_camera_config": body.camera}
         super().__init__(str(asset(task.body)), task.body.frame_skip, None, **(camera | rendering))
         self.metadata = self.metadata | {"render_fps": round(1 / self.dt)}
-        self.observation_space = Box(-np.inf, np.inf, (0,))  # until the size is known
-        self._shard = base.Shard(body.rules, _Simulation(self), [self.template()], ONLY)
+        rest = self.init_qpos.copy(), self.init_qvel.copy()
+        self.template = interfaces.Template(task, self.model, self.frame_skip, *rest)
+        self._shard = base.Shard(body.rules, _Simulation(self), [self.template], ONLY)
         size, total = self._shard.rules.observe().shape[1], self._shard.observe().shape[1]
         low, high = np.full(total, -np.inf), np.full(total, np.inf)
         low[size:], high[size:] = 0.0, 1.0
@@ -119,17 +120,6 @@ class TaskEnv(MujocoEnv):
         self._shard.steps[:] = state["steps"]
         for part, kept in zip((self._shard.rules, *self._shard.effects), state["kept"], strict=True):
             part.__dict__.update(kept)
-
-    def template(self) -> interfaces.Template:
-        start = self.init_qpos.copy(), self.init_qvel.copy()
-        spaces = self.observation_space, self.action_space
-        lift = 0.0
-        if self.task.body.beams is not None:
-            torso = self.model.body("torso").id
-            joint = self.model.body_jntadr[torso]
-            if self.model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
-                lift = float(self.model.body_pos[torso, 2] - self.model.qpos0[joint + 1])
-        return interfaces.Template(self.task, self.model, self.frame_skip, *start, *spaces, lift)
 
     def reset_model(self) -> interfaces.Array:
         """Returns the first observation, after the draws of the body and of the effects."""
@@ -184,15 +174,15 @@ def layout(template: interfaces.Template) -> tuple[object, ...]:
 class MujocoVectorEnv(vector_env.TaskVectorEnv):
     """MuJoCo environments stepped together, in shards in the order of each one's first environment.
 
+    ``envs[i]`` is a single environment of the task of environment i, from which the model and spaces are.
     Results of the shards are put together in the order of the environments; a single shard's are passed on.
     They are not copied, because rules and effects hold views of the engine's memory.
     """
 
-    def __init__(
-        self, templates: Sequence[interfaces.Template], num_threads: int, autoreset_mode: AutoresetMode
-    ) -> None:
-        spaces = templates[0].observation_space, templates[0].action_space
-        super().__init__([template.task for template in templates], spaces, autoreset_mode)
+    def __init__(self, envs: Sequence[TaskEnv], num_threads: int, autoreset_mode: AutoresetMode) -> None:
+        spaces = envs[0].observation_space, envs[0].action_space
+        super().__init__([env.task for env in envs], spaces, autoreset_mode)
+        templates = [env.template for env in envs]
         members: dict[tuple[object, ...], list[int]] = {}
         for index, template in enumerate(templates):
             members.setdefault(layout(template), []).append(index)

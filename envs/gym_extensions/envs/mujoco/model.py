@@ -57,14 +57,6 @@ def _quiet() -> Iterator[None]:
         yield
 
 
-CTRL_RANGE = 3.0
-PRONGS = 2
-PLATE_HALF_SIZES = (0.032, 0.001, 0.04)
-PLATE_POSITION = (0.0, 0.075, 0.04)
-PLATE_TURNS = (0.0, 0.785, -0.785)
-"""Angles by which the cup's three plates are turned about its axis, rad: it opens towards −y."""
-GOAL_HEIGHT = -0.323
-BALL_HEIGHT = -0.270
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
@@ -76,10 +68,10 @@ def rebuild_striker(spec: mujoco.MjSpec) -> None:
     moves.
     """
     for motor in spec.actuators:
-        motor.ctrlrange = (-CTRL_RANGE, CTRL_RANGE)
+        motor.ctrlrange = (-3.0, 3.0)
     tips = spec.body("tips_arm")
-    # The cross-bar is the first of the fork's three capsules, the prongs follow. A paddle replaces them.
-    for geom in [*tips.geoms, *spec.body("r_wrist_roll_link").geoms[-PRONGS:]]:
+    # The cross-bar is the first of the fork's three capsules, two prongs follow. A paddle replaces them.
+    for geom in [*tips.geoms, *spec.body("r_wrist_roll_link").geoms[-2:]]:
         spec.delete(geom)
     shape = {"type": mujoco.mjtGeom.mjGEOM_BOX, "pos": (0.017, 0, 0), "size": (0.003, 0.12, 0.05)}
     tips.add_geom(name="paddle", contype=1, conaffinity=1, **shape)
@@ -91,7 +83,7 @@ def rebuild_striker(spec: mujoco.MjSpec) -> None:
 
 def _ball(spec: mujoco.MjSpec) -> None:
     ball = spec.body("object")
-    ball.pos = (0, 0, BALL_HEIGHT)
+    ball.pos = (0, 0, -0.270)
     for geom in ball.geoms:
         spec.delete(geom)
     shape = {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": (0.05, 0, 0)}
@@ -104,15 +96,16 @@ def _ball(spec: mujoco.MjSpec) -> None:
 
 def _goal(spec: mujoco.MjSpec) -> None:
     spec.delete(spec.body("goal"))
-    goal = spec.worldbody.add_body(name="goal", mocap=True, pos=(0, 0, GOAL_HEIGHT))
+    goal = spec.worldbody.add_body(name="goal", mocap=True, pos=(0, 0, -0.323))
     shape = {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": (0.08, 0.001, 0)}
     goal.add_geom(name="coaster", mass=0, contype=0, conaffinity=0, rgba=(1, 0, 0, 1), **shape)
-    x, y, z = PLATE_POSITION
-    for index, turn in enumerate(PLATE_TURNS):
+    # A cup of three plates that are turned about its axis, in rad: it opens towards −y.
+    x, y, z = 0.0, 0.075, 0.04
+    for index, turn in enumerate((0.0, 0.785, -0.785)):
         sin, cos = math.sin(turn), math.cos(turn)
         shape = {
             "type": mujoco.mjtGeom.mjGEOM_BOX,
-            "size": PLATE_HALF_SIZES,
+            "size": (0.032, 0.001, 0.04),
             "pos": (cos * x - sin * y, sin * x + cos * y, z),
             "quat": (math.cos(turn / 2), 0, 0, math.sin(turn / 2)),
         }

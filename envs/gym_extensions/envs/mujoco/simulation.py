@@ -12,7 +12,7 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from gym_extensions.envs.interfaces import MOCAP, Array, Indices, Physics, Starts
+from gym_extensions.envs.interfaces import Array, Indices, Physics, Starts
 
 _THREADED: "weakref.WeakSet[Physics]" = weakref.WeakSet()
 """The simulations that are open and have threads of their own."""
@@ -33,8 +33,8 @@ if hasattr(os, "register_at_fork"):  # not on Windows, which does not fork
     os.register_at_fork(after_in_child=_lose_threads)
 
 
-def _state_fields(model: mujoco.MjModel) -> tuple[str, ...]:
-    return ("qpos", "qvel", "time", *(MOCAP if model.nmocap else ()))
+def _coordinates(model: mujoco.MjModel) -> tuple[str, ...]:
+    return ("qpos", "qvel", *(("mocap_pos", "mocap_quat") if model.nmocap else ()))
 
 
 class BatchPhysics(Physics):
@@ -49,7 +49,7 @@ class BatchPhysics(Physics):
         if num_threads > 1:
             _THREADED.add(self)
         self._frame_skip = frame_skip
-        self._state_fields = _state_fields(models[0])
+        self._state_fields = (*_coordinates(models[0]), "time")
         self._is_derived = bool(fields)
         self._fields = {name: self.batch.bind(name) for name in (*self._state_fields, *fields)}
         self._ctrl = self.batch.bind("ctrl")
@@ -94,9 +94,9 @@ class PooledPhysics(Physics):
         self._executor = ThreadPoolExecutor(max(self._threads - 1, 1))  # starts threads when they are needed
         if self._threads > 1:
             _THREADED.add(self)
-        self._state_fields = _state_fields(models[0])
-        gathered = dict.fromkeys(("qpos", "qvel", *(MOCAP if models[0].nmocap else ()), *fields))
-        shapes = {name: np.shape(getattr(self._data[0], name)) for name in gathered}
+        coordinates = _coordinates(models[0])
+        self._state_fields = (*coordinates, "time")
+        shapes = {name: getattr(self._data[0], name).shape for name in (*coordinates, *fields)}
         self._fields = {name: np.zeros((len(models), *shape)) for name, shape in shapes.items()}
         self._copies = [
             [(rows[index], getattr(data, name)) for name, rows in self._fields.items()]

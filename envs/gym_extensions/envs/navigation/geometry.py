@@ -20,7 +20,6 @@ WIDTH, HEIGHT = COLUMNS * CELL, ROWS * CELL
 GOAL_RADIUS = 20.0
 AGENT_RADIUS = 5.0
 """Radius of the disc that is drawn; the agent itself is a point."""
-OBSTACLE = "#"
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +52,7 @@ class Arena:
 
 def parse(lines: Sequence[str]) -> Grid:
     """Returns the grid of lines of ``#`` and ``.``, the first line at the top."""
-    drawn = np.array([[character == OBSTACLE for character in line] for line in reversed(lines)], np.uint8)
+    drawn = np.array([[character == "#" for character in line] for line in reversed(lines)], np.uint8)
     return Grid(np.pad(drawn, 1, constant_values=1))
 
 
