@@ -43,22 +43,19 @@ class World:
     """
 
     def __init__(self, arenas: Sequence[Arena], family: str) -> None:
-        self.arenas, self.family, count = tuple(arenas), family, len(arenas)
+        self.arenas, self.family = tuple(arenas), family
+        self.positions = np.full((len(arenas), 2), np.nan)
+        self._goals = np.array([arena.goal for arena in arenas], dtype=np.float64)
         grids = list(dict.fromkeys(arena.grid for arena in arenas))
         self._solids = np.stack([grid.solid for grid in grids])
         self._map_of = np.array([grids.index(arena.grid) for arena in arenas])
-        self._goals = np.array([arena.goal for arena in arenas], dtype=np.float64)
-        self.positions = np.full((count, 2), np.nan)
         if family == "image":
-            keys = [(number, arena.goal) for number, arena in zip(self._map_of.tolist(), arenas, strict=True)]
-            distinct = dict(zip(keys, arenas, strict=True))
-            self._backgrounds = np.stack(
-                [sensors.background(arena, sensors.PIXEL) for arena in distinct.values()]
-            )
-            self._background_of = np.array([list(distinct).index(key) for key in keys])
+            distinct = list(dict.fromkeys(arenas))
+            self._backgrounds = np.stack([sensors.background(arena, sensors.PIXEL) for arena in distinct])
+            self._background_of = np.array([distinct.index(arena) for arena in arenas])
         else:
             width = sum(field.count for field in sensors.FIELDS[family])
-            self._numbers = np.zeros((count, width), dtype=np.float32)
+            self._numbers = np.zeros((len(arenas), width), dtype=np.float32)
             if family in ("state-goal", "range-known"):
                 self._numbers[:, -2:] = self._goals  # they never change
 

@@ -77,6 +77,7 @@ def goals() -> dict[tuple[int, int], tuple[float, float]]:
     }
 
 
+@functools.cache
 def arena(map_number: int, goal_number: int) -> Arena:
     """Returns the published map with one of its three goals."""
     return Arena(load(map_number), goals()[map_number, goal_number])

@@ -236,8 +236,8 @@ def observation_space(family: str) -> Box:
     """Returns the observation space of a family."""
     if family == "image":
         return Box(0, 255, (round(HEIGHT / PIXEL), round(WIDTH / PIXEL), 3), np.uint8)
-    numbers = [field for field in FIELDS[family] for _ in range(field.count)]
-    low, high = (np.array([getattr(each, end) for each in numbers], np.float32) for end in ("low", "high"))
+    low = np.array([field.low for field in FIELDS[family] for _ in range(field.count)], np.float32)
+    high = np.array([field.high for field in FIELDS[family] for _ in range(field.count)], np.float32)
     return Box(low, high, dtype=np.float32)
 
 
