@@ -78,8 +78,10 @@ class Budget:
 
     def steps_for(self, group_name: str) -> int:
         """Training steps per task of the named group."""
-        is_shorter = self.body_batches is not None and group_name.endswith("-body") and group_name in GROUPS
-        return (self.body_batches if is_shorter else self.batches) * self.batch_steps  # type: ignore[operator]
+        batches = self.batches
+        if self.body_batches is not None and group_name.endswith("-body") and group_name in GROUPS:
+            batches = self.body_batches
+        return batches * self.batch_steps
 
 
 BUDGETS = {
@@ -104,13 +106,12 @@ def budget(name: str) -> Budget:
 
 @dataclass(frozen=True)
 class Report:
-    """A published table, and the fixed facts of the submission that shows it."""
+    """The fixed facts of the submission that shows a published table."""
 
-    file: str  # in ``scoring/published_data/``
     submission: str
     budget: str
     algorithm: str
 
 
-REPORTS = {"henderson2017": Report("henderson2017.csv", "henderson2017-trpo", "paper", "trpo")}
-"""The published tables, by the name that submission.toml gives."""
+REPORTS = {"henderson2017": Report("henderson2017-trpo", "paper", "trpo")}
+"""By the name of the table in submission.toml and of its file in ``scoring/published_data/``."""

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import msgspec
 
-from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.catalog.tasks import NAMESPACE
 from gym_extensions.metrics import formulas, statistics
 from gym_extensions.metrics.values import MetricValue
@@ -71,7 +70,7 @@ def group_id(name: str) -> str:
 
 def table_path(name: str) -> Path:
     """The CSV file of a published table; its findings lie beside it."""
-    return Path(__file__).parents[1] / "published_data" / REPORTS[name].file
+    return Path(__file__).parents[1] / "published_data" / f"{name}.csv"
 
 
 def findings(name: str) -> dict[str, Finding]:
