@@ -42,6 +42,6 @@ def test_differences_are_looked_up_in_both_directions() -> None:
 
 def test_numbers_and_means_over_groups() -> None:
     assert run("[page.fixed(-0.001), page.fixed(-1.5)]", "page.js") == ["0.00", "\u22121.50"]
-    parsed = run("[t.parsed('\\u22120.421 \\u00b10.113'), t.parsed('\\u2013')]", "table.js")
-    assert parsed == [{"v": -0.421}, {"v": None}]
+    numbers = "['\\u22120.421 \\u00b10.113', '1\\u202f000', '\\u2013'].map(page.number)"
+    assert run(numbers, "page.js") == [-0.421, 1000, None]
     assert run("[t.meanAt([1, 3, null], [0, 1]), t.meanAt([1, 3, null], [1, 2])]", "methods.js") == [2, None]

@@ -5,7 +5,6 @@ globalThis.figure = (() => {
   const FREE_BEAM = 0.25, SPEEDS = [0.25, 0.5, 1, 2, 4];
   const LIMBS = { body: "--accent", far: "--ring", changed: "--loss" };
   const calm = matchMedia("(prefers-reduced-motion: reduce)");
-  const fixed = (value, digits) => value.toFixed(digits).replace("-", "\u2212");
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
   // The directions to the right, up and ahead of a camera, angles in radians.
@@ -78,7 +77,7 @@ globalThis.figure = (() => {
     for (let metre = Math.ceil(shift - half); metre <= shift + half; metre++) {
       pen.moveTo(X(metre), Y(0));
       pen.lineTo(X(metre), Y(0) + 5);
-      pen.fillText(`${fixed(metre, 0)} m`, X(metre) + 3, Y(0) + 11);
+      pen.fillText(`${page.fixed(metre, 0)} m`, X(metre) + 3, Y(0) + 11);
     }
     pen.stroke();
   }
@@ -111,5 +110,5 @@ globalThis.figure = (() => {
     }
   }
 
-  return { LIMBS, calm, fixed, dot, directions, speeds, clock, view, floor, shapes };
+  return { LIMBS, calm, dot, directions, speeds, clock, view, floor, shapes };
 })();

@@ -5,8 +5,7 @@
   const FIRST = 100; // rows that are shown of many
   const SIDES = ["first", "second", "third", "fourth"]; // of the page Compare
 
-  const { fixed, make } = page;
-
+  const { fixed, make, number, sorted } = page;
   const read = (hash) => {
     const value = page.read(hash);
     return { cells: value("cells"), list: value("list"), groups: page.names(value("groups")), sort: value("sort"), up: value("up") === "1",
@@ -19,12 +18,6 @@
     const found = places.map((at) => values[at]);
     return found.length && found.every((value) => value !== null) ? found.reduce((a, b) => a + b) / found.length : null;
   };
-  // Rows by their values at a key, those without one last.
-  const sorted = (rows, key, up) => [...rows].sort((a, b) => {
-    const [p, q] = [a.values[key] ?? null, b.values[key] ?? null];
-    if (p === null || q === null) return (p === null) - (q === null);
-    return (up ? 1 : -1) * (typeof p === "string" ? p.localeCompare(q, "en") : p - q);
-  });
   if (typeof module !== "undefined") module.exports = { meanAt };
   if (typeof document === "undefined") return;
 
@@ -33,7 +26,7 @@
   if (offer) {
     const button = offer.querySelector("button"), section = offer.closest(".forgetting"), choices = [...section.querySelectorAll("input")];
     const address = () => choices.find((input) => input.checked).value.replace("#", "?in-page#");
-    const live = Object.assign(document.createElement("iframe"), { title: offer.dataset.title });
+    const live = make("iframe", { title: offer.dataset.title });
     button.addEventListener("click", () => {
       if (location.protocol === "file:") {
         offer.querySelector("span").textContent = "It needs a web server: run “python -m http.server” in the folder of the site.";
@@ -55,7 +48,6 @@
   const metrics = table.dataset.metrics.split(" "), keys = metrics.map((name) => name.toLowerCase()); // the first is what cells show
   const groups = table.dataset.groups.split(" "), every = groups.map((_, at) => at);
   const heads = [...table.tHead.rows[0].cells], at = (key) => heads.findIndex((head) => head.dataset.key === key);
-  const number = (text) => { const found = text.replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/); return found ? Number(found[0]) : null; };
   let state = read(location.hash), chosen = every;
 
   function rowOf(element) {
@@ -66,8 +58,7 @@
     const values = { name: link.textContent.toLowerCase(), rank: number(cell("rank").textContent), kept: shift ? null : number(cell("kept").textContent),
       forgotten: number(cell("forgotten").textContent), minutes: number(cell("minutes").textContent),
       tuning: number(cell("tuning").dataset.v), level: cell("level").textContent.trim() };
-    const box = make("input", { type: "checkbox", className: "tick" });
-    box.setAttribute("aria-label", `Compare ${link.textContent} (${element.dataset.name})`);
+    const box = make("input", { type: "checkbox", className: "tick", ariaLabel: `Compare ${link.textContent} (${element.dataset.name})` });
     box.addEventListener("change", () => {
       const others = state.ticked.filter((name) => name !== element.dataset.name);
       update({ ticked: box.checked ? [...others, element.dataset.name].slice(-SIDES.length) : others });
@@ -100,13 +91,8 @@
       input.addEventListener("change", () => update({ [name]: value }));
       return [input, labelled(text, input)];
     });
-    return [inputs.map(([input]) => input), radioGroup(title, inputs.map(([, label]) => label))];
-  };
-  const radioGroup = (title, labels) => {
-    const element = make("div", { className: "methods" }, make("strong", { textContent: title }), ...labels);
-    element.setAttribute("role", "radiogroup");
-    element.setAttribute("aria-label", title);
-    return element;
+    const group = make("div", { className: "methods", role: "radiogroup", ariaLabel: title }, make("strong", {}, title), ...inputs.map(([, label]) => label));
+    return [inputs.map(([input]) => input), group];
   };
   const [cellInputs, cellSet] = radios("cells", "Cells", Object.fromEntries(metrics.map((name, i) => [i ? keys[i] : "", name])));
   const [listInputs, listSet] = radios("list", "Lists", { "": "both", 0: "without task label", 1: "with it" });
@@ -118,12 +104,11 @@
     });
     return box;
   });
-  const chooser = make("details", { className: "columns" }, make("summary", { textContent: "Choose groups" }),
+  const chooser = make("details", { className: "columns" }, make("summary", {}, "Choose groups"),
     ...groups.map((group, place) => labelled(group, boxes[place])));
   const compare = make("button", { type: "button" });
   compare.addEventListener("click", () => { location.href = `${table.dataset.compare}#?${new URLSearchParams(state.ticked.map((name, i) => [SIDES[i], name]))}`; });
-  const status = make("p", { className: "status" });
-  status.setAttribute("role", "status");
+  const status = make("p", { className: "status", role: "status" });
   const more = make("button", { type: "button", className: "more" });
   more.addEventListener("click", () => update({ all: true }));
   const region = table.closest(".scroll");

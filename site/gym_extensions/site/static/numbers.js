@@ -2,11 +2,9 @@
 // has them, so that it works from a file, too. Where there is none, and without this script, a number is a link.
 "use strict";
 (() => {
-  const site = new URL("..", document.currentScript.src), texts = {};
-  const dialog = document.createElement("dialog");
+  const { make } = page, site = new URL("..", document.currentScript.src), texts = {};
+  const dialog = make("dialog", { className: "number", ariaLabel: "A number and what is behind it" });
   let wanted; // the link that was followed last
-  dialog.className = "number";
-  dialog.setAttribute("aria-label", "A number and what is behind it");
   dialog.addEventListener("click", ({ target }) => { if (target === dialog || target.matches(".close")) dialog.close(); });
   document.body.append(dialog);
 
@@ -33,6 +31,6 @@
     wanted = link;
     if (texts[file]) return show(link, file);
     const onload = () => { if (wanted === link) show(link, file); }, onerror = () => { location.href = link.href; };
-    document.head.append(Object.assign(document.createElement("script"), { src: new URL(file, site), onload, onerror }));
+    document.head.append(make("script", { src: new URL(file, site), onload, onerror }));
   });
 })();

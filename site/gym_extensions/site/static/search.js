@@ -2,6 +2,7 @@
    The index is a script, because a page that is opened as a file can read no JSON. */
 "use strict";
 const KINDS = ["Pages", "Documentation", "Decisions and the project"], MOST = 20, AROUND = 70;
+const { make } = page;
 let entries = [];
 function searchIndex(rows) { entries = rows; }
 
@@ -36,17 +37,11 @@ function show() {
   place.textContent = !words.length ? "Type a word above."
     : found.length ? `${found.length === 1 ? "One place has" : `${found.length} places have`} all words of “${field.value.trim()}”.` : `No page has all words of “${field.value.trim()}”.`;
   results.replaceChildren(...KINDS.flatMap((name, kind) => {
-    const rows = found.filter(([, entry]) => entry[0] === kind), list = document.createElement("ul");
+    const rows = found.filter(([, entry]) => entry[0] === kind), more = rows.length > MOST ? `: the first ${MOST} of ${rows.length}` : "";
     if (!rows.length) return [];
-    list.className = "found";
-    for (const [, [, address, title, text]] of rows.slice(0, MOST)) {
-      const item = document.createElement("li"), link = Object.assign(document.createElement("a"), { href: address, textContent: title });
-      item.append(link, " ", Object.assign(document.createElement("span"), { className: "small", textContent: address.split("#")[0] }),
-        Object.assign(document.createElement("p"), { className: "note", textContent: excerpt(text, words) }));
-      list.append(item);
-    }
-    const more = rows.length > MOST ? ` the first ${MOST} of ${rows.length}` : "";
-    return [Object.assign(document.createElement("h2"), { textContent: name + (more && `:${more}`) }), list];
+    const items = rows.slice(0, MOST).map(([, [, address, title, text]]) => make("li", {}, make("a", { href: address }, title), " ",
+      make("span", { className: "small" }, address.split("#")[0]), make("p", { className: "note" }, excerpt(text, words))));
+    return [make("h2", {}, name + more), make("ul", { className: "found" }, ...items)];
   }));
 }
 
@@ -56,7 +51,7 @@ field.addEventListener("input", () => {
   show();
 });
 place.textContent = "Loading …";
-document.head.append(Object.assign(document.createElement("script"), {
+document.head.append(make("script", {
   src: place.dataset.index,
   onload: show,
   onerror: () => { place.textContent = "This copy has no search: the documentation was not built. “make docsite” builds it."; },

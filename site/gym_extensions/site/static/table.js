@@ -1,38 +1,30 @@
 /* Sorts, searches and filters the table of a board; its state is in the address. Without it, the page is complete as it is. */
 "use strict";
 
-const { make } = page;
+const { make, number, sorted } = page;
 const FILTERS = { level: "Level", label: "Task label", algorithm: "Algorithm" };
 const FULL_RUNS = 5;
 const SCREEN = 50; // Rows per frame: laying out a thousand takes longer than sorting them.
-const byText = new Intl.Collator("en").compare;
+const plain = (text) => text.replace(/\s+/g, " ").trim();
 
-/* Text of numbers, as the pages write them. */
-
-const plain = (text) => text.replace(/[\s\u202f]+/g, " ").trim();
-const parsed = (text) => {
-  const [found] = text.replace(/\u202f/g, "").replace(/\u2212/g, "-").match(/-?\d+(\.\d+)?/) || [];
-  return { v: found === undefined ? null : Number(found) };
-};
-
-/* Rows of the table as values. */
+/* Columns of the table, and rows with their values. */
 
 function readTable(table) {
   const columns = [...table.tHead.rows[0].cells].map((head, index) => ({
-    head, index, key: head.dataset.key || "", number: head.dataset.kind === "number",
+    head, index, key: head.dataset.key, isNumber: head.dataset.kind === "number",
     title: plain(head.firstChild?.textContent || ""),
   }));
   const rows = [...table.tBodies[0].rows].map((element) => {
     const values = {};
-    for (const { key, index, number } of columns.filter((column) => column.key)) {
+    for (const { key, index, isNumber } of columns) {
       const text = element.cells[index].textContent;
-      values[key] = number ? parsed(text) : { text: plain(text) };
+      values[key] = isNumber ? number(text) : plain(text);
     }
     const name = element.querySelector("th i").textContent;
-    const find = element.cells[0].textContent.toLowerCase() + " " + (values.algorithm?.text || "").toLowerCase();
+    const find = `${element.cells[0].textContent} ${values.algorithm}`.toLowerCase();
     return { element, values, name, title: plain(element.querySelector("th a").textContent), find };
   });
-  return { columns: columns.filter((column) => column.key), rows };
+  return { columns, rows };
 }
 
 /* The state, and which rows it shows in which order. */
@@ -50,24 +42,15 @@ function shownRows(rows, state, columns) {
   const words = state.q.toLowerCase().split(/\s+/).filter(Boolean);
   const kept = rows.filter((row) =>
     words.every((word) => row.find.includes(word)) &&
-    (!state.runs || (row.values.runs?.v || 0) >= Number(state.runs)) &&
-    Object.entries(state.filters).every(([key, value]) => !value || row.values[key]?.text === value));
-  const column = columns.find((item) => item.key === state.sort);
-  if (!column) return kept;
-  const sign = state.up ? 1 : -1;
-  const compare = column.number
-    ? (a, b) => {
-      const [p, q] = [a.values[column.key].v, b.values[column.key].v];
-      return p === null || q === null ? (p === null) - (q === null) : sign * (p - q);
-    }
-    : (a, b) => sign * byText(a.values[column.key].text, b.values[column.key].text);
-  return kept.sort(compare); // stable
+    (!state.runs || row.values.runs >= Number(state.runs)) &&
+    Object.entries(state.filters).every(([key, value]) => !value || row.values[key] === value));
+  return columns.some((column) => column.key === state.sort) ? sorted(kept, state.sort, state.up) : kept;
 }
 
 /* What the state names and the table does not have. */
 function unknown(rows, state, columns) {
   const keys = [state.sort, ...state.hide].filter((key) => key && !columns.some((column) => column.key === key));
-  const filters = Object.entries(state.filters).filter(([key, value]) => value && !rows.some((row) => row.values[key]?.text === value));
+  const filters = Object.entries(state.filters).filter(([key, value]) => value && !rows.some((row) => row.values[key] === value));
   const names = state.ticked.filter((name) => !rows.some((row) => row.name === name));
   if (state.runs && state.runs !== String(FULL_RUNS)) filters.push(["runs", state.runs]);
   return [...keys, ...filters.map(([, value]) => value), ...names];
@@ -92,14 +75,13 @@ function start(table) {
   const runs = make("select", {}, new Option("any", ""), new Option(`at least ${FULL_RUNS}`, String(FULL_RUNS)));
   const selects = {};
   for (const key of Object.keys(FILTERS)) {
-    const values = [...new Set(rows.map((row) => row.values[key]?.text || ""))].filter(Boolean).sort();
+    const values = [...new Set(rows.map((row) => row.values[key]))].filter(Boolean).sort();
     if (values.length > 1) selects[key] = make("select", {}, new Option("any", ""), ...values.map((v) => new Option(v, v)));
   }
   const labelled = (text, control) => make("label", {}, `${text} `, control);
-  const status = make("p", { className: "status" });
-  status.setAttribute("role", "status");
-  const compare = make("button", { type: "button", textContent: "Compare two ticked" });
-  const reset = make("button", { type: "button", textContent: "Reset" });
+  const status = make("p", { className: "status", role: "status" });
+  const compare = make("button", { type: "button" }, "Compare two ticked");
+  const reset = make("button", { type: "button" }, "Reset");
   const boxes = optional.map((column) => {
     const box = make("input", { type: "checkbox" });
     box.onchange = () => {
@@ -108,20 +90,19 @@ function start(table) {
     };
     return box;
   });
-  const chooser = make("details", { className: "columns" }, make("summary", { textContent: "Columns" }),
+  const chooser = make("details", { className: "columns" }, make("summary", {}, "Columns"),
     ...optional.map((column, at) => make("label", {}, boxes[at], ` ${column.title}`)));
   const more = make("button", { type: "button", className: "more", onclick: () => { state.all = true; update(); } });
   const tools = make("div", { className: "tools" }, labelled("Search", search), labelled("Runs", runs),
     ...Object.entries(selects).map(([key, select]) => labelled(FILTERS[key], select)), chooser, compare, reset);
-  const anchor = table.closest(".scroll") || table;
-  anchor.before(tools, status);
-  anchor.after(more);
+  const region = table.closest(".scroll");
+  region.before(tools, status);
+  region.after(more);
 
   for (const column of columns) {
-    const button = make("button", { type: "button", className: "sort", textContent: "\u21c5" });
-    button.setAttribute("aria-label", `Sort by ${column.title}`);
+    const button = make("button", { type: "button", className: "sort", ariaLabel: `Sort by ${column.title}` });
     button.onclick = () => {
-      state.up = state.sort === column.key ? !state.up : !column.number || "lower" in column.head.dataset;
+      state.up = state.sort === column.key ? !state.up : !column.isNumber || "lower" in column.head.dataset;
       state.sort = column.key;
       update();
     };
@@ -129,8 +110,7 @@ function start(table) {
     column.button = button;
   }
   for (const row of rows) {
-    row.box = make("input", { type: "checkbox", className: "tick" });
-    row.box.setAttribute("aria-label", `Compare ${row.title} (${row.name})`);
+    row.box = make("input", { type: "checkbox", className: "tick", ariaLabel: `Compare ${row.title} (${row.name})` });
     row.box.onchange = () => {
       const others = state.ticked.filter((name) => name !== row.name);
       state.ticked = row.box.checked ? [...others, row.name].slice(-2) : others;
@@ -198,5 +178,4 @@ function start(table) {
   apply();
 }
 
-if (typeof document !== "undefined") for (const table of document.querySelectorAll("table[data-table]")) start(table);
-if (typeof module !== "undefined") module.exports = { parsed };
+for (const table of document.querySelectorAll("table[data-table]")) start(table);

@@ -3,11 +3,11 @@
 (() => {
   const PROPERTIES = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin",
     "stroke-opacity", "opacity", "vector-effect", "font-family", "font-size", "font-weight", "text-anchor", "paint-order", "display", "r"];
-  const SCALE = 3; // pixels of a PNG per unit of the drawing
+  const { make } = page, SCALE = 3; // pixels of a PNG per unit of the drawing
   const here = location.pathname.split("/").pop().replace(/\.html$/, "") || "index";
 
   function save(name, blob) {
-    const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: name });
+    const link = make("a", { href: URL.createObjectURL(blob), download: name });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
   }
@@ -38,7 +38,7 @@
   function png(svg, name) {
     const { text, width, height } = drawn(svg), picture = new Image(width, height);
     picture.onload = () => {
-      const canvas = Object.assign(document.createElement("canvas"), { width: SCALE * width, height: SCALE * height });
+      const canvas = make("canvas", { width: SCALE * width, height: SCALE * height });
       canvas.getContext("2d").drawImage(picture, 0, 0, canvas.width, canvas.height);
       canvas.toBlob((blob) => save(`${name}.png`, blob));
     };
@@ -66,14 +66,8 @@
   }
 
   function offer(place, below, kinds) {
-    const line = Object.assign(document.createElement("p"), { className: "take", textContent: "Save: " });
-    for (const [kind, act] of Object.entries(kinds)) {
-      const button = Object.assign(document.createElement("button"), { type: "button", textContent: kind });
-      button.setAttribute("aria-label", `Save “${title(place)}” as ${kind}`);
-      button.addEventListener("click", act);
-      line.append(button);
-    }
-    below.after(line);
+    below.after(make("p", { className: "take" }, "Save: ", ...Object.entries(kinds).map(([kind, onclick]) =>
+      make("button", { type: "button", onclick, ariaLabel: `Save “${title(place)}” as ${kind}` }, kind))));
   }
 
   document.querySelectorAll("main figure").forEach((figure, i) => {

@@ -3,7 +3,7 @@
 "use strict";
 (() => {
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const { dot } = figure;
+  const { dot } = figure, { make } = page;
 
   // The coordinates of a clip: an array of numbers per frame.
   function decode([frames, motion], unit) {
@@ -99,9 +99,7 @@
     const skeleton = data.skeletons[task.skeleton], frames = Math.max(...task.rows.map((rows) => rows.length));
     const box = skeleton ? extent(task, skeleton) : [0, 0, 640, 480];
     const canvases = [...section.querySelectorAll(".stage")].map((stage) => {
-      const canvas = document.createElement("canvas"), picture = stage.firstElementChild;
-      canvas.setAttribute("role", "img");
-      canvas.setAttribute("aria-label", picture.getAttribute("aria-label"));
+      const canvas = make("canvas", { role: "img", ariaLabel: stage.firstElementChild.getAttribute("aria-label") });
       stage.append(canvas);
       return canvas;
     });
@@ -125,14 +123,10 @@
       disc(X(q[0]), Y(q[1]), 5, "--ink");
     }
 
-    const controls = document.createElement("div"), button = section.querySelector(".play");
-    controls.className = "controls";
-    controls.innerHTML = '<label>Time <input type="range" min="0" value="0" step="0.1"></label> '
-      + '<label>Speed <select></select></label> <output aria-live="off"></output>';
-    const [range, select, output] = controls.querySelectorAll("input, select, output");
-    range.max = frames - 1;
+    const range = make("input", { type: "range", min: 0, max: frames - 1, step: 0.1, value: 0 });
+    const select = make("select"), output = make("output", { ariaLive: "off" }), button = section.querySelector(".play");
     figure.speeds(select);
-    button.after(controls);
+    button.after(make("div", { className: "controls" }, make("label", {}, "Time ", range), " ", make("label", {}, "Speed ", select), " ", output));
     section.classList.add("playing");
 
     let time = 0, running = false;
@@ -170,15 +164,12 @@
   const load = ({ dataset: { poses, script } }) => loads[poses] ??= new Promise((done) => {
     ready[poses] = done;
     const onerror = () => { delete loads[poses]; done(null); };
-    document.head.append(Object.assign(document.createElement("script"), { src: script, onerror }));
+    document.head.append(make("script", { src: script, onerror }));
   });
 
   for (const section of document.querySelectorAll(".watch")) {
-    const button = document.createElement("button");
+    const button = make("button", { type: "button", className: "play" }, "Replay");
     let toggle = null;
-    button.type = "button";
-    button.className = "play";
-    button.textContent = "Replay";
     button.setAttribute("aria-describedby", section.getAttribute("aria-labelledby"));
     button.addEventListener("click", async () => {
       if (toggle) return toggle();

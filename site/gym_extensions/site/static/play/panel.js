@@ -156,7 +156,7 @@ class Side {
     const end = !world.ended ? "" : `${world.fell ? " It fell." : " End of the episode."}${waits}`;
     const falls = this.past.filter(([, fell]) => fell).length;
     const before = this.past.length ? ` Fell in ${falls} of ${this.past.length} finished.` : "";
-    caption.textContent = `Return ${figure.fixed(world.total, 1)}, step ${world.steps} (${seconds.toFixed(1)} s), ${figure.fixed(qpos[0], 1)} m.${end}${before}`;
+    caption.textContent = `Return ${page.fixed(world.total, 1)}, step ${world.steps} (${seconds.toFixed(1)} s), ${page.fixed(qpos[0], 1)} m.${end}${before}`;
   }
 
   // The return on a scale with floor, expert and what was logged for this policy; a dot per finished episode, hollow after a fall.
@@ -177,7 +177,7 @@ class Side {
     pen.strokeStyle = pen.fillStyle = colour("--soft");
     line(16, y, far, y);
     for (const [name, value, at] of known) {
-      const text = `${name} ${figure.fixed(value, 0)}`, half = pen.measureText(text).width / 2;
+      const text = `${name} ${page.fixed(value, 0)}`, half = pen.measureText(text).width / 2;
       line(X(value), y - 7, X(value), y + 7);
       pen.fillText(text, Math.min(Math.max(X(value) - half, 0), width - 2 * half), at);
     }
@@ -448,14 +448,14 @@ class Panel {
   }
 
   advance(elapsed) {
-    const task = this.group.tasks.indexOf(by("task").value), active = this.sides.filter((side) => side.running);
+    const { place } = this, active = this.sides.filter((side) => side.running);
     for (const side of active) {
       side.owed += elapsed * by("speed").value;
       const begin = performance.now();
       let steps = 0;
       for (; side.owed >= side.world.dt && side.running; steps++) {
         if (performance.now() - begin > MOST_WORK) side.owed = 0;
-        side.step(task);
+        side.step(place);
         side.owed -= side.world.dt;
       }
       this.work[0] += steps * side.world.dt;
