@@ -224,8 +224,8 @@ def changed(copy: Path) -> list[str]:
 PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider")
 FINGERPRINTS = ("-m", "tools.environments.fingerprints")
 WRITE_TABLES = """
-from tools import docs
-for page in (docs.ROOT / "docs").glob("*.md"):
+from tools import ROOT, docs
+for page in (ROOT / "docs").glob("*.md"):
     text = page.read_text(encoding="utf-8")
     page.write_text(docs.updated(text), encoding="utf-8")
 """

@@ -6,14 +6,12 @@
 * The tables of docs/experts.md (``tools.experts``).
 """
 
-import argparse
 import ast
 import contextlib
 import dataclasses
 import inspect
 import re
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any, get_args
 
 import pandas as pd
@@ -31,10 +29,10 @@ from gym_extensions.site.pages.data import DOCUMENTS
 from gym_extensions.submissions import rules
 from gym_extensions.submissions.manifest import BOX_PACKAGES
 from gym_extensions.submissions.problem import Scope
+from tools import ROOT, argument_parser
 from tools.environments.__main__ import main as write_environments
 from tools.experts.__main__ import main as experts
 
-ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "results.md"
 CELL = re.compile(r"```python\n(?P<code>.*?)```\n\n```text\n.*?```", re.DOTALL)
 BLOCK = re.compile(r"<!-- table: (?P<name>[^>]+) -->\n.*?<!-- end -->", re.DOTALL)
@@ -147,8 +145,7 @@ def updated(page: str) -> str:
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Writes the pages."""
-    formatter = argparse.RawDescriptionHelpFormatter
-    argparse.ArgumentParser(description=__doc__, formatter_class=formatter).parse_args(argv)
+    argument_parser("tools.docs", __doc__).parse_args(argv)
     write_environments([])
     experts(["tables"])
     for path in sorted((ROOT / "docs").glob("*.md")):

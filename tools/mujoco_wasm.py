@@ -1,6 +1,5 @@
 """Fetches MuJoCo for the browser with ``npm``, for the page Play: ``make site-assets``."""
 
-import argparse
 import gzip
 import shutil
 import subprocess
@@ -11,6 +10,7 @@ from pathlib import Path
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.site import SITE_ASSETS
 from gym_extensions.site.play.assets import PACKAGE, SHA256, VERSION, check, load, read_file
+from tools import argument_parser
 
 
 def fetch(folder: Path) -> None:
@@ -43,7 +43,7 @@ def fetch(folder: Path) -> None:
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Fetches the files, unless they are there."""
-    parser = argparse.ArgumentParser(prog="python -m tools.mujoco_wasm", description=__doc__)
+    parser = argument_parser("tools.mujoco_wasm", __doc__)
     parser.add_argument("folder", nargs="?", type=Path, default=SITE_ASSETS, help="default: %(default)s")
     folder = parser.parse_args(argv).folder
     try:

@@ -1,11 +1,10 @@
-"""``python -m tools.record_again SUBMISSION``: logs the runs of a submission again, from stored policies.
+"""Logs the runs of a submission again, from stored policies.
 
 It is for runs of the first arithmetic (docs/rollout-log.md#arithmetic). The log of a run is replaced, and in
 its document the digest of the log and the arithmetic; all that it says of the training stays. A run is
 written when it is finished, so an interrupted command goes on. Afterwards the submission is verified anew.
 """
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from statistics import fmean
@@ -22,6 +21,7 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.episodes import Player
 from gym_extensions.verification.verify import LoggedRun, is_first_arithmetic, logged_runs
+from tools import argument_parser
 
 
 def record_again(submission: Submission, run: LoggedRun, cache: Path) -> str:
@@ -54,7 +54,7 @@ def record_again(submission: Submission, run: LoggedRun, cache: Path) -> str:
 @reports_mistakes
 def main(argv: Sequence[str] | None = None) -> int:
     """Logs all runs of the first arithmetic again."""
-    command = argparse.ArgumentParser(prog="python -m tools.record_again", description=__doc__)
+    command = argument_parser("tools.record_again", __doc__)
     command.add_argument("submission", type=Path, help="the folder of a submission")
     command.add_argument("--runs", nargs="+", metavar="NAME", help="such as hopper-gravity/sequential/run0")
     command.add_argument("--cache", type=Path, default=cache_folder(), metavar="DIR")

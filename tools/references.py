@@ -6,7 +6,6 @@
 ``gym-extensions maintain references`` measures those of custom groups.
 """
 
-import argparse
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -19,6 +18,7 @@ from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, reports_mistakes, whole_number
 from gym_extensions.references import Expert, File, Floor, FloorAgent, Reference, experts, path_of
 from gym_extensions.references.experts import EPISODES
+from tools import argument_parser
 from tools.experts.candidates import QUICK, measured_again
 
 FIRST = "1"
@@ -118,12 +118,11 @@ def differences(tasks: Iterable[Task], path: Path, jobs: int, episodes: int = EP
     return sentences
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command's options."""
-    command = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    target = command.add_mutually_exclusive_group()
+@reports_mistakes
+def main(argv: list[str] | None = None) -> int:
+    """Writes the references file, or checks one; returns the exit status."""
+    parser = argument_parser("tools.references", __doc__)
+    target = parser.add_mutually_exclusive_group()
     file = (
         "the file to write; its name without .json is the version, and floors in it stay "
         "(default: the current references)"
@@ -131,17 +130,11 @@ def parser() -> argparse.ArgumentParser:
     target.add_argument("--out", type=Path, default=path_of(), help=file)
     again = "measure floors and experts in this file again (default: the current references)"
     target.add_argument("--check", type=Path, metavar="FILE", nargs="?", const=path_of(), help=again)
-    add = command.add_argument
-    add("--groups", default="", help="comma-separated: the groups to check (default: all published tasks)")
-    add("--quick", action="store_true", help=f"check on the first {QUICK} episodes")
-    add("--jobs", type=int, default=1, help="worker processes (default: 1)")
-    return command
-
-
-@reports_mistakes
-def main(argv: list[str] | None = None) -> int:
-    """Writes the references file, or checks one; returns the exit status."""
-    options = parser().parse_args(argv)
+    groups = "comma-separated: the groups to check (default: all published tasks)"
+    parser.add_argument("--groups", default="", help=groups)
+    parser.add_argument("--quick", action="store_true", help=f"check on the first {QUICK} episodes")
+    parser.add_argument("--jobs", type=int, default=1, help="worker processes (default: 1)")
+    options = parser.parse_args(argv)
     whole_number("jobs", options.jobs, "bad-jobs", "--jobs")
     require_published_engine()
     if not options.check:
@@ -149,8 +142,10 @@ def main(argv: list[str] | None = None) -> int:
         return 0
     if not options.check.exists():
         raise BenchError("no-file", "The file does not exist.", str(options.check), "Name another file.")
-    groups = parse_groups(parse_names(options.groups)) if options.groups else ()
-    tasks = list(dict.fromkeys(task for group in groups for task in group.tasks)) or list(TASKS.values())
+    tasks = list(TASKS.values())
+    if options.groups:
+        chosen = parse_groups(parse_names(options.groups))
+        tasks = list(dict.fromkeys(task for group in chosen for task in group.tasks))
     different = differences(tasks, options.check, options.jobs, QUICK if options.quick else EPISODES)
     print(f"{len(tasks)} tasks were measured again; {len(different)} numbers differ.")
     for sentence in different:

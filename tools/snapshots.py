@@ -12,7 +12,6 @@ of stage s for another one. ``gym-extensions verify`` runs the policies and comp
 runs of its author, they are those that were trained here.
 """
 
-import argparse
 import hashlib
 from collections.abc import Sequence
 from itertools import product
@@ -26,6 +25,7 @@ from gym_extensions.baselines.cli import parse_runs
 from gym_extensions.baselines.training.jobs import parse_groups
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_text
 from gym_extensions.policies import Policy, load
 from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, POLICIES, README, run_file
@@ -40,6 +40,7 @@ from gym_extensions.submissions.policies.files import (
 from gym_extensions.submissions.policies.mlp import by_task
 from gym_extensions.submissions.run import PolicyFile, read_run, write_run
 from gym_extensions.submissions.submission import runs_folder
+from tools import argument_parser
 
 ASSEMBLED = (
     "Its author's runs were not trained: they are assembled from stages that the submission {} stored.\n"
@@ -63,7 +64,8 @@ def write_run_of(source: Path, group: TaskGroup, run: int, out: Path) -> None:
     stored = [load(source, group, run=run, stage=stage) for stage in range(tasks + 1)]
     plain = [policy for policy in stored if isinstance(policy, Policy)]
     if len(plain) < len(stored):
-        raise SystemExit(f"{source} has networks in {group.name}; only plain policies can be stacked.")
+        message = f"Only plain policies can be stacked, and {group.name} has networks."
+        raise BenchError("not-plain", message, str(source))
     policies: dict[Key, AnyPolicy] = {
         (stage, None): by_task(plain[1 : stage + 1]) if stage else plain[0] for stage in range(tasks + 1)
     }
@@ -95,7 +97,8 @@ def manifest_from(tables: dict[str, Any]) -> dict[str, Any]:
     protocol, title = tables["protocol"], tables["title"]
     algorithm = "snapshots" if protocol["algorithm"] == "trpo" else f"{protocol['algorithm']}-snapshots"
     if protocol["evaluation"] != "deterministic":
-        raise SystemExit("Sampled actions differ between stages; these episodes have to be simulated.")
+        message = "Sampled actions differ between stages: such episodes have to be simulated."
+        raise BenchError("sampled-actions", message)
     return {key: table for key, table in tables.items() if key != "agent"} | {
         "title": f"{title} + snapshots",
         "description": f"{title} with a copy of its policy per learned task, picked by the task label.",
@@ -104,11 +107,10 @@ def manifest_from(tables: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def main(argv: Sequence[str] | None = None) -> None:
+@reports_mistakes
+def main(argv: Sequence[str] | None = None) -> int:
     """Writes the manifest and the runs of every group, and prints a line for each."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argument_parser("tools.snapshots", __doc__)
     parser.add_argument("source", type=Path, help="the submission that stored the policies")
     parser.add_argument("--groups", default="core")
     parser.add_argument("--runs", default="0-9")
@@ -121,7 +123,8 @@ def main(argv: Sequence[str] | None = None) -> None:
         for group in parse_groups(options.groups.split(",")):
             write_run_of(options.source, group, run, options.out)
             print(f"{group.name}, run {run}: assembled", flush=True)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -6,7 +6,6 @@ Those come first that would decide most comparisons per processor hour. Each is 
 request may bring any of them; what is trained here, maintainers train. The site has the same list.
 """
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from gym_extensions.errors import reports_mistakes
 from gym_extensions.scoring.pipeline import find_submissions, make_scorer, scorecards
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.ranking.wanted import wanted
+from tools import argument_parser
 
 
 def lines(folders: Sequence[Path]) -> list[str]:
@@ -33,9 +33,7 @@ def lines(folders: Sequence[Path]) -> list[str]:
 @reports_mistakes
 def main(argv: Sequence[str] | None = None) -> int:
     """Prints the runs that submissions need."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argument_parser("tools.wanted", __doc__)
     help_ = "all submissions of the board (default: submissions)"
     parser.add_argument("submissions", nargs="*", type=Path, default=[Path("submissions")], help=help_)
     options = parser.parse_args(argv)

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from gym_extensions.submissions.rules import RULES
-from tools import docs
+from tools import ROOT, docs
 
-PAGES = sorted((docs.ROOT / "docs").glob("*.md"))
+PAGES = sorted((ROOT / "docs").glob("*.md"))
 HINT = "Run: make docs"
 MANIFEST = {"keys Code", "keys Memory", "keys Observes", "keys Protocol", "keys Tuning"}
 """Sections of submission.toml, which docs/rollout-log.md documents."""

@@ -8,7 +8,6 @@ processor time of world and guest, as the run's document states it. Run it on tw
 as an ordinary user; root may not start a box.
 """
 
-import argparse
 import json
 import re
 import subprocess
@@ -18,7 +17,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import fmean
 
-ROOT = Path(__file__).resolve().parents[2]
+from tools import ROOT, argument_parser
+
 PPO = """
 from stable_baselines3 import PPO
 from gym_extensions.baselines import sb3
@@ -32,9 +32,9 @@ AGENTS = {
 }
 
 
-def main() -> int:
+def main() -> None:
     """Prints a table: a row per agent, and their total."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argument_parser("tools.benchmarks.measure_box", __doc__)
     parser.add_argument("--group", default="hopper-wall")
     parser.add_argument("--budget", default="300k")
     args = parser.parse_args()
@@ -63,7 +63,6 @@ def main() -> int:
             totals = [total + each for total, each in zip(totals, means, strict=True)]
             print(row(name, *means), flush=True)
         print(row("total", *totals))
-    return 0
 
 
 def row(name: str, outside: float, inside: float) -> str:
@@ -72,4 +71,4 @@ def row(name: str, outside: float, inside: float) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

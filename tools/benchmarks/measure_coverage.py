@@ -8,9 +8,7 @@ enumerated, not drawn. Family-wise error: how often any rank interval of a board
 rank.
 """
 
-import argparse
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
@@ -20,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.metrics.statistics import critical_value, rank_intervals, significant_pairs, summary
+from tools import argument_parser
 
 Array = NDArray[np.float64]
 NORMAL = NormalDist()
@@ -43,14 +42,12 @@ class Shape:
 
 def _tasks(rng: np.random.Generator, size: tuple[int, ...]) -> Array:
     learned = rng.random((*size, 5)) < 0.7
-    means: Array = (learned + rng.normal(0, TASK_NOISE, (*size, 5))).mean(axis=-1)
-    return means
+    return (learned + rng.normal(0, TASK_NOISE, (*size, 5))).mean(axis=-1)
 
 
 def _modes(share: float, width: float) -> Callable[[np.random.Generator, tuple[int, ...]], Array]:
     def draw(rng: np.random.Generator, size: tuple[int, ...]) -> Array:
-        mixture: Array = (rng.random(size) < share) + rng.normal(0, width, size)
-        return mixture
+        return (rng.random(size) < share) + rng.normal(0, width, size)
 
     return draw
 
@@ -101,8 +98,7 @@ def _at(ranked: tuple[Array, Array], share: Array | float) -> Array:
     values, cumulative = ranked
     shares = np.broadcast_to(share, len(values))
     reached = cumulative >= shares[:, None] * cumulative[:, -1:] - 1e-12
-    quantiles: Array = np.take_along_axis(values, reached.argmax(axis=1)[:, None], axis=1)[:, 0]
-    return quantiles
+    return np.take_along_axis(values, reached.argmax(axis=1)[:, None], axis=1)[:, 0]
 
 
 def bootstraps(data: Array, counts: Array, weights: Array) -> dict[str, tuple[Array, Array]]:
@@ -183,31 +179,17 @@ def _error(share: float, count: int) -> float:
     return math.sqrt(share * (1 - share) / count)
 
 
-def positive(text: str) -> int:
-    """A count from the command line, at least 1."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"expected a whole number of at least 1, got {text!r}")
-    return int(text)
-
-
-def main(argv: list[str] | None = None) -> None:
+def main() -> None:
     """Print both tables."""
-    options = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
-    options.add_argument(
-        "--datasets",
-        type=positive,
-        default=4000,
-        help="number of data sets at N = 3 and 5; a twentieth of it at 10",
-    )
-    options.add_argument(
-        "--boards", type=positive, default=1000, help="number of boards per family-wise error"
-    )
-    options.add_argument("--seed", type=int, default=0)
-    arguments = options.parse_args(argv)
-    write = sys.stdout.write
+    parser = argument_parser("tools.benchmarks.measure_coverage", __doc__)
+    datasets = "number of data sets at N = 3 and 5; a twentieth of it at 10"
+    parser.add_argument("--datasets", type=int, default=4000, help=datasets)
+    parser.add_argument("--boards", type=int, default=1000, help="number of boards per family-wise error")
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
     seeds = iter(np.random.SeedSequence(arguments.seed).spawn(len(SHAPES) * 4 + 12))
 
-    write("| shape | N | t | percentile | BCa | bootstrap-t |\n| --- | --- | --- | --- | --- | --- |\n")
+    print("| shape | N | t | percentile | BCa | bootstrap-t |\n| --- | --- | --- | --- | --- | --- |")
     for shape in SHAPES:
         for runs in (3, 5, 10, 20):
             # ten runs have 92,378 resamples
@@ -217,11 +199,10 @@ def main(argv: list[str] | None = None) -> None:
                 f"{100 * shares[m]:.1f} ± {100 * _error(shares[m], datasets):.1f}" if m in shares else "–"
                 for m in ("percentile", "BCa", "bootstrap-t")
             ]
-            write(f"| {shape.name} | {runs} | {' | '.join(cells)} |\n")
-            sys.stdout.flush()
+            print(f"| {shape.name} | {runs} | {' | '.join(cells)} |", flush=True)
 
-    write("\n| truth | submissions | runs | family-wise error | mean width of a rank interval |\n")
-    write("| --- | --- | --- | --- | --- |\n")
+    print("\n| truth | submissions | runs | family-wise error | mean width of a rank interval |")
+    print("| --- | --- | --- | --- | --- |")
     for gap, truth in ((0.0, "all tied"), (1.0, "one run standard deviation apart")):
         for submissions in (5, 10, 20):
             for runs in (5, 10):
@@ -230,8 +211,7 @@ def main(argv: list[str] | None = None) -> None:
                 )
                 uncertainty = _error(max(error, 1 / arguments.boards), arguments.boards)
                 cell = f"{100 * error:.1f} ± {100 * uncertainty:.1f}"
-                write(f"| {truth} | {submissions} | {runs} | {cell} | {width:.1f} |\n")
-                sys.stdout.flush()
+                print(f"| {truth} | {submissions} | {runs} | {cell} | {width:.1f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Simulates the core board: its errors over the looks, its power, and the coverage of its interval.
 
-python -m tools.benchmarks.measure_looks
+    python -m tools.benchmarks.measure_looks [errors] [growth] [power] [coverage] [groups]
 
 Boards have methods without any difference, on seven groups. Runs are drawn from a normal distribution
 (``normal``), or for every method and group from the runs of a committed submission and group, centred on 0
@@ -8,23 +8,26 @@ Boards have methods without any difference, on seven groups. Runs are drawn from
 at 5, 10, 20, 40 (and 80) runs and stops at the first error. Numbers are in percent, with standard errors.
 """
 
-import argparse
-import sys
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
 from gym_extensions.catalog.groups import CORE, CORES
+from gym_extensions.errors import reports_mistakes, require_known
 from gym_extensions.metrics.statistics import ALPHA
 from gym_extensions.scoring.pipeline import find_submissions, make_scorer
 from gym_extensions.scoring.submission.core_score import LOOK_LEVELS, LOOKS
+from tools import ROOT, argument_parser
 
 Array = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, int, int, int], Array]
 """Values (boards, methods, groups, runs) of methods without a difference."""
+Submissions = dict[str, dict[str, Array]]
+"""Final performance of runs, by submission and group."""
+Rows = Iterator[tuple[object, ...]]
+"""The head of a table, then its rows."""
 
 GROUPS = len(CORES[CORE])
 LOOKED = LOOKS[:4]
@@ -37,15 +40,14 @@ def normal(rng: np.random.Generator, boards: int, methods: int, runs: int) -> Ar
     return rng.standard_normal((boards, methods, GROUPS, runs))
 
 
-def committed_runs() -> dict[str, dict[str, Array]]:
-    """Final performance of the runs of the committed submissions, by submission and group of the core."""
-    scorer = make_scorer(only=("core",))
-    cards = map(scorer, find_submissions([Path(__file__).parents[2] / "submissions"]))
-    found = {}
-    for card in cards:
+def committed_runs() -> Submissions:
+    """The runs of the committed submissions on the groups of the core, of which each has at least five."""
+    scorer, found = make_scorer(only=("core",)), {}
+    for folder in find_submissions(ROOT / "submissions"):
+        card = scorer(folder)
         logs = {name: card.log(name, "sequential") for name in CORES[CORE]}
-        values = {name: log.metrics["final_performance"].runs for name, log in logs.items() if log}
-        found[card.name] = {name: np.array(runs) for name, runs in values.items() if len(runs) >= LOOKS[0]}
+        runs = {name: log.metrics["final_performance"].runs for name, log in logs.items() if log}
+        found[folder.name] = {name: np.array(each) for name, each in runs.items() if len(each) >= LOOKS[0]}
     return {name: groups for name, groups in found.items() if groups}
 
 
@@ -58,10 +60,15 @@ def from_committed(samples: Sequence[Array]) -> Draw:
     def draw(rng: np.random.Generator, boards: int, methods: int, runs: int) -> Array:
         which = rng.integers(len(samples), size=(boards, methods, GROUPS, 1))
         index = (rng.random((boards, methods, GROUPS, runs)) * sizes[which]).astype(np.int64)
-        values: Array = table[which, index]
-        return values
+        return table[which, index]
 
     return draw
+
+
+def draws(submissions: Submissions) -> dict[str, Draw]:
+    """Both distributions of runs by name."""
+    samples = [runs for groups in submissions.values() for runs in groups.values()]
+    return {"normal": normal, "committed": from_committed(samples)}
 
 
 def p_values(values: Array, runs: int) -> Array:
@@ -73,8 +80,7 @@ def p_values(values: Array, runs: int) -> Array:
     squares, terms = errors.sum(-1), (errors * errors).sum(-1) / (runs - 1)
     total = squares[:, first] + squares[:, second]
     df = total * total / (terms[:, first] + terms[:, second])
-    found: Array = 2 * stdtr(df, -np.abs(difference) / np.sqrt(total))
-    return found
+    return 2 * stdtr(df, -np.abs(difference) / np.sqrt(total))
 
 
 def simulated(draw: Draw, boards: int, methods: int, looks: Sequence[int], chunk: int = 20_000) -> Array:
@@ -98,11 +104,10 @@ def least(found: Array, looks: Sequence[int], levels: Sequence[float]) -> Array:
     """The smallest p value of each board times (pairs / level of its look): an error is at most 1."""
     chosen = [LOOKS.index(look) for look in looks]
     scaled = found[..., chosen].min(1) * found.shape[1] / np.array(levels)
-    smallest: Array = scaled.min(-1)
-    return smallest
+    return scaled.min(-1)
 
 
-def errors(draws: dict[str, Draw]) -> Iterator[tuple[object, ...]]:
+def errors(submissions: Submissions) -> Rows:
     """The family-wise error under an adversary, at one look, and of tests at 5 % at each look."""
     yield (
         "methods",
@@ -113,19 +118,19 @@ def errors(draws: dict[str, Draw]) -> Iterator[tuple[object, ...]]:
         "stops at 5 %, up to 40 runs",
     )
     levels = list(LOOK_LEVELS.values())
-    for name, draw in draws.items():
+    for name, draw in draws(submissions).items():
         for methods, boards in ((2, 100_000), (5, 40_000), (10, 20_000), (20, 4_000)):
             found = simulated(draw, boards, methods, LOOKS)
             cases = ((LOOKED, levels[:4]), (LOOKS, levels), ((20,), levels[2:3]), (LOOKED, [ALPHA] * 4))
             yield methods, name, *(percent(least(found, *case) <= 1) for case in cases)
 
 
-def growth(draws: dict[str, Draw]) -> Iterator[tuple[object, ...]]:
+def growth(submissions: Submissions) -> Rows:
     """The error over all versions of a board: submissions join, or an author sends many variants."""
     yield "what happens", "runs", "some version errs, 20 runs", "some version errs, stops, up to 40 runs"
     first, second = np.triu_indices(30, 1)
     levels = np.array(list(LOOK_LEVELS.values()))[:4]
-    for name, draw in draws.items():
+    for name, draw in draws(submissions).items():
         scaled = simulated(draw, 4_000, 30, LOOKED) / levels
         cases = scaled[..., 2], scaled.min(-1)
 
@@ -143,7 +148,7 @@ def growth(draws: dict[str, Draw]) -> Iterator[tuple[object, ...]]:
         yield "20 variants join a board of 10, one at a time", name, *(some(alone, part) for part in cases)
 
 
-def power() -> Iterator[tuple[object, ...]]:
+def power(_: Submissions) -> Rows:
     """The power of one pair among 45, with the level of one look and with 5 %, at the same number of runs."""
     yield (
         "runs",
@@ -163,7 +168,7 @@ def power() -> Iterator[tuple[object, ...]]:
         yield runs, gap, f"{100 * plain:.1f}", f"{100 * powers[runs]:.1f}", same
 
 
-def coverage(submissions: dict[str, dict[str, Array]]) -> Iterator[tuple[object, ...]]:
+def coverage(submissions: Submissions) -> Rows:
     """How often the 95 % interval of the pooled difference of two committed submissions has the true
     difference.
 
@@ -193,7 +198,7 @@ def coverage(submissions: dict[str, dict[str, Array]]) -> Iterator[tuple[object,
         yield runs, len(found), *(f"{100 * float(each):.1f}" for each in numbers)
 
 
-def single_groups(submissions: dict[str, dict[str, Array]]) -> Iterator[tuple[object, ...]]:
+def single_groups(submissions: Submissions) -> Rows:
     """On one group, how often the 95 % interval of a committed submission has its mean, and how often the
     board of ten methods without a difference separates some of them, at one look.
 
@@ -215,37 +220,24 @@ def single_groups(submissions: dict[str, dict[str, Array]]) -> Iterator[tuple[ob
         yield runs, *(f"{100 * float(each):.1f}" for each in shares)
 
 
-def print_table(name: str, rows: Iterator[tuple[object, ...]]) -> None:
-    """Prints a table as Markdown."""
-    head, *body = [[str(cell) for cell in row] for row in rows]
-    lines = [head, ["---"] * len(head), *body]
-    sys.stdout.write(f"<!-- measured: {name} -->\n")
-    sys.stdout.write("".join(f"| {' | '.join(line)} |\n" for line in lines))
-    sys.stdout.write("<!-- end -->\n\n")
-    sys.stdout.flush()
+TABLES = {"errors": errors, "growth": growth, "power": power, "coverage": coverage, "groups": single_groups}
 
 
-def main() -> None:
-    """Prints every table, or those that are named."""
-    command = argparse.ArgumentParser(description=__doc__)
-    command.add_argument("tables", nargs="*", help="errors, growth, power, coverage, groups (default: all)")
-    chosen = command.parse_args().tables
+@reports_mistakes
+def main(argv: Sequence[str] | None = None) -> int:
+    """Prints every table, or those that are named, as Markdown."""
+    parser = argument_parser("tools.benchmarks.measure_looks", __doc__)
+    parser.add_argument("tables", nargs="*", help="default: all")
+    chosen = parser.parse_args(argv).tables or list(TABLES)
+    for name in chosen:
+        require_known("table", name, TABLES)
     submissions = committed_runs()
-    draws = {
-        "normal": normal,
-        "committed": from_committed([v for e in submissions.values() for v in e.values()]),
-    }
-    tables: dict[str, Callable[[], Iterator[tuple[object, ...]]]] = {
-        "errors": lambda: errors(draws),
-        "growth": lambda: growth(draws),
-        "power": power,
-        "coverage": lambda: coverage(submissions),
-        "groups": lambda: single_groups(submissions),
-    }
-    for name, rows in tables.items():
-        if name in chosen or not chosen:
-            print_table(name, rows())
+    for name in chosen:
+        head, *body = TABLES[name](submissions)
+        lines = ["| " + " | ".join(map(str, row)) + " |" for row in (head, ["---"] * len(head), *body)]
+        print(f"<!-- measured: {name} -->", *lines, "<!-- end -->\n", sep="\n", flush=True)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

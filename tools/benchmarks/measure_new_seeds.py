@@ -1,6 +1,6 @@
 """Simulates how often new seeds refuse honest submissions and submissions with selected episodes.
 
-python -m tools.benchmarks.measure_new_seeds [--submissions 400]
+    python -m tools.benchmarks.measure_new_seeds [--submissions 400]
 
 A submission has five runs of a group of five tasks, 150 cells (R[s][j] of six stages) of 20 logged and 20
 new episodes per draw. A submission that the first draw refuses is evaluated with a second one, which decides.
@@ -11,14 +11,13 @@ better of two evaluations of every episode, of all cells or of the last stage al
 evaluations of every cell.
 """
 
-import argparse
-import sys
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gym_extensions.verification.new_seeds import TaskReturns, agrees, compare
+from tools import argument_parser
 
 Array = NDArray[np.float64]
 
@@ -71,18 +70,17 @@ def refusals(rng: np.random.Generator, attack: str, kind: str, seed: float) -> t
 
 def main() -> None:
     """Prints the share of refused submissions."""
-    parser = argparse.ArgumentParser()
+    parser = argument_parser("tools.benchmarks.measure_new_seeds", __doc__)
     parser.add_argument("--submissions", type=int, default=400)
     submissions = parser.parse_args().submissions
     rng = np.random.default_rng(20)
-    sys.stdout.write("| returns | seed | submission | refused by the first draw | by both |\n")
-    sys.stdout.write("|---|---:|---|---:|---:|\n")
+    print("| returns | seed | submission | refused by the first draw | by both |\n|---|---:|---|---:|---:|")
     for kind in ("normal", "lognormal", "falls"):
         for seed in (0.0, 0.3):
             for attack in SPREAD:
                 refused = [refusals(rng, attack, kind, seed) for _ in range(submissions)]
                 first, both = (sum(column) for column in zip(*refused, strict=True))
-                sys.stdout.write(f"| {kind} | {seed:g} | {attack} | {first} of {submissions} | {both} |\n")
+                print(f"| {kind} | {seed:g} | {attack} | {first} of {submissions} | {both} |", flush=True)
 
 
 if __name__ == "__main__":

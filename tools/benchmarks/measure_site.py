@@ -7,7 +7,6 @@ them is not measured. Then the site is built in this process.
 ``--browser`` sorts and filters its longest table in Chromium (Linux only).
 """
 
-import argparse
 import resource
 import shutil
 import statistics
@@ -30,6 +29,7 @@ from gym_extensions.site.build import build_site
 from gym_extensions.submissions.manifest import Code, Observes, Protocol, Tuning
 from gym_extensions.submissions.review import CLAIMED, VERIFIED
 from gym_extensions.submissions.run import Memory
+from tools import argument_parser
 
 LARGEST_PAGE = 300_000
 LARGEST_OVERVIEW = 40_000
@@ -105,12 +105,6 @@ def _manifest(algorithm: str, conditioned: bool) -> ManifestSummary:
     )
 
 
-def write(line: str) -> None:
-    """Prints a line."""
-    sys.stdout.write(f"{line}\n")
-    sys.stdout.flush()
-
-
 def read(files: Sequence[Path]) -> Iterator[Scorecard]:
     """The scorecards of these files, one at a time."""
     for file in files:
@@ -123,17 +117,17 @@ def measured(files: Sequence[Path], out: Path) -> None:
     build_site(read(files), REFERENCES, out)
     seconds = time.process_time() - before
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    write(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB")
+    print(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB")
 
 
 def sizes(out: Path) -> int:
     """Prints the largest pages; 1 if one is above its limit."""
     pages = sorted(out.rglob("*.html"), key=lambda page: -page.stat().st_size)
     for page in pages[:5]:
-        write(f"{page.stat().st_size:>8} B  {page.relative_to(out)}")
+        print(f"{page.stat().st_size:>8} B  {page.relative_to(out)}")
     overview = (out / "index.html").stat().st_size
     total = sum(file.stat().st_size for file in out.rglob("*") if file.is_file())
-    write(f"{overview:>8} B  index.html; {total / 1e6:.0f} MB in all")
+    print(f"{overview:>8} B  index.html; {total / 1e6:.0f} MB in all")
     return int(pages[0].stat().st_size > LARGEST_PAGE or overview > LARGEST_OVERVIEW)
 
 
@@ -179,7 +173,7 @@ def interactions(out: Path, times: int = 10) -> None:
                     cpu.append(max(_main_thread(each) - old for each, old in zip(pages, before, strict=True)))
                 for kind, values in (("processor time", cpu), ("elapsed", wall)):
                     median, most = statistics.median(values), max(values)
-                    write(f"{name}, {rows}, {kind}: {median:.0f} ms, at most {most:.0f} ms")
+                    print(f"{name}, {rows}, {kind}: {median:.0f} ms, at most {most:.0f} ms")
         browser.close()
 
 
@@ -190,19 +184,19 @@ def _main_thread(process: int) -> float:
 
 def main() -> int:
     """Measures, prints, and returns 1 if a page is too large."""
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--submissions", type=int, default=1000)
-    options.add_argument("--out", type=Path, default=None, help="where to leave the site")
-    options.add_argument("--browser", action="store_true", help="also measure the longest table in Chromium")
-    chosen = options.parse_args()
+    parser = argument_parser("tools.benchmarks.measure_site", __doc__)
+    parser.add_argument("--submissions", type=int, default=1000)
+    parser.add_argument("--out", type=Path, default=None, help="where to leave the site")
+    parser.add_argument("--browser", action="store_true", help="also measure the longest table in Chromium")
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         files = []
-        for card in submissions(chosen.submissions):
+        for card in submissions(options.submissions):
             files.append(Path(folder) / f"{card.name}.json")
             files[-1].write_bytes(msgspec.json.encode(card))
-        out = chosen.out or Path(folder) / "site"
+        out = options.out or Path(folder) / "site"
         measured(files, out)
-        if chosen.browser:
+        if options.browser:
             interactions(out)
         return sizes(out)
 

@@ -8,12 +8,10 @@ synthetic and differ between submissions. ``--distinct`` submissions are written
 distinct submissions need 2 GB of temporary files and some minutes to write.
 """
 
-import argparse
-import importlib.util
 import os
 import random
 import resource
-import sys
+import runpy
 import tempfile
 import time
 from collections.abc import Sequence
@@ -24,21 +22,18 @@ from pathlib import Path
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.pipeline import Scorer, publish, scorecards
+from tools import ROOT, argument_parser
 
 GROUP_NAMES = ("hopper-gravity", "walker2d-gravity", "halfcheetah-gravity", "humanoid-gravity")
 
 
 def write(root: Path, seed: int) -> None:
     """Writes one submission into ``root/<seed>`` as the tests do."""
-    path = Path(__file__).parents[2] / "tests" / "conftest.py"
-    spec = importlib.util.spec_from_file_location("made_up", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    write_submission = runpy.run_path(str(ROOT / "tests/conftest.py"))["write_submission"]
     rng = random.Random(seed)
     level = rng.gauss(400, 100)
     shift = [rng.gauss(level, 50) for _ in range(5)]
-    module.write_submission(
+    write_submission(
         root,
         name=str(seed),
         groups=GROUP_NAMES,
@@ -73,7 +68,7 @@ def measure(
 
 def main() -> None:
     """Writes the submissions, scores them and prints the times."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argument_parser("tools.benchmarks.measure_speed", __doc__)
     parser.add_argument("--submissions", type=int, default=1000)
     parser.add_argument("--distinct", type=int, default=1000, help="submissions with different returns")
     parser.add_argument("--workers", type=int, help="worker processes, as in score --jobs")
@@ -91,14 +86,12 @@ def main() -> None:
         for number, folder in enumerate(folders):
             link(root / str(number % distinct), folder)
         scoring, boards, processor = measure(folders, Scorer(references), args.workers, root / "out")
-    sys.stdout.write(
-        f"{len(folders)} submissions: scored in {scoring:.1f} s, boards in {boards:.1f} s, "
-        f"{processor:.1f} s of processor time\n"
-    )
-    peaks = (
+    print(f"{len(folders)} submissions: scored in {scoring:.1f} s, boards in {boards:.1f} s, ", end="")
+    print(f"{processor:.1f} s of processor time")
+    parent, worker = (
         resource.getrusage(who).ru_maxrss // 1024 for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     )
-    sys.stdout.write("peak memory: {} MiB in the parent, {} MiB in the largest worker\n".format(*peaks))
+    print(f"peak memory: {parent} MiB in the parent, {worker} MiB in the largest worker")
 
 
 if __name__ == "__main__":

@@ -1,26 +1,21 @@
-"""``python -m tools.environments``: writes descriptions and missing states of the catalog, and the pages."""
+"""Writes descriptions and missing states of the catalog, and the pages of docs/environments."""
 
-import argparse
 from pathlib import Path
 
 from gym_extensions.catalog import descriptions
 from gym_extensions.errors import reports_mistakes
 from gym_extensions.files import write_bytes, write_text
+from tools import argument_parser
 from tools.environments import describe, pages, pictures, states
 
 
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Writes the descriptions, the pages, and the pictures if they are asked for."""
-    parser = argparse.ArgumentParser(prog="python -m tools.environments", description=__doc__)
-    add = parser.add_argument
-    add(
-        "--out",
-        type=Path,
-        default=Path("docs/environments"),
-        help="folder of the pages (default: %(default)s)",
-    )
-    add("--pictures", action="store_true", help="also render the pictures (needs OpenGL)")
+    parser = argument_parser("tools.environments", __doc__)
+    out = "folder of the pages (default: %(default)s)"
+    parser.add_argument("--out", type=Path, default=Path("docs/environments"), help=out)
+    parser.add_argument("--pictures", action="store_true", help="also render the pictures (needs OpenGL)")
     options = parser.parse_args(argv)
     write_text(descriptions.PATH, describe.descriptions())
     descriptions.descriptions.cache_clear()

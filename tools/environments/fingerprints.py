@@ -1,6 +1,5 @@
-"""``python -m tools.environments.fingerprints``: publishes the fingerprints of new tasks."""
+"""Publishes the fingerprints of new tasks."""
 
-import argparse
 import json
 from collections.abc import Mapping
 from typing import Any
@@ -10,6 +9,7 @@ from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.envs import fingerprinting
 from gym_extensions.errors import BenchError, reports_mistakes
 from gym_extensions.files import write_text
+from tools import argument_parser
 
 
 def updated(replace: bool = False) -> tuple[dict[str, Any], list[str]]:
@@ -47,7 +47,7 @@ def text(table: Mapping[str, Any]) -> str:
 @reports_mistakes
 def main(argv: list[str] | None = None) -> int:
     """Writes the table and prints the new fingerprints."""
-    parser = argparse.ArgumentParser(prog="python -m tools.environments.fingerprints", description=__doc__)
+    parser = argument_parser("tools.environments.fingerprints", __doc__)
     parser.add_argument("--replace", action="store_true", help="also replace fingerprints that have changed")
     table, changed = updated(parser.parse_args(argv).replace)
     write_text(fingerprints.PATH, text(table))

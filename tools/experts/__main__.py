@@ -8,6 +8,7 @@ from pathlib import Path
 from gym_extensions.catalog.tasks import mujoco_tasks
 from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes, require_known
 from gym_extensions.references import experts, load_references
+from tools import argument_parser
 from tools.experts import candidates, training
 from tools.experts.candidates import QUICK, Workplace
 from tools.experts.recipes import FAMILIES, recipe
@@ -72,7 +73,7 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog=PROGRAM, description=__doc__)
+    parser = argument_parser("tools.experts", __doc__)
     parser.add_argument("--work", type=Path, default=Path("experts-work"), help="folder of unfinished pieces")
     parser.add_argument("--submissions", type=Path, default=Path("submissions"))
     commands = parser.add_subparsers(dest="command", required=True)

@@ -27,12 +27,12 @@ from gym_extensions.site.pages.landscapes import View
 from gym_extensions.site.text import fixed, rank
 from gym_extensions.submissions.landscapes import best, landscapes_of
 from gym_extensions.verification.git import Repository
+from tools import ROOT
 from tools.findings import bases, claims, editions, hypotheses, tables
 from tools.findings.figures import draw_groups, draw_retention, write_picture
 from tools.findings.orders import ends_by_task, orders, turned
 from tools.findings.tables import COLUMNS, CORE, FINAL, FINE_TUNING, LEARNED, LOST, REPLAY, of_edition
 
-ROOT = Path(__file__).resolve().parents[2]
 FOLDER, PAGE = ROOT / "docs" / "findings", ROOT / "docs" / "findings.md"
 IMAGES, README = ROOT / "docs" / "images", ROOT / "README.md"
 RESULTS = re.compile(r"(?<=<!-- findings -->\n).*?(?=<!-- end -->)", re.DOTALL)

@@ -29,8 +29,9 @@ from gym_extensions.scoring.submission.stages import task_name
 from gym_extensions.site.text import fixed, interval
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.submission import scored_group
+from tools import ROOT
 from tools.findings.figures import draw_reproduction
-from tools.findings.findings import FOLDER, ROOT, jinja
+from tools.findings.findings import FOLDER, jinja
 from tools.findings.statements import Statement, statements
 from tools.findings.tables import FINE_TUNING
 

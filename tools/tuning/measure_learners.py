@@ -14,12 +14,10 @@ tasks in order, and every task is evaluated after each. ``--set`` changes rows o
 import argparse
 import json
 import os
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import partial
 from multiprocessing import get_context
 from typing import Any
 
@@ -31,6 +29,8 @@ from gym_extensions.baselines.training.runner import evaluate
 from gym_extensions.catalog.tasks import Task, customize, task
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.envs import make_vec
+from gym_extensions.errors import reports_mistakes, require_known
+from tools import argument_parser
 
 TABLES = {"trpo": REFERENCE, "trpo-2017": HENDERSON_2017}
 EVALUATION_SEEDS = range(20)
@@ -56,11 +56,13 @@ def task_named(text: str) -> Task:
 
 
 def with_setting(settings: Any, assignment: str) -> Any:
-    """The dataclass with one row changed: ``discount=0.99``, ``trust_region.max_kl=0.02``."""
+    """The dataclass with one row changed: ``discount=0.99``, ``trust_region.max_kl=0.02``.
+
+    Raises ``BenchError`` for an unknown row.
+    """
     path, _, text = assignment.partition("=")
     name, _, rest = path.partition(".")
-    if name not in {row.name for row in fields(settings)}:
-        raise SystemExit(f"{type(settings).__name__} has no row {name!r}.")
+    require_known("row", name, [row.name for row in fields(settings)], "--set")
     current = getattr(settings, name)
     if is_dataclass(current):
         return replace(settings, **{name: with_setting(current, f"{rest}={text}")})
@@ -137,11 +139,10 @@ def runs(options: argparse.Namespace) -> Iterator[Run]:
             yield Run(options.agent, tuple(arguments.items()), tasks, seed, *sizes)
 
 
-def main(argv: Sequence[str] | None = None) -> None:
+@reports_mistakes
+def main(argv: Sequence[str] | None = None) -> int:
     """Prints a JSON line per run and learned task, as the runs finish."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argument_parser("tools.tuning.measure_learners", __doc__)
     parser.add_argument("--agent", choices=algorithms.names(), default="trpo")
     parser.add_argument("--argument", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--tasks", default="HalfCheetah,Hopper,Walker2d")
@@ -154,12 +155,13 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--jobs", type=int, default=1, help="worker processes of one BLAS thread each")
     options = parser.parse_args(argv)
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read by the spawned workers, which load numpy afresh
-    write = partial(print, file=sys.stdout, flush=True)
     with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
         for future in as_completed([pool.submit(measure, run) for run in runs(options)]):
             for row in future.result():
-                write(json.dumps(row | {"agent": options.agent, "set": options.set + options.argument}))
+                row |= {"agent": options.agent, "set": options.set + options.argument}
+                print(json.dumps(row), flush=True)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

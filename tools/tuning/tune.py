@@ -8,7 +8,6 @@ further line is one trial: one setting on one body, whose tasks are learned in o
 interrupted continues with the first trial that the file does not have.
 """
 
-import argparse
 import json
 import os
 from collections.abc import Sequence
@@ -27,6 +26,7 @@ from gym_extensions.catalog.tasks import task
 from gym_extensions.errors import BenchError, reports_mistakes, require_known
 from gym_extensions.files import write_text
 from gym_extensions.references import load_references
+from tools import argument_parser
 from tools.tuning.measure_learners import Run, measure
 
 HERE = Path(__file__).resolve().parent
@@ -146,9 +146,7 @@ def report(path: Path) -> str:
 @reports_mistakes
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs trials or reports them; the exit status is 1 if a method's library is missing."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argument_parser("tools.tuning.tune", __doc__)
     parser.add_argument("methods", nargs="+", metavar="METHOD")
     parser.add_argument("--report", action="store_true", help="print the scores, train nothing")
     parser.add_argument("--folder", type=Path, default=HERE, help="with the files (default: beside this one)")
