@@ -33,8 +33,6 @@ from gym_extensions.submissions import layout, log, manifest
 from gym_extensions.submissions.policies import files, mlp, onnx
 from gym_extensions.submissions.run import Curve, Memory
 
-WRITE_SECONDS = 300.0
-"""How long a process waits for another one that writes the run."""
 ClaimedCurves = Mapping[str, Sequence[tuple[int, float]]]
 """By task name or id: pairs of training steps in the stage and mean return of the episodes since the last."""
 
@@ -256,10 +254,10 @@ def record(
         used = usage_since(started, recorded.steps)
         folder.finish(FinishedStage(number, episodes, trained, memory, used), agent, last=True)
     _write_if_complete(path, job, settings)
-    returns: dict[str, list[float]] = {}
-    for episode in episodes:
-        returns.setdefault(episode.task, []).append(episode.return_)
-    return {id_: fmean(values) for id_, values in returns.items()}
+    return {
+        each.id: fmean(episode.return_ for episode in episodes if episode.task == each.id)
+        for each in recorded.evaluated
+    }
 
 
 def _evaluate(agent: PolicyAgent, job: TrainingJob, stage: Stage, folder: JobFolder) -> list[log.Episode]:
@@ -277,7 +275,7 @@ def _evaluate(agent: PolicyAgent, job: TrainingJob, stage: Stage, folder: JobFol
 
 def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
     """Writes the run to the submission if all of its stages and tasks are recorded."""
-    with submission.lock_runs(out, [job.run_title], seconds=WRITE_SECONDS):
+    with submission.lock_runs(out, [job.run_title], seconds=300):
         jobs = jobs_of(job.group, job.protocol, [job.run])
         records = {item: JobFolder(out, item).finished() for item in jobs}
         count = len(stages(job.protocol, len(job.group.tasks)))

@@ -30,15 +30,11 @@ from gym_extensions.errors import BenchError, reports_mistakes, whole_number
 from gym_extensions.references.experts import EPISODES, floor_margin
 from gym_extensions.submissions.layout import PROGRESS
 
-TRAINED_AGENT = "trpo"
-"""The expert of a task of a custom group."""
 PLANNER = "planner"
 """Plans on the map of a navigation task and takes the fewest steps: the expert of these tasks."""
 REFERENCE = "reference"
 """Replaces a group's id in the derivation of seeds."""
 NUM_ENVS = 100
-MIN_RUNS = 3
-"""Of five or more runs, at least this many must beat the floor."""
 
 
 @dataclass(frozen=True)
@@ -121,9 +117,7 @@ def summary(returns: Sequence[float]) -> references.FloorAgent:
 
 def is_open(beaten: Sequence[bool]) -> bool:
     """Whether a task stays open: fewer than three runs beat the floor, or, of under five runs, not all."""
-    if len(beaten) < protocol.FULL_SUBMISSION_RUNS:
-        return not all(beaten)
-    return sum(beaten) < MIN_RUNS
+    return sum(beaten) < 3 if len(beaten) >= protocol.FULL_SUBMISSION_RUNS else not all(beaten)
 
 
 def floor_of(returns: Mapping[Measurement, Sequence[float]]) -> references.Floor:
@@ -188,7 +182,7 @@ def measured_floors(tasks: Sequence[Task], jobs: int) -> dict[str, references.Fl
 
 
 def custom(
-    groups: Sequence[TaskGroup], training: tuple[str, str, Sequence[int]], out: Path, jobs: int
+    groups: Sequence[TaskGroup], agent: str, budget: str, runs: Sequence[int], *, out: Path, jobs: int
 ) -> references.File:
     """Measures every task without a reference in the file: its floor, and an agent trained on it alone.
 
@@ -198,7 +192,7 @@ def custom(
 
     Args:
         groups: the groups of the tasks.
-        training: the agent, its training budget, and the training seeds of its runs.
+        agent, budget, runs: what is trained, for how long, and the training seeds of its runs.
         out: the path of the references file; its stem is the version. Tasks in it stay.
         jobs: number of worker processes.
 
@@ -206,20 +200,19 @@ def custom(
         BenchError: ``out`` is not a references file or has another definition of a task, or a measurement
             failed.
     """
-    agent, budget, runs = training
-    tasks = {task.id: (group, index) for group in groups for index, task in enumerate(group.tasks)}
-    known = {*references.load_references().tasks}
-    known |= {*read_file(out, [group.tasks[index] for group, index in tasks.values()])}
-    missing = [group.tasks[index] for id_, (group, index) in tasks.items() if id_ not in known]
-    pending: dict[tuple[str, int], Measurement | runner.PendingJob] = {}
+    group_of = {task.id: group for group in groups for task in group.tasks}
+    tasks = {task.id: task for group in groups for task in group.tasks}
+    known = {*references.load_references().tasks, *read_file(out, tasks.values())}
+    missing = [task for task in tasks.values() if task.id not in known]
+    pending: dict[tuple[str, int], Measurement | runner.PendingJob] = {}  # by task and run
     for task in missing:
-        group, index = tasks[task.id]
         if task.base == "Navigation":
             pending[task.id, protocol.FIRST_REFERENCE_RUN] = Measurement(task, PLANNER, EPISODES)
             continue
+        group = group_of[task.id]
         settings = Settings(agent_spec.AgentSpec.of(agent, [(group, "single")]), protocol.budget(budget))
         for run in runs:
-            job = TrainingJob(group, "single", run, index)
+            job = TrainingJob(group, "single", run, group.tasks.index(task))
             pending[task.id, run] = runner.PendingJob(job, settings, out.parent / PROGRESS / out.stem)
     floors = measured_floors(missing, jobs)
     returns = dict(zip(pending, measure(list(pending.values()), jobs), strict=True))
@@ -255,7 +248,7 @@ def parser() -> argparse.ArgumentParser:
     add("--budget", default=protocol.STANDARD_BUDGET, choices=list(protocol.BUDGETS), help=steps)
     add("--runs", default="1000-1004", help="training seeds from 1000 on (default: %(default)s)")
     trained = "agent that is trained on each task (default: %(default)s)"
-    add("--agent", default=TRAINED_AGENT, choices=algorithms.names(), help=trained)
+    add("--agent", default="trpo", choices=algorithms.names(), help=trained)
     add("--jobs", type=int, default=1, help="worker processes (default: 1)")
     return command
 
@@ -278,7 +271,7 @@ def main(argv: list[str] | None = None) -> int:
         message = "It is one of the published references, which never change."
         raise BenchError("bad-out", message, str(out), "Name a file outside the package.")
     submission.prepare(out.parent)
-    write_file(custom(groups, (options.agent, options.budget, runs), out, options.jobs), out)
+    write_file(custom(groups, options.agent, options.budget, runs, out=out, jobs=options.jobs), out)
     shutil.rmtree(out.parent / PROGRESS / out.stem, ignore_errors=True)
     with suppress(OSError):  # there are unfinished measurements for other files
         (out.parent / PROGRESS).rmdir()

@@ -225,22 +225,17 @@ def write_run_files(
     jobs = sorted(finished, key=lambda job: job.task or 0)
     records = [record for job in jobs for record in finished[job]]
     group, protocol, run = jobs[0].group, jobs[0].protocol, jobs[0].run
-    tables = manifest_tables(settings)
-    existing = require_same(out / MANIFEST, tables)
+    existing = require_same(out / MANIFEST, manifest_tables(settings))
     policies = _policies([JobFolder(out, job) for job in jobs])
     files = policy_files(policies) if policies else {}
     size = sum(map(len, files.values()))
-    packages = dict.fromkeys(settings.agent.card.packages)
-    if any(suffix.endswith(layout.NETWORK) for suffix in files):
-        packages |= {RUNTIME: None}
+    packages = [*settings.agent.card.packages]
+    packages += [RUNTIME] if any(suffix.endswith(layout.NETWORK) for suffix in files) else []
     log = log_text([each for record in records for each in record.episodes], group.task_ids).encode()
     usages, measured = [record.usage for record in records], dict[str, Any]()
-    processors, cores = joined([used.processor for used in usages]), max(used.cores for used in usages)
     if settings.steps_counted:
-        measured = {
-            "cpu_seconds": round(sum(used.cpu_seconds for used in usages), 3),
-            "peak_memory_mb": max(used.peak_memory_mb for used in usages) or None,
-        }
+        measured["cpu_seconds"] = round(sum(used.cpu_seconds for used in usages), 3)
+        measured["peak_memory_mb"] = max(used.peak_memory_mb for used in usages) or None
     document = documents.RunDocument(
         group=group.id,
         protocol=protocol,  # type: ignore[arg-type]
@@ -250,9 +245,11 @@ def write_run_files(
         commit=commit,
         by=by,
         date=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        versions=run_versions([used.kernels for used in usages]),
+        versions=run_versions(used.kernels for used in usages),
         packages={package: version(package) for package in packages},
-        machine=documents.Machine(processor=processors, cores=cores),
+        machine=documents.Machine(
+            processor=joined(used.processor for used in usages), cores=max(used.cores for used in usages)
+        ),
         steps=sum(used.steps for used in usages),
         steps_counted=settings.steps_counted,
         memory=documents.Memory(
@@ -275,13 +272,7 @@ def write_run_files(
     new = {place(suffix): data for suffix, data in files.items()}
     new[place(DOCUMENT)] = documents.run_text(document).encode()
     if not existing:
-        agent = settings.agent.factory
-        code = out.resolve() / AGENT
-        if isinstance(agent, IsolatedAgent) and agent.path and agent.path.resolve().is_relative_to(code):
-            file = "__init__.py" if agent.path.is_dir() else agent.path.name
-            stated = {"entry": f"{file}:{agent.attribute}", "packages": list(settings.agent.card.packages)}
-            tables = {**tables, "agent": stated}
-        new[out / MANIFEST] = tomli_w.dumps(tables).encode()
+        new[out / MANIFEST] = _manifest_text(out, settings).encode()
     new[place(LOG)] = log
     try:
         for path, data in new.items():
@@ -292,6 +283,17 @@ def write_run_files(
         raise
     for job in jobs:
         JobFolder(out, job).remove()
+
+
+def _manifest_text(out: Path, settings: Settings) -> str:
+    """A new manifest; it states the code of an agent that was trained in a box and lies in the folder."""
+    tables, agent = manifest_tables(settings), settings.agent.factory
+    code = out.resolve() / AGENT
+    if isinstance(agent, IsolatedAgent) and agent.path and agent.path.resolve().is_relative_to(code):
+        file = "__init__.py" if agent.path.is_dir() else agent.path.name
+        packages = list(settings.agent.card.packages)
+        tables["agent"] = {"entry": f"{file}:{agent.attribute}", "packages": packages}
+    return tomli_w.dumps(tables)
 
 
 def _policies(jobs: Sequence[JobFolder]) -> dict[str, agent.Array]:

@@ -37,7 +37,7 @@ def test_the_derivatives_agree_with_finite_differences(name: str, rows: int) -> 
     backward = policy.gradient(architecture, theta, values, upstream)
     np.testing.assert_allclose(backward, numeric_gradient(value, theta), atol=1e-5)
     direction = rng.standard_normal(theta.shape)
-    change = policy.tangent(SIZES, theta, policy.ACTIVATIONS[name], values, direction)
+    change = policy.jvp(SIZES, theta, policy.ACTIVATIONS[name], values, direction)
     assert np.sum(change * upstream) == pytest.approx(backward @ direction)
 
 
@@ -101,7 +101,7 @@ def test_the_surrogates_gradient_agrees_with_finite_differences(architecture: po
 
 def test_the_divergence_of_two_gaussians_by_hand() -> None:
     # Means 0 and 1, σ 1 and 2: log 2 + (1 + 1) / 8 − 1/2.
-    kl = policy.divergence(np.zeros((1, 1)), np.zeros(1), np.ones((1, 1)), np.array([np.log(2.0)]))
+    kl = policy.mean_kl(np.zeros((1, 1)), np.zeros(1), np.ones((1, 1)), np.array([np.log(2.0)]))
     assert kl == pytest.approx(np.log(2) + 0.25 - 0.5)
 
 
@@ -111,7 +111,7 @@ def test_the_fisher_product_is_the_divergences_second_derivative(architecture: p
     old = policy.mean_and_log_sigma(architecture, theta, observations)
 
     def kl(at: Array) -> float:
-        return policy.divergence(*old, *policy.mean_and_log_sigma(architecture, at, observations))
+        return policy.mean_kl(*old, *policy.mean_and_log_sigma(architecture, at, observations))
 
     width, unit = 1e-4, np.eye(len(theta))
     rows = slice(None, None, 7)  # a seventh of the dense matrix takes a seventh of the time

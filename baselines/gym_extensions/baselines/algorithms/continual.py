@@ -196,7 +196,7 @@ def diagonal_fisher(architecture: policies.Architecture, theta: Array, inputs: A
             parts += [squares.sum(axis=0), (np.square(values[layer], dtype=np.float64).T @ squares).ravel()]
             if layer:
                 upstream = upstream @ views[layer][0].T
-                policies.bend(upstream, values[layer], activation)
+                policies.times_slope(upstream, values[layer], activation)
         total += np.concatenate(parts[::-1])
     total /= len(inputs)
     total[-outputs:] = 2.0
@@ -254,7 +254,7 @@ class Divergence:
         values = policies.forward(self.architecture, theta, self.inputs)
         log_sigmas = self.architecture.log_sigmas
         precision = np.exp(-2 * theta[log_sigmas])
-        gap = policies.means(self.architecture, values) - self.means
+        gap = policies.means(self.architecture, values[-1]) - self.means
         whole = policies.gradient(self.architecture, theta, values, gap * precision / len(gap))
         whole[log_sigmas] = np.mean(1 - (np.exp(2 * self.log_sigmas) + gap * gap) * precision, axis=0)
         return theta.dtype.type(self.coefficient) * whole

@@ -53,8 +53,12 @@ REFERENCE = TrpoSettings(
 
 TUNING_STEPS = 40_800_000
 TUNING_TASKS = (
-    *("HalfCheetah", "Hopper", "Walker2d"),
-    *("Hopper at 0.9 gravity", "Walker2d at 0.9 gravity", "HalfCheetah at 0.9 gravity"),
+    "HalfCheetah",
+    "Hopper",
+    "Walker2d",
+    "Hopper at 0.9 gravity",
+    "Walker2d at 0.9 gravity",
+    "HalfCheetah at 0.9 gravity",
 )
 """The trials that chose the settings of ``trpo``: docs/learners.md lists them."""
 
@@ -166,13 +170,18 @@ class Trpo:
         settings, valid = self._settings, transitions.valid
         flat = transitions.observations.reshape(-1, self._architecture.sizes[0])
         predicted = self._value.predict(flat).reshape(transitions.observations.shape[:2])
-        rewards, ends = transitions.rewards, (transitions.terminated, transitions.truncated)
-        discount, gae_lambda = settings.discount, settings.gae_lambda
-        estimates = values.advantages(rewards, predicted, *ends, discount=discount, gae_lambda=gae_lambda)
-        targets, chosen = (estimates + predicted[:-1])[valid], estimates[valid]
-        scaled = ((chosen - chosen.mean()) / (chosen.std() + 1e-8)).astype(np.float32)
+        estimates = values.advantages(
+            transitions.rewards,
+            predicted,
+            transitions.terminated,
+            transitions.truncated,
+            discount=settings.discount,
+            gae_lambda=settings.gae_lambda,
+        )
+        targets, advantages = (estimates + predicted[:-1])[valid], estimates[valid]
+        normalized = ((advantages - advantages.mean()) / (advantages.std() + 1e-8)).astype(np.float32)
         observations = self._observations_of(transitions)
-        batch = policies.Batch(self._policy_inputs(observations), transitions.actions[valid], scaled)
+        batch = policies.Batch(self._policy_inputs(observations), transitions.actions[valid], normalized)
         self._theta = update.updated(
             self._architecture,
             self._theta,

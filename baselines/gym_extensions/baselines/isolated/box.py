@@ -39,12 +39,14 @@ Guest(int(sys.argv[1]), int(sys.argv[2]), limits.files).serve(b"")
 NAMESPACES = """--unshare-user --unshare-pid --unshare-net --unshare-ipc --unshare-uts --unshare-cgroup-try
     --uid 65534 --gid 65534 --hostname box --cap-drop ALL --die-with-parent --new-session --clearenv"""
 OWN_VARIABLES = {
-    **{
-        "PYTHONPATH": contents.PACKAGES,
-        "PYTHONHOME": contents.PYTHON,
-        "LD_LIBRARY_PATH": f"{contents.PYTHON}/lib",
-    },
-    **{"PYTHONHASHSEED": "0", "PYTHONUTF8": "1", "LANG": "C.UTF-8", "HOME": "/tmp", "PATH": ""},
+    "PYTHONPATH": contents.PACKAGES,
+    "PYTHONHOME": contents.PYTHON,
+    "LD_LIBRARY_PATH": f"{contents.PYTHON}/lib",
+    "PYTHONHASHSEED": "0",
+    "PYTHONUTF8": "1",
+    "LANG": "C.UTF-8",
+    "HOME": "/tmp",
+    "PATH": "",
 }
 OPTION, REPORT = "--isolated", "Please report it, with where Python and its packages come from."
 ALLOW = "On Ubuntu, allow it with: sudo sysctl -w kernel.apparmor_restrict_unprivileged_userns=0"

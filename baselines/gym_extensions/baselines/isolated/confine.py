@@ -70,10 +70,9 @@ def confine(limits: Limits) -> None:
     """Limits this process, which has one thread and no child, for the rest of its life."""
     import resource
 
-    for name, value in {
-        **{"CPU": limits.cpu_seconds, "DATA": limits.memory, "AS": limits.memory + LIBRARIES, "CORE": 0},
-        **{"FSIZE": limits.files, "NPROC": limits.threads, "NOFILE": 256, "MEMLOCK": 0},
-    }.items():
+    bounds = {"CPU": limits.cpu_seconds, "DATA": limits.memory, "AS": limits.memory + LIBRARIES, "CORE": 0}
+    bounds |= {"FSIZE": limits.files, "NPROC": limits.threads, "NOFILE": 256, "MEMLOCK": 0}
+    for name, value in bounds.items():
         # The kernel ends the process with SIGXCPU, and, if it ignores that, two seconds later.
         resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (value, value + 2 * (name == "CPU")))
     program = seccomp_program()

@@ -152,7 +152,7 @@ def layer(sizes: Sizes, theta: Array, number: int) -> tuple[Array, Array]:
 
 
 @compiled
-def bend(change: Array, values: Array, activation: int) -> None:
+def times_slope(change: Array, values: Array, activation: int) -> None:
     """Multiplies ``change`` (n, w) by the slope of the activation, which is known from its values."""
     zero = change.dtype.type(0)
     for row in range(len(change)):
@@ -165,7 +165,7 @@ def bend(change: Array, values: Array, activation: int) -> None:
 
 
 @compiled
-def tangent(sizes: Sizes, theta: Array, activation: int, values: Sequence[Array], direction: Array) -> Array:
+def jvp(sizes: Sizes, theta: Array, activation: int, values: Sequence[Array], direction: Array) -> Array:
     """Derivative of the output (n, out) along a direction of the parameters (p,)."""
     change, last = values[0], len(sizes) - 2
     for number in range(last + 1):
@@ -176,7 +176,7 @@ def tangent(sizes: Sizes, theta: Array, activation: int, values: Sequence[Array]
             for unit in range(d_bias.size):
                 step[row, unit] += through[row, unit] + d_bias[unit]
         if number < last:
-            bend(step, values[number + 1], activation)
+            times_slope(step, values[number + 1], activation)
         change = step
     return change
 
@@ -194,7 +194,7 @@ def add_gradient(  # noqa: PLR0917
                 d_bias[unit] += upstream[row, unit]
         if number:
             upstream = np.dot(upstream, weights.T)
-            bend(upstream, values[number], activation)
+            times_slope(upstream, values[number], activation)
 
 
 @compiled
@@ -208,14 +208,14 @@ def backward(sizes: Sizes, theta: Array, activation: int, values: Values, upstre
 
 
 @compiled
-def curved(  # noqa: PLR0917
+def gauss_newton_product(  # noqa: PLR0917
     sizes: Sizes, theta: Array, activation: int, values: Values, metric: Array, direction: Array
 ) -> Array:
     """Jᵀ diag(metric) J · direction (p,), with J the derivative of all outputs and ``metric`` (n, out)."""
     total = np.zeros_like(theta)
     for start in range(0, len(metric), BLOCK):
         part = [each[start : start + BLOCK] for each in values]
-        upstream = tangent(sizes, theta, activation, part, direction) * metric[start : start + BLOCK]
+        upstream = jvp(sizes, theta, activation, part, direction) * metric[start : start + BLOCK]
         add_gradient(sizes, theta, activation, part, upstream, total)
     return total
 
@@ -237,15 +237,15 @@ def initial_policy(
     return np.concatenate([initial(sizes, rng, last_scale), np.full(sizes[-1], log_sigma, np.float32)])
 
 
-def means(architecture: Architecture, values: Values) -> Array:
-    """The means (n, a) of the policy where the layers have the values; only the last ones are used."""
-    return np.tanh(values[-1]) if architecture.tanh_mean else values[-1]
+def means(architecture: Architecture, output: Array) -> Array:
+    """The means (n, a) of the policy for outputs (n, a) of the network."""
+    return np.tanh(output) if architecture.tanh_mean else output
 
 
 def mean_and_log_sigma(architecture: Architecture, theta: Array, observations: Array) -> tuple[Array, Array]:
     """Means (n, a) and log σ (a,)."""
-    last = outputs(architecture, theta, observations)
-    return means(architecture, (last,)), theta[architecture.log_sigmas]
+    mean = means(architecture, outputs(architecture, theta, observations))
+    return mean, theta[architecture.log_sigmas]
 
 
 def sampled(mean: Array, log_sigma: Array, generator: np.random.Generator) -> Array:
@@ -259,7 +259,7 @@ def log_density(mean: Array, log_sigma: Array, actions: Array) -> Array:
     return -0.5 * np.einsum("na,na->n", scaled, scaled) - log_sigma.sum()
 
 
-def gain(mean: Array, log_sigma: Array, batch: Batch, old_log_density: Array) -> float:
+def surrogate(mean: Array, log_sigma: Array, batch: Batch, old_log_density: Array) -> float:
     """The surrogate of a policy with the given means (n, a) and log σ (a,), which an update raises.
 
     It is the mean of new / old density × advantage (Schulman et al. 2015, eq. 14).
@@ -268,7 +268,7 @@ def gain(mean: Array, log_sigma: Array, batch: Batch, old_log_density: Array) ->
     return float(np.mean(ratio * batch.advantages, dtype=np.float64))
 
 
-def divergence(old_mean: Array, old_log_sigma: Array, mean: Array, log_sigma: Array) -> float:
+def mean_kl(old_mean: Array, old_log_sigma: Array, mean: Array, log_sigma: Array) -> float:
     """Mean KL(old ‖ new) over the states."""
     inverse = np.exp(-2 * log_sigma)
     gap = np.mean((mean - old_mean) ** 2, axis=0, dtype=np.float64)
@@ -288,7 +288,7 @@ def surrogate_gradient(architecture: Architecture, theta: Array, batch: Batch, v
     """Gradient (p,) of the surrogate at new = old, where the layers have the values."""
     deviations = np.exp(theta[architecture.log_sigmas])
     weighted = batch.advantages[:, None] / len(batch.advantages)
-    scaled = (batch.actions - means(architecture, values)) / deviations
+    scaled = (batch.actions - means(architecture, values[-1])) / deviations
     slope = gradient(architecture, theta, values, weighted * scaled / deviations)
     slope[architecture.log_sigmas] = np.sum(weighted * (scaled * scaled - 1), axis=0)
     return slope
@@ -308,7 +308,7 @@ def fisher_product(
         metric *= (1 - np.tanh(values[-1]) ** 2) ** 2
 
     def product(vector: Array) -> Array:
-        image = curved(*network, values, metric, vector) + damping * vector
+        image = gauss_newton_product(*network, values, metric, vector) + damping * vector
         image[log_sigmas] += 2 * vector[log_sigmas]
         return image
 

@@ -140,29 +140,33 @@ def updated(
     stride = max(1, len(batch.observations) // region.curvature_states)
     part = tuple(np.ascontiguousarray(each[::stride]) for each in values)
     product = policy.fisher_product(architecture, theta, part, region.damping)
+    curvature = None
     if penalty:
-        slope = slope - penalty.gradient(theta)
+        slope, curvature = slope - penalty.gradient(theta), penalty.curvature(theta)
     if trainable is not None:
         slope, product = trainable * slope, _restricted(product, trainable)
-    sigmas = architecture.log_sigmas
-    slope[sigmas][(theta[sigmas] <= region.least_log_sigma) & (slope[sigmas] < 0)] = 0
-    curvature = penalty.curvature(theta) if penalty else None
     if curvature and trainable is not None:
         curvature = replace(curvature, product=_restricted(curvature.product, trainable))
+    sigmas = architecture.log_sigmas
+    slope[sigmas][(theta[sigmas] <= region.least_log_sigma) & (slope[sigmas] < 0)] = 0
     full_step = step_within(region, product, slope, curvature)
     if full_step is None:
         return theta
 
-    old_mean, old_log_sigma = policy.means(architecture, values), theta[sigmas]
+    old_mean, old_log_sigma = policy.means(architecture, values[-1]), theta[sigmas]
     old = policy.log_density(old_mean, old_log_sigma, batch.actions)
-    before = policy.gain(old_mean, old_log_sigma, batch, old) - (penalty.value(theta) if penalty else 0.0)
 
+    def objective(parameters: Array, mean: Array, log_sigma: Array) -> float:
+        surrogate = policy.surrogate(mean, log_sigma, batch, old)
+        return surrogate - penalty.value(parameters) if penalty else surrogate
+
+    before = objective(theta, old_mean, old_log_sigma)
     for number in range(STEPS_TRIED):
         candidate: Array = theta + theta.dtype.type(SHRINK**number) * full_step
         np.maximum(candidate[sigmas], region.least_log_sigma, out=candidate[sigmas])
         mean, log_sigma = policy.mean_and_log_sigma(architecture, candidate, batch.observations)
-        kl = policy.divergence(old_mean, old_log_sigma, mean, log_sigma)
-        after = policy.gain(mean, log_sigma, batch, old) - (penalty.value(candidate) if penalty else 0.0)
+        kl = policy.mean_kl(old_mean, old_log_sigma, mean, log_sigma)
+        after = objective(candidate, mean, log_sigma)
         if np.isfinite(after) and after > before and kl <= region.max_kl:
             return candidate
     return theta

@@ -52,7 +52,8 @@ class Collector:
             observations.append(np.array(next_observations, np.float32))
             rows.append((action, np.array(reward, np.float64), np.array(ends), np.array(cuts), stepped))
         self._observations = observations[-1]
-        return Transitions(np.stack(observations), *map(np.stack, zip(*rows, strict=True)))
+        actions, rewards, terminated, truncated, valid = map(np.stack, zip(*rows, strict=True))
+        return Transitions(np.stack(observations), actions, rewards, terminated, truncated, valid)
 
 
 def advantages(
@@ -79,7 +80,7 @@ FIRST_DECAY, SECOND_DECAY, EPSILON = 0.9, 0.999, 1e-8
 
 
 @compiled
-def descend(  # noqa: PLR0917
+def adam_steps(  # noqa: PLR0917
     sizes: policy.Sizes,
     theta: Array,
     first: Array,
@@ -176,7 +177,7 @@ class ValueFunction:
             updates = self.state["updates"] + np.arange(1, -(-count // size) + 1)
             rates = fit.learning_rate * np.sqrt(1 - SECOND_DECAY**updates) / (1 - FIRST_DECAY**updates)
             batch = inputs[order], scaled[order, None], size, rates.astype(np.float32)
-            descend(self._architecture.sizes, theta, first, second, *batch)
+            adam_steps(self._architecture.sizes, theta, first, second, *batch)
             self.state["updates"] = updates[-1:]
 
     def _moments(self) -> policy.Moments:
