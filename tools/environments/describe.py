@@ -23,6 +23,10 @@ from gym_extensions.envs.range_beams import ANGLES, FANS, REACH
 BEAM = "distance to the wall / 10 m, 0 without a hit"
 CENTER = "about the center of mass"
 FREE_POSITIONS = ("quaternion w", "quaternion x", "quaternion y", "quaternion z")
+SIDE_VIEW = (90.0, 0.0)
+"""Azimuth and elevation of a view along y, so that x points to the right."""
+DIGITS = 4
+GEOM = mujoco.mjtGeom
 
 
 def observation_fields(task: Task) -> list[Field]:
@@ -115,12 +119,6 @@ def differences(task: Task) -> list[str]:
         x, y = goals()[found.map, found.goal]
         return [f"Map {found.map}, goal {found.goal} at ({x:g}, {y:g})."]
     return [variation.describe(task.body, base_spec(task.body)) for variation in task.variations]
-
-
-SIDE_VIEW = (90.0, 0.0)
-"""Along y, so that x points to the right."""
-DIGITS = 4
-GEOM = mujoco.mjtGeom
 
 
 def skeleton(task: Task) -> Skeleton:
@@ -226,8 +224,9 @@ def descriptions() -> str:
     cells = [rectangles(load(number).cells[::-1]) for number in MAPS]
     maps = [_compact([[int(value * CELL) for value in row] for row in rows]) for rows in cells]
     parts = {"maps": maps, "skeletons": skeletons, "tables": tables}
-    lines = [f'"{name}": [\n{_lines(rows)}\n]' for name, rows in parts.items()]
-    return "{\n" + ",\n".join([*lines, f'"tasks": {{\n{_lines(tasks)}\n}}']) + "\n}\n"
+    lines = [f'"{name}": [\n' + ",\n".join(rows) + "\n]" for name, rows in parts.items()]
+    lines.append('"tasks": {\n' + ",\n".join(tasks) + "\n}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def _index(shared: dict[str, int], value: Any) -> int:
@@ -237,9 +236,6 @@ def _index(shared: dict[str, int], value: Any) -> int:
 
 def _compact(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
-
-
-_lines = ",\n".join
 
 
 def rectangles(cells: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]:

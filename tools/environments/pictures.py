@@ -23,9 +23,20 @@ SIZE = (640, 480)
 """Width and height in pixels of the picture of a task."""
 LINE_RADIUS = 0.01
 """Radius of a line in the scene, m."""
+QUALITY = 70
+FREE_BEAM = 2.5
+"""Drawn length of a beam that hits nothing, m."""
+TABLE = -0.318
+"""Height at which areas on the table are drawn, m."""
+PUSHER_GOAL = (0.45, -0.05)
+"""Position that Pusher's goal area is relative to (x, y)."""
 Color = tuple[float, float, float, float]
 Line = tuple[NDArray[np.float64], NDArray[np.float64], Color]
 """Start, end and color (red, green, blue, alpha) of a line in the scene."""
+FLOOR: Color = (0.62, 0.66, 0.64, 1.0)
+CHANGED: Color = (0.80, 0.16, 0.12, 1.0)
+BEAM: Color = (0.95, 0.65, 0.05, 0.9)
+AREA: Color = (0.10, 0.55, 0.25, 1.0)
 MAP_PIXEL = 2.0
 """Units per pixel of a map's picture."""
 
@@ -74,19 +85,6 @@ def _render(model: Any, data: Any, view: Camera, lines: Sequence[Line]) -> NDArr
         message = f"MuJoCo cannot render on this machine: {failure}."
         hint = "Set MUJOCO_GL=egl or MUJOCO_GL=osmesa and install that library."
         raise BenchError("no-rendering", message, hint=hint) from failure
-
-
-QUALITY = 70
-FLOOR: Color = (0.62, 0.66, 0.64, 1.0)
-CHANGED: Color = (0.80, 0.16, 0.12, 1.0)
-BEAM: Color = (0.95, 0.65, 0.05, 0.9)
-AREA: Color = (0.10, 0.55, 0.25, 1.0)
-FREE_BEAM = 2.5
-"""Drawn length of a beam that hits nothing, m."""
-TABLE = -0.318
-"""Height at which areas on the table are drawn, m."""
-PUSHER_GOAL = (0.45, -0.05)
-"""Position that Pusher's goal area is relative to (x, y)."""
 
 
 def task_pictures() -> dict[str, bytes]:
