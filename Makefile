@@ -34,7 +34,7 @@ extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, ex
 	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/adapters tests/envs/test_wrappers.py \
 	  tests/export tests/examples/test_formats.py tests/results/test_frames.py tests/submissions/policies tests/verification/test_networks.py tests/test_policies.py
 
-slow: .venv/everything.installed  ## run the tests that train for minutes
+slow: .venv/everything.installed  ## run the tests that are marked as slow
 	.venv/bin/pytest -m slow
 
 check: .venv/everything.installed .venv/docs.installed  ## check style, types, import layers and workflows
