@@ -11,9 +11,9 @@ from gym_extensions.catalog.groups import Groups, with_custom
 from gym_extensions.catalog.protocol import PROTOCOLS, budget
 from gym_extensions.scoring.output.board_frames import typed
 from gym_extensions.scoring.pipeline import Paths, find_submissions
-from gym_extensions.submissions.log import stage_steps
 from gym_extensions.submissions.problem import refuse_problems
 from gym_extensions.submissions.reader import read
+from gym_extensions.submissions.run import stage_steps
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_group
 
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import Budget
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions import layout, problem
@@ -187,12 +186,3 @@ def log_of(frames: Mapping[int, pd.DataFrame], protocol: str, group: TaskGroup) 
     positions = {task: position for position, task in enumerate(group.task_ids)}
     rows["position"] = np.array([positions.get(task, -1) for task in rows["task"].tolist()], dtype=np.int64)
     return Log(protocol, group, rows)
-
-
-WHOLE_BUDGET = ("joint", "cumulative")
-"""The protocols whose one stage has the training steps of all tasks."""
-
-
-def stage_steps(budget: Budget, group: TaskGroup, protocol: str) -> int:
-    """Training steps of a stage: of a task, or of all tasks together where the protocol has one stage."""
-    return budget.steps_for(group.name) * (len(group.tasks) if protocol in WHOLE_BUDGET else 1)

@@ -82,7 +82,7 @@ class _Reader:
         groups = {group.id: self._group(group, policies) for group in present}
         trained = self._trained(wanted, policies)
         problems = problem.summarize(self.problems, name)
-        entry = str((self._section("agent") or {}).get("entry", ""))
+        entry = str(self._declared("agent", "entry") or "")
         digest, root = code_digest(sources, entry), self.folder.root
         found = Submission(name, manifest, groups, problems, readme, review, root, digest, trained)
         return replace(found, review=about(review, manifest.digest, found.documents)) if manifest else found

@@ -11,7 +11,7 @@ import msgspec
 from msgspec import Meta
 
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import task_order
+from gym_extensions.catalog.protocol import Budget, task_order
 from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import DOCUMENT, max_bytes, read_regular
@@ -185,6 +185,11 @@ def order_error(document: RunDocument, group: TaskGroup, protocol: str, run: int
         return ""
     stated, needed = (", ".join(ids)[:LONGEST] or "no order" for ids in (document.order, expected))
     return f"It states {stated}; the document of {protocol} run {run} states {needed}."
+
+
+def stage_steps(budget: Budget, group: TaskGroup, protocol: str) -> int:
+    """Training steps of a stage: of a task, or of all tasks together in ``joint`` and ``cumulative``."""
+    return budget.steps_for(group.name) * (len(group.tasks) if protocol in ("joint", "cumulative") else 1)
 
 
 def run_of(data: bytes) -> RunDocument:

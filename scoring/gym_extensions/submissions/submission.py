@@ -75,17 +75,13 @@ class Submission:
         """
         if self.trained is None:
             return (self,)
-        found = []
-        for source in (self, self.trained.runs):
-            groups = {}
-            for id_, each in source.groups.items():
-                folders = {name: runs_folder(self.path, each.group.name, name) for name in each.runs}
-                runs = {name: part for name, part in each.runs.items() if folders[name] == source.path}
-                if runs:
-                    logs = {name: log for name, log in each.logs.items() if name in runs}
-                    groups[id_] = replace(each, logs=logs, runs=runs)
-            found.append(replace(source, name=self.name, groups=groups))
-        return tuple(found)
+        trained, groups = self.trained.runs, {}
+        for id_, each in self.groups.items():
+            here = trained.groups[id_].runs if id_ in trained.groups else {}
+            if runs := {name: part for name, part in each.runs.items() if name not in here}:
+                logs = {name: log for name, log in each.logs.items() if name in runs}
+                groups[id_] = replace(each, logs=logs, runs=runs)
+        return replace(self, groups=groups), replace(trained, name=self.name)
 
     @property
     def shown_groups(self) -> dict[str, SubmittedGroup]:

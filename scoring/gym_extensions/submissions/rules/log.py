@@ -5,7 +5,7 @@ Most rules are a mask over the rows of all runs: ``ROW_RULES`` has their masks, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -38,12 +38,16 @@ def compared_rows(log: Log) -> pd.DataFrame:
     """
     names = ("run", "stage", "position", "episode", "length", "terminated")
     run, stage, position, episode, length, terminated = (log.rows[name].to_numpy() for name in names)
-    bodies = [task.body for task in log.group.tasks]
+    tasks = log.group.tasks
+    # The last element is for the position -1, of a task of another group.
+    limits = [*(task.max_steps for task in tasks), 0]
+    rewards = [*(task.body.rewards for task in tasks), UNBOUNDED]
+    successes = [*(task.body.success for task in tasks), None]
 
-    def by_task(values: Iterable[Any], other: Any) -> Any:
-        return np.array([*values, other])[position]
+    def by_task(values: Sequence[Any]) -> Any:
+        return np.array(values)[position]
 
-    seeds = np.full((len(bodies) + 1, EVALUATION_EPISODES + 1), -1)
+    seeds = np.full((len(tasks) + 1, EVALUATION_EPISODES + 1), -1)
     for index, task in enumerate(log.group.task_ids):
         for number in range(EVALUATION_EPISODES):
             seeds[index, number] = evaluation_seed(log.group.id, task, number)
@@ -51,21 +55,17 @@ def compared_rows(log: Log) -> pd.DataFrame:
     code = run
     for column in (stage, position, episode):
         code = code * 10_000 + np.clip(column, -1, 9_998) + 1
-    low, high, end = (
-        by_task((getattr(body.rewards, name) for body in bodies), getattr(UNBOUNDED, name))
-        for name in ("low", "high", "end")
-    )
-    steps = np.maximum(length, 1)
+    steps, ends = np.maximum(length, 1), by_task([each.end for each in rewards])
     return log.rows.assign(
         known=position >= 0,
-        limit=by_task((task.max_steps for task in log.group.tasks), 0),
+        limit=by_task(limits),
         expected_seed=seeds[position, np.where(is_episode, episode, EVALUATION_EPISODES)],
         order=np.diff(code, prepend=-1),
-        low=low * steps,
-        high=high * steps + np.where(terminated, end, 0.0),
-        can_end=by_task((body.rewards.terminates for body in bodies), True),
-        defines_success=by_task((body.success is not None for body in bodies), False),
-        arrives=by_task((isinstance(body.success, Arrival) for body in bodies), False),
+        low=by_task([each.low for each in rewards]) * steps,
+        high=by_task([each.high for each in rewards]) * steps + np.where(terminated, ends, 0.0),
+        can_end=by_task([each.terminates for each in rewards]),
+        defines_success=by_task([each is not None for each in successes]),
+        arrives=by_task([isinstance(each, Arrival) for each in successes]),
     )
 
 

@@ -9,11 +9,18 @@ import msgspec
 from gym_extensions.catalog import fingerprints, groups, tasks
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, Budget, stages, task_order
 from gym_extensions.errors import did_you_mean
-from gym_extensions.submissions import layout, log
+from gym_extensions.submissions import layout
 from gym_extensions.submissions.policies.files import missing_networks
 from gym_extensions.submissions.problem import MAX_QUOTE, Finding, quote, rule
 from gym_extensions.submissions.rules.manifest import first_invisible, strings
-from gym_extensions.submissions.run import Curve, InterimEvaluation, RunDocument, Versions, order_error
+from gym_extensions.submissions.run import (
+    Curve,
+    InterimEvaluation,
+    RunDocument,
+    Versions,
+    order_error,
+    stage_steps,
+)
 
 BUDGET_TOLERANCE = 1.02
 """A run may exceed the budget by 2 %, for an agent whose last batch exceeds it."""
@@ -165,8 +172,8 @@ def over_budget(run: SubmittedRun) -> Iterator[Finding]:
     batch)."""
     if run.budget is None:
         return
-    steps = log.stage_steps(run.budget, run.group, run.protocol)
-    total = steps * (1 if run.protocol in log.WHOLE_BUDGET else len(run.group.tasks))
+    steps = stage_steps(run.budget, run.group, run.protocol)
+    total = run.budget.steps_for(run.group.name) * len(run.group.tasks)
     hint = "Train within the budget, or name the larger budget in submission.toml."
     if run.document.steps > BUDGET_TOLERANCE * total:
         message = f"The run has {run.document.steps} steps; the budget {run.budget.name!r} has {total}."
@@ -232,7 +239,7 @@ def impossible_curve_return(run: SubmittedRun) -> Iterator[Finding]:
 def impossible_evaluation(run: SubmittedRun) -> Iterator[Finding]:
     """An evaluation during training has 1 to 20 episodes, those with a prescribed seed, and its step is less
     than the steps of its stage."""
-    limit = log.stage_steps(run.budget, run.group, run.protocol) if run.budget else None
+    limit = stage_steps(run.budget, run.group, run.protocol) if run.budget else None
     for part in run.document.evaluations:
         where = run.part("evaluations", part)
         if not 1 <= part.episodes <= EVALUATION_EPISODES:
