@@ -17,8 +17,8 @@ from gym_extensions.catalog.protocol import IN_ORDER, PROTOCOLS
 from gym_extensions.curation.gate_report import Kind
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions import layout, manifest
+from gym_extensions.submissions.characters import skeleton
 from gym_extensions.submissions.problem import Finding, Rule, count, rule as registered
-from gym_extensions.submissions.rules.manifest import skeleton
 from gym_extensions.verification import git
 
 SUBMISSIONS = "submissions"

@@ -81,11 +81,11 @@ def changes(submission: Path) -> dict[str, dict[str, Change]]:
     for group in GROUPS.values():
         runs = [run.diagnoses for name, run in load(submission, group).items() if "/sequential/" in name]
         for measure in MEASURES:
-            layers = [[getattr(each, measure) for each in diagnoses] for diagnoses in runs]
-            if runs and all(each for stages in layers for each in stages):
-                stages = [[each[-1] for each in stages] for stages in layers]
-                values = [each[-1] - each[1] for each in stages]
-                untrained, first, last = (fmean(each[at] for each in stages) for at in (0, 1, -1))
+            layers = [[getattr(stage, measure) for stage in run] for run in runs]  # [run][stage][layer]
+            if runs and all(stage for run in layers for stage in run):
+                hidden = [[stage[-1] for stage in run] for run in layers]
+                values = [run[-1] - run[1] for run in hidden]
+                untrained, first, last = (fmean(run[at] for run in hidden) for at in (0, 1, -1))
                 change = MetricValue.of(interval(values), values)
                 found.setdefault(group.id, {})[measure] = Change(untrained, first, last, change)
     return found

@@ -8,7 +8,7 @@ import pytest
 
 from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.rules.manifest import hyperparameter_error, skeleton
+from gym_extensions.submissions.rules.manifest import hyperparameter_error
 
 from ..examples import GROUP, TOML, Change, CopySubmission, Table, all_of, edit, put
 
@@ -130,15 +130,6 @@ EXAMPLES: Table = {
 }
 
 
-@pytest.mark.parametrize("text", ["می\u200cخواهم", "क\u094d\u200dष", "🏳\ufe0f\u200d🌈", "1\ufe0f\u20e3"])
-def test_joiners_stand_where_scripts_and_emoji_need_them(
-    text: str, good: CopySubmission, tmp_path: Path
-) -> None:
-    folder = good(GROUP, tmp_path)
-    title(text)(folder)
-    assert read(folder).problems == ()
-
-
 def test_all_mistakes_of_a_manifest_are_reported_at_once(good: CopySubmission, tmp_path: Path) -> None:
     folder = good(GROUP, tmp_path)
     all_of(value('"smoke"', '"x"'), value("boundaries = false", "boundaries = 1"), title("\u200b"))(folder)
@@ -208,9 +199,3 @@ def test_a_committed_manifest_is_read_whole(path: Path) -> None:
     read = msgspec.json.decode(msgspec.json.encode(manifest_of(tables)))
     for name, value in tables.items():
         assert read[name] == (read[name] | value if isinstance(value, dict) else value), name
-
-
-def test_texts_that_look_alike_have_one_skeleton() -> None:
-    same = ["TRPO", "trp0", "ТRРО", "ΤRΡΟ", "T R P O"]
-    assert {skeleton(text) for text in same} == {"trpo"}
-    assert skeleton("modern l2") == skeleton("modem I2") != skeleton("modern l1")

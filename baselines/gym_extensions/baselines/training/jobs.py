@@ -23,8 +23,8 @@ from gym_extensions.catalog.protocol import (
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import foreign, make_vec
 from gym_extensions.errors import BenchError, require_known, whole_number
+from gym_extensions.submissions.characters import first_invisible
 from gym_extensions.submissions.layout import MAX_RUNS
-from gym_extensions.submissions.rules.manifest import first_invisible
 from gym_extensions.submissions.run import LONGEST
 
 

@@ -141,8 +141,9 @@ class Policy:
     @property
     def num_inputs(self) -> int | None:
         """The number of observations; None if the policy uses none."""
-        sized = self.weights[0] if self.weights else self.observation_mean
-        return None if sized is None else int(sized.shape[-2 if self.weights else -1])
+        if self.weights:
+            return self.weights[0].shape[-2]
+        return None if self.observation_mean is None else self.observation_mean.shape[-1]
 
     @property
     def num_actions(self) -> int:

@@ -16,10 +16,10 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from gym_extensions.errors import did_you_mean
+from gym_extensions.submissions.characters import first_invisible
 from gym_extensions.submissions.layout import AGENT, MANIFEST
 from gym_extensions.submissions.manifest import BOX_PACKAGES
 from gym_extensions.submissions.problem import Finding, quote, rule
-from gym_extensions.submissions.rules.manifest import first_invisible
 
 Sources = Mapping[str, bytes]
 """The files of agent/ by path."""

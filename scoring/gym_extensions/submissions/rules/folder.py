@@ -90,7 +90,7 @@ def unexpected_name(folder: Folder) -> Iterator[Finding]:
     for item in folder.items:
         parts = item.path.split("/")
         is_known = parts[0] in (*folder.groups, *OTHER_FOLDERS) or len(parts) == 1
-        if not is_known or len(parts) > layout.MAX_DEPTH:
+        if not is_known:
             continue  # unknown_group reports it
         if item.kind not in EXPECTED or EXPECTED[item.kind].fullmatch(item.path):
             continue

@@ -10,38 +10,11 @@ import msgspec
 
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.errors import did_you_mean
+from gym_extensions.submissions import characters
 from gym_extensions.submissions.layout import MANIFEST, README, WRITTEN, Folder
 from gym_extensions.submissions.manifest import LONG, SECTIONS, SHORT, Manifest, Observes
 from gym_extensions.submissions.problem import MAX_QUOTE, Finding, count, quote, rule
 
-INVISIBLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
-"""Unicode categories of control, format and surrogate characters, and of line and paragraph separators."""
-JOINERS = frozenset("\u180b\u180c\u180d\u180f\u200c\u200d\ufe0e\ufe0f")
-"""Characters without a glyph that Mongolian, Persian, Hindi and emoji need."""
-IGNORABLE = (range(0x180B, 0x1810), range(0xFE00, 0xFE10), range(0xFFF0, 0xFFF9), range(0xE0000, 0xE1000))
-BLANK = frozenset("\u034f\u115f\u1160\u17b4\u17b5\u2065\u2800\u3164\uffa0").union(
-    chr(code) for codes in IGNORABLE for code in codes
-)
-"""Characters without a glyph, with which one text can look like another, or hide a third one."""
-SCRIPTS = (
-    *("LATIN", "CYRILLIC", "GREEK", "ARMENIAN", "GEORGIAN", "HEBREW", "ARABIC", "THAANA", "ETHIOPIC"),
-    *("DEVANAGARI", "BENGALI", "GURMUKHI", "GUJARATI", "ORIYA", "TAMIL", "TELUGU", "KANNADA", "MALAYALAM"),
-    *("SINHALA", "THAI", "LAO", "TIBETAN", "MYANMAR", "KHMER", "MONGOLIAN"),
-)
-"""Scripts of which a word may have one, as Unicode's names of letters begin. Some others, such as Lisu and
-Cherokee, have letters that look like Latin ones."""
-BESIDE = frozenset(
-    ("CJK", "IDEOGRAPHIC", "HIRAGANA", "KATAKANA", "KATAKANA-HIRAGANA", "BOPOMOFO", "HANGUL", "MODIFIER")
-)
-"""Beginnings of the names of letters that may stand in a word with any of them."""
-LOOKALIKES = str.maketrans(
-    "АВЕЅІЈКМНОРСТУХаеѕіјорсухһԁԛԝΑΒΕΖΗΙΚΜΝΟΡΤΥΧαονριυχօսհոցı",
-    "ABESIJKMHOPCTYXaesijopcyxhdqwABEZHIKMNOPTYXaovpiuxouhngi",
-)
-"""Some letters that look like those of ASCII, from Unicode's table of confusables
-(https://www.unicode.org/reports/tr39/#Confusable_Detection)."""
-MAX_MARKS = 5
-"""Most combining marks in a row: more leave the line and cover other texts."""
 MULTILINE = ("description", "hyperparameters")
 """Keys whose strings may have line breaks and tabs."""
 LINES_LISTED = 3
@@ -190,35 +163,13 @@ def strings(value: object, where: str, multiline: bool = False) -> Iterator[tupl
             yield from strings(inner, where, multiline)
 
 
-def first_invisible(text: str) -> str:
-    """The first invisible character of a text, or nothing. A joiner may stand beside one beyond ASCII."""
-    if text.isascii() and text.isprintable():
-        return ""
-    for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
-        is_hidden = char in BLANK or unicodedata.category(char) in INVISIBLE
-        if is_hidden and (char not in JOINERS or "".join({before, after} - JOINERS).isascii()):
-            return char
-    return ""
-
-
-def _has_stacked_marks(text: str) -> bool:
-    """Whether combining marks are at the start of a text, or more than ``MAX_MARKS`` in a row."""
-    count = MAX_MARKS
-    for char in "" if text.isascii() else text:
-        count = count + 1 if unicodedata.category(char)[0] == "M" else 0
-        if count > MAX_MARKS:
-            return True
-    return False
-
-
 @rule("manifest")
 def empty_title(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """The title contains at least one visible character."""
     title = tables.get("title")
     if not isinstance(title, str):
         return
-    kinds = [unicodedata.category(char) for char in title if char not in BLANK]
-    if all(kind[0] in "CMZ" and kind != "Cn" for kind in kinds):  # "Cn": newer than this Python's Unicode
+    if not characters.is_visible(title):
         message = f"The title {quote(title)} has no visible character."
         yield Finding(where_of("", "title"), message, "Name the submission.")
 
@@ -230,24 +181,12 @@ def control_character(folder: Folder, tables: Tables) -> Iterator[Finding]:
     tabs.)"""
     for where, value, multiline in strings(tables, MANIFEST):
         text = value.replace("\n", "").replace("\t", "") if multiline else value
-        if first_invisible(text):
+        if characters.first_invisible(text):
             yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")
-        elif _has_stacked_marks(value):
+        elif characters.has_stacked_marks(value):
             yield Finding(
                 where, f"{quote(value)} has combining marks that cover other texts.", "Remove them."
             )
-
-
-def skeleton(text: str) -> str:
-    """What a text looks like, in any letter case: texts of equal skeletons may be taken for each other.
-
-    >>> skeleton("TRP0 I") == skeleton("trpo l")
-    True
-    """
-    letters = unicodedata.normalize("NFKD", text).translate(LOOKALIKES).casefold()
-    letters = letters.translate(str.maketrans("i1|0", "lllo")).replace("rn", "m")
-    # A text of symbols has no letters that could look alike.
-    return "".join(char for char in letters if char.isalnum()) or unicodedata.normalize("NFKC", text)
 
 
 @rule("manifest")
@@ -261,9 +200,10 @@ def script(folder: Folder, tables: Tables) -> Iterator[Finding]:
     for where, value, _ in strings(shown, MANIFEST):
         text = unicodedata.normalize("NFKC", value)
         for word in "".join(char if char.isalpha() else " " for char in text).split():
-            scripts = {unicodedata.name(char, "").split(" ")[0] for char in word} - BESIDE
-            if not scripts.issubset(SCRIPTS):
-                hint = f"Write it in letters of {', '.join(SCRIPTS).title()}, Chinese, Japanese or Korean."
+            scripts = characters.scripts_of(word)
+            if not scripts.issubset(characters.SCRIPTS):
+                known = ", ".join(characters.SCRIPTS).title()
+                hint = f"Write it in letters of {known}, Chinese, Japanese or Korean."
                 yield Finding(where, f"{quote(word)} has letters of another script.", hint)
             elif len(scripts) > 1:
                 message = f"{quote(word)} has letters of several scripts, which may look alike."
@@ -283,9 +223,9 @@ def readme_character(data: bytes) -> Iterator[Finding]:
         return
     wrong = []
     for number, line in enumerate(lines, 1):
-        if char := first_invisible(line.replace("\t", "")):
+        if char := characters.first_invisible(line.replace("\t", "")):
             wrong.append((number, f"The line contains the control or invisible character U+{ord(char):04X}."))
-        elif _has_stacked_marks(line):
+        elif characters.has_stacked_marks(line):
             wrong.append((number, "The line has combining marks that cover other texts."))
     for at, message in wrong[:LINES_LISTED]:
         yield Finding(f"{README}, line {at}", message, "Remove it.")

@@ -10,9 +10,10 @@ from gym_extensions.catalog import fingerprints, groups, tasks
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES, IN_ORDER, Budget, stages, task_order
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions import layout
+from gym_extensions.submissions.characters import first_invisible
 from gym_extensions.submissions.policies.files import missing_networks
 from gym_extensions.submissions.problem import MAX_QUOTE, Finding, quote, rule
-from gym_extensions.submissions.rules.manifest import first_invisible, strings
+from gym_extensions.submissions.rules.manifest import strings
 from gym_extensions.submissions.run import (
     Curve,
     InterimEvaluation,
