@@ -125,7 +125,6 @@ EXAMPLES: Table = {
         ("not UTF-8", put(README, b"a\nb\xff"), f"{README}, line 2", "0xff"),
         ("an escape sequence", put(README, b"a\nb\x1b[2J"), f"{README}, line 2", "U+001B"),
         ("stacked marks", put(README, ("o" + "\u0301" * 6).encode()), f"{README}, line 1", "cover"),
-        ("many", put(README, b"\x00\n" * 9), f"{README}, line 1", "U+0000", (), 4),
     ],
 }
 

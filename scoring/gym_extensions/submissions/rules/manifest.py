@@ -13,11 +13,10 @@ from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions import characters
 from gym_extensions.submissions.layout import MANIFEST, README, WRITTEN, Folder
 from gym_extensions.submissions.manifest import LONG, SECTIONS, SHORT, Manifest, Observes
-from gym_extensions.submissions.problem import MAX_QUOTE, Finding, count, quote, rule
+from gym_extensions.submissions.problem import MAX_QUOTE, Finding, quote, rule
 
 MULTILINE = ("description", "hyperparameters")
 """Keys whose strings may have line breaks and tabs."""
-LINES_LISTED = 3
 Tables = dict[str, Any]
 """The tables of submission.toml."""
 
@@ -100,7 +99,8 @@ def hyperparameter_error(value: object, *, is_element: bool = False) -> str:
     if isinstance(value, list | tuple) and not is_element:
         if len(value) > SHORT:
             return f"has {len(value)} elements; the limit is {SHORT}"
-        return next(filter(None, (hyperparameter_error(element, is_element=True) for element in value)), "")
+        errors = (hyperparameter_error(element, is_element=True) for element in value)
+        return next((error for error in errors if error), "")
     if isinstance(value, str):
         return f"has {len(value)} characters; the limit is {LONG}" if len(value) > LONG else ""
     if isinstance(value, float):
@@ -139,15 +139,15 @@ def unknown_report(folder: Folder, tables: Tables) -> Iterator[Finding]:
 def no_groups(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """A submission contains at least one group folder or agent/, unless it is a reported submission, which
     has none."""
-    is_reported = "reported" in tables
     items = (item for item in folder.items if item.kind == "folder" and "/" not in item.path)
     folders = [item.path for item in items if item.path not in WRITTEN]
-    if not is_reported and not folders:
+    if "reported" in tables:
+        for path in folders:
+            hint = "Remove the key 'reported' from submission.toml, or remove the folder."
+            yield Finding(path, "A reported submission cannot contain a group folder.", hint)
+    elif not folders:
         hint = "Add runs or code, as described in docs/submit.md."
         yield Finding(folder.name, "The submission contains no group folder and no agent/.", hint)
-    for path in folders if is_reported else ():
-        hint = "Remove the key 'reported' from submission.toml, or remove the folder."
-        yield Finding(path, "A reported submission cannot contain a group folder.", hint)
 
 
 def strings(value: object, where: str, multiline: bool = False) -> Iterator[tuple[str, str, bool]]:
@@ -167,9 +167,7 @@ def strings(value: object, where: str, multiline: bool = False) -> Iterator[tupl
 def empty_title(folder: Folder, tables: Tables) -> Iterator[Finding]:
     """The title contains at least one visible character."""
     title = tables.get("title")
-    if not isinstance(title, str):
-        return
-    if not characters.is_visible(title):
+    if isinstance(title, str) and not characters.is_visible(title):
         message = f"The title {quote(title)} has no visible character."
         yield Finding(where_of("", "title"), message, "Name the submission.")
 
@@ -184,9 +182,8 @@ def control_character(folder: Folder, tables: Tables) -> Iterator[Finding]:
         if characters.first_invisible(text):
             yield Finding(where, f"{quote(value)} contains a control or invisible character.", "Remove it.")
         elif characters.has_stacked_marks(value):
-            yield Finding(
-                where, f"{quote(value)} has combining marks that cover other texts.", "Remove them."
-            )
+            message = f"{quote(value)} has combining marks that cover other texts."
+            yield Finding(where, message, "Remove them.")
 
 
 @rule("manifest")
@@ -221,13 +218,10 @@ def readme_character(data: bytes) -> Iterator[Finding]:
         message = f"Byte {data[error.start]:#04x} is not UTF-8."
         yield Finding(f"{README}, line {number}", message, "Save the file as UTF-8.")
         return
-    wrong = []
     for number, line in enumerate(lines, 1):
+        where = f"{README}, line {number}"
         if char := characters.first_invisible(line.replace("\t", "")):
-            wrong.append((number, f"The line contains the control or invisible character U+{ord(char):04X}."))
+            message = f"The line contains the control or invisible character U+{ord(char):04X}."
+            yield Finding(where, message, "Remove it.")
         elif characters.has_stacked_marks(line):
-            wrong.append((number, "The line has combining marks that cover other texts."))
-    for at, message in wrong[:LINES_LISTED]:
-        yield Finding(f"{README}, line {at}", message, "Remove it.")
-    if more := len(wrong[LINES_LISTED:]):
-        yield Finding(README, f"The same is true of {count(more, 'more line')}.", "Remove it.")
+            yield Finding(where, "The line has combining marks that cover other texts.", "Remove them.")
