@@ -130,10 +130,9 @@ def npz_arrays(data: bytes, where: str = "") -> dict[str, Array]:
         if error := npz_error(data):
             raise ValueError(error)
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+            return {name: file[name] for name in file.files}
     except NPZ_ERRORS as error:
         raise BenchError("bad-policy", f"The file cannot be read: {error}.", where, HINT) from error
-    return arrays
 
 
 def run_arrays(policies: Mapping[Key, AnyPolicy]) -> dict[str, Array]:
