@@ -39,44 +39,24 @@ Probability = Annotated[float, Meta(ge=0, le=1)]
 
 
 class Verification(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a verification of some runs found.
-
-    Attributes:
-        version: of gym_extensions.
-        value: hexadecimal digits from which the new seeds follow; fixed after the runs.
-        settings: the digest of what the manifest says of the agent
-            (:attr:`gym_extensions.submissions.manifest.Manifest.digest`).
-        runs: the digest of each run that was verified: of its document, log and policies
-            (:attr:`gym_extensions.submissions.run.RunDocument.digest`).
-        files: the same of its log and policies alone
-            (:attr:`gym_extensions.submissions.run.RunDocument.files`).
-        episodes: logged episodes that were tried to repeat.
-        repeated: how many of them were repeated (:func:`how_repeated`).
-        difference: where the first difference lies and how large it is; empty without one.
-        runtime: what ran ONNX networks, with its version; empty if all policies are plain arrays.
-        cells: cells of 20 episodes on new seeds.
-        p_value, second_p_value: of the returns on new seeds, and on a second draw if that was suspicious.
-        passed: whether the returns agree.
-        undecided: why nothing was found out, such as slow policies; then it did not pass.
-        retrained: the runs that were trained again, and agree: they are *reproduced*.
-    """
+    """What a verification of some runs found. docs/rollout-log.md describes the keys."""
 
     date: Date
-    version: Text
-    value: Value
-    settings: Sha256
-    runs: dict[RunKey, Sha256]
-    files: dict[RunKey, Sha256] = {}
-    episodes: Count = 0
-    repeated: Count = 0
-    difference: Text = ""
-    runtime: Text = ""
-    cells: Count
-    p_value: Probability
-    second_p_value: Probability | None = None
-    passed: bool
-    undecided: Text | None = None
-    retrained: list[RunKey] = []
+    version: Text  # of gym_extensions
+    value: Value  # hexadecimal digits from which the new seeds follow; fixed after the runs
+    settings: Sha256  # the digest of what the manifest says of the agent (``Manifest.digest``)
+    runs: dict[RunKey, Sha256]  # the digest of each run: of its document, log and policies
+    files: dict[RunKey, Sha256] = {}  # the same of its log and policies alone (``RunDocument.files``)
+    episodes: Count = 0  # logged episodes that were tried to repeat
+    repeated: Count = 0  # how many of them were repeated (``how_repeated``)
+    difference: Text = ""  # where the first difference lies and how large it is
+    runtime: Text = ""  # what ran ONNX networks, with its version; empty if all policies are plain arrays
+    cells: Count  # cells of 20 episodes on new seeds
+    p_value: Probability  # of the returns on new seeds
+    second_p_value: Probability | None = None  # of a second draw, if the first was suspicious
+    passed: bool  # whether the returns agree
+    undecided: Text | None = None  # why nothing was found out, such as slow policies; then it did not pass
+    retrained: list[RunKey] = []  # the runs that were trained again, and agree: they are *reproduced*
 
 
 def how_repeated(runtime: str) -> str:
@@ -218,26 +198,15 @@ def is_verified(level: Level | None) -> bool:
 
 
 class Training(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A training of one version of an agent.
+    """A training of one version of an agent. docs/rollout-log.md describes the keys."""
 
-    Attributes:
-        date: the day on which it began.
-        version: of gym_extensions.
-        commit: the one that merged this version of the code.
-        value: public hexadecimal digits that were fixed after it; may be empty.
-        agent: the digest of the code (:func:`code_digest`).
-        runs: the digest of each run, by name.
-        failed: why the agent failed in a run. The run that lies in its place is that of the agent ``zero``,
-            which is the floor of every task of the core.
-    """
-
-    date: Date
-    version: Text
-    commit: Annotated[str, Meta(pattern="^[0-9a-f]{40,64}$")]
-    value: Annotated[str, Meta(pattern="^([0-9a-f]{40,128})?$")] = ""
-    agent: Sha256
-    runs: dict[RunKey, Sha256] = {}
-    failed: dict[RunKey, Text] = {}
+    date: Date  # the day on which it began
+    version: Text  # of gym_extensions
+    commit: Annotated[str, Meta(pattern="^[0-9a-f]{40,64}$")]  # the one that merged this version of the code
+    value: Annotated[str, Meta(pattern="^([0-9a-f]{40,128})?$")] = ""  # public digits, fixed after the commit
+    agent: Sha256  # the digest of the code (``code_digest``)
+    runs: dict[RunKey, Sha256] = {}  # the digest of each run
+    failed: dict[RunKey, Text] = {}  # why; in the run's place lies that of the agent ``zero``, the floor
 
     @property
     def seeds(self) -> str:

@@ -17,7 +17,8 @@ from gym_extensions.files import write_text
 from gym_extensions.submissions.layout import DOCUMENT, max_bytes, read_regular
 
 ARITHMETIC: Literal[2] = 2
-"""How plain policies compute: docs/rollout-log.md#arithmetic. The first was that of a machine's numpy."""
+"""How plain policies compute: docs/rollout-log.md#arithmetic. The first was that of a machine's numpy, and is
+repeated by the same kind of machine."""
 HINT = "docs/rollout-log.md lists the keys; gym_extensions.submissions.run.write_run writes them."
 
 LONGEST = 200
@@ -96,50 +97,31 @@ class PolicyFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class RunDocument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How a run was trained, and what belongs to it.
-
-    Attributes:
-        group: the group's id, with its version.
-        run: the training seed.
-        order: the task ids in the order of training, where it is not that of the group; else empty.
-        command, commit: what trained it, and of the code; empty if it is not known.
-        by: who trained it, if not the authors of the submission: a donated run.
-        steps: training steps over all stages.
-        steps_counted: whether the training loop counted them; false for policies that ``record`` evaluated.
-        fingerprints: of every task of the group, by task id.
-        arithmetic: of plain deterministic policies in the log; 1 is repeated by the same kind of machine.
-        log: SHA-256 of the run's log.
-        date: the day on which the training ended (ISO).
-        packages: versions of the packages that the agent uses besides those of ``versions``.
-        cpu_seconds: processor time of the training and evaluation, an agent's in a box included.
-        peak_memory_mb: largest memory of the process; that of an agent in a box is added.
-        curves, evaluations: by stage and task in training order.
-        policies: None if the run publishes none; then it cannot be verified.
-    """
+    """How a run was trained, and what belongs to it. docs/rollout-log.md describes the keys."""
 
     format: Literal[1] = 1
-    group: Text
+    group: Text  # its id, with its version
     protocol: Literal["sequential", "single", "joint", "cumulative", "descending", "balanced"]
-    run: Count
-    order: list[Text] = []
-    command: Annotated[str, Meta(max_length=4000)] = ""
-    commit: Text = ""
-    by: Text = ""
-    date: Date | None = None
+    run: Count  # the training seed
+    order: list[Text] = []  # the task ids in the order of training, where it is not that of the group
+    command: Annotated[str, Meta(max_length=4000)] = ""  # what trained it; empty if it is not known
+    commit: Text = ""  # of the code; empty if it is not known
+    by: Text = ""  # who trained it, if not the authors of the submission: a donated run
+    date: Date | None = None  # the day on which the training ended
     versions: Versions
-    packages: dict[Text, Text] = {}
+    packages: dict[Text, Text] = {}  # versions of those that the agent uses besides the ones of ``versions``
     machine: Machine | None = None
-    steps: Count
-    steps_counted: bool = True
-    cpu_seconds: Measure | None = None
-    peak_memory_mb: Measure | None = None
+    steps: Count  # training steps over all stages
+    steps_counted: bool = True  # by the training loop; False for policies that ``record`` evaluated
+    cpu_seconds: Measure | None = None  # of the training and evaluation, an agent's in a box included
+    peak_memory_mb: Measure | None = None  # of the process; that of an agent in a box is added
     memory: Memory
-    fingerprints: dict[Text, Text]
-    curves: list[Curve] = []
-    evaluations: list[InterimEvaluation] = []
-    arithmetic: Literal[1, 2] = 1
-    log: Sha256
-    policies: PolicyFile | None = None
+    fingerprints: dict[Text, Text]  # of every task of the group, by task id
+    curves: list[Curve] = []  # by stage and task in training order
+    evaluations: list[InterimEvaluation] = []  # in the same order
+    arithmetic: Literal[1, 2] = 1  # of plain deterministic policies in the log (``ARITHMETIC``)
+    log: Sha256  # of the run's log
+    policies: PolicyFile | None = None  # None if the run publishes none; then it cannot be verified
 
     @property
     def digest(self) -> str:
