@@ -149,9 +149,10 @@ def about(review: Review, settings: str, documents: Mapping[str, RunDocument]) -
 def decided(review: Review, settings: str, digests: Mapping[str, str]) -> dict[str, list[Verification]]:
     """The verifications of each run, as it and the settings are now, without runs that have none."""
     found: dict[str, list[Verification]] = {}
-    for part in review.verifications:
-        for key, _ in digests.items() & part.runs.items() if part.settings == settings else ():
-            found.setdefault(key, []).append(part)
+    for key, digest in digests.items():
+        current = (part for part in review.verifications if part.settings == settings)
+        if parts := [part for part in current if part.runs.get(key) == digest]:
+            found[key] = parts
     return found
 
 
