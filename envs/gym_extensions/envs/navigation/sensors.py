@@ -64,9 +64,6 @@ DIRECTIONS = np.array(
     ]
 )
 """Unit vectors of the beams in the world frame, (16, 2): beam i at 22.5°·i counter-clockwise from +x."""
-_QUARTER = BEAMS // 4
-_AXIS = tuple((int(x), int(y)) for x, y in DIRECTIONS[::_QUARTER])
-"""The beams along the grid."""
 _EAST, _NORTH = DIRECTIONS[:, 0] > 0, DIRECTIONS[:, 1] > 0
 _ALONG = np.abs(np.where(DIRECTIONS == 0.0, 1.0, DIRECTIONS))
 _PER_X, _PER_Y = 1.0 / _ALONG[:, 0], 1.0 / _ALONG[:, 1]
@@ -74,26 +71,19 @@ _PER_X, _PER_Y = 1.0 / _ALONG[:, 0], 1.0 / _ALONG[:, 1]
 
 
 @compiled
-def _straight(solid: Any, x: float, y: float, step_x: int, step_y: int) -> float:
-    """The range along a grid axis. A ray that runs on a grid line touches the cells on both sides of it."""
-    low_row, high_row = math.ceil(y / CELL), math.floor(y / CELL) + 1
-    low_column, high_column = math.ceil(x / CELL), math.floor(x / CELL) + 1
-    if step_x != 0:
-        column = high_column if step_x > 0 else low_column
-        while True:
-            column += step_x
-            distance = (column - 1) * CELL - x if step_x > 0 else x - column * CELL
-            if distance >= MAX_RANGE:
-                return MAX_RANGE
-            if solid[low_row, column] or solid[high_row, column]:
-                return distance
-    row = high_row if step_y > 0 else low_row
+def _straight(solid: Any, along: float, across: float, step: int) -> float:
+    """The range along a row of the grid. On a grid line, it touches the cells of both sides.
+
+    ``along`` and ``across`` are x and y, in a transposed grid y and x; ``step`` is 1 or -1.
+    """
+    low, high = math.ceil(across / CELL), math.floor(across / CELL) + 1
+    column = math.floor(along / CELL) + 1 if step > 0 else math.ceil(along / CELL)
     while True:
-        row += step_y
-        distance = (row - 1) * CELL - y if step_y > 0 else y - row * CELL
+        column += step
+        distance = (column - 1) * CELL - along if step > 0 else along - column * CELL
         if distance >= MAX_RANGE:
             return MAX_RANGE
-        if solid[row, low_column] or solid[row, high_column]:
+        if solid[low, column] or solid[high, column]:
             return distance
 
 
@@ -149,9 +139,11 @@ def cast_ranges(solids: Any, map_of: Any, positions: Any, ranges: Any) -> None:
         west, south = x - (column - 1) * CELL, y - (row - 1) * CELL
         east, north = column * CELL - x, row * CELL - y
         for beam in range(BEAMS):
-            if beam % _QUARTER == 0:
-                step_x, step_y = _AXIS[beam // _QUARTER]
-                ranges[agent, beam] = _straight(solid, x, y, step_x, step_y)
+            if beam % (BEAMS // 2) == 0:
+                ranges[agent, beam] = _straight(solid, x, y, 1 if beam == 0 else -1)
+                continue
+            if beam % (BEAMS // 4) == 0:
+                ranges[agent, beam] = _straight(solid.T, y, x, 1 if beam < BEAMS // 2 else -1)
                 continue
             gap_x, step_x = (east, 1) if _EAST[beam] else (west, -1)
             gap_y, step_y = (north, stride) if _NORTH[beam] else (south, -stride)
