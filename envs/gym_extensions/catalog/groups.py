@@ -15,14 +15,10 @@ from gym_extensions.errors import BenchError, did_you_mean, whole_number
 NAME = re.compile(r"[a-z][a-z0-9-]{0,47}")
 """The name of a group."""
 
-GRAVITY_ORDER = (
-    *("{B}GravityHalf", "{B}GravityThreeQuarters", "{B}"),
-    *("{B}GravityOneAndQuarter", "{B}GravityOneAndHalf"),
-)
-BODY_ORDER = tuple(f"{{B}}{size}{part}" for size in task_module.SIZES for part in task_module.LIMBS)
-HUMANOID_BODY_ORDER = (
-    *BODY_ORDER,
-    *(f"{{B}}{size}{part}" for part in task_module.FURTHER_LIMBS["Humanoid"] for size in task_module.SIZES),
+GRAVITY_ORDER = ("GravityHalf", "GravityThreeQuarters", "", "GravityOneAndQuarter", "GravityOneAndHalf")
+BODY_ORDER = tuple(f"{size}{part}" for size in task_module.SIZES for part in task_module.LIMBS)
+HUMANOID_BODY_ORDER = BODY_ORDER + tuple(
+    f"{size}{part}" for part in task_module.FURTHER_LIMBS["Humanoid"] for size in task_module.SIZES
 )
 STANDING_UP = ("Humanoid", *task_module.STANDING_UP_BODIES)
 
@@ -82,8 +78,8 @@ class TaskGroup:
         return GROUPS.get(self.name) == self
 
 
-def _per_body(kind: str, bodies: tuple[str, ...], names: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
-    return {f"{body.lower()}-{kind}": tuple(name.format(B=body) for name in names) for body in bodies}
+def _per_body(kind: str, bodies: tuple[str, ...], suffixes: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    return {f"{body.lower()}-{kind}": tuple(f"{body}{suffix}" for suffix in suffixes) for body in bodies}
 
 
 def _groups(table: Mapping[str, tuple[str, ...]]) -> tuple[TaskGroup, ...]:
@@ -101,7 +97,7 @@ PAPER_GROUPS = _groups(
     _per_body("gravity", task_module.RUNNING_BODIES, GRAVITY_ORDER)
     | _per_body("body", task_module.PLANAR_BODIES, BODY_ORDER)
     | _per_body("body", ("Humanoid",), HUMANOID_BODY_ORDER)
-    | _per_body("wall", task_module.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall"))
+    | _per_body("wall", task_module.RUNNING_BODIES, ("WithSensor", "Wall"))
     | {
         "humanoid-standup-run": STANDING_UP,
         "humanoid-standup-run-wall": (
@@ -116,8 +112,8 @@ PAPER_GROUPS = _groups(
 """The paper's groups."""
 
 EXTRAS = _groups(
-    _per_body("motor-noise", task_module.RUNNING_BODIES, ("{B}", "{B}MotorNoise"))
-    | _per_body("noisy-wall", task_module.RUNNING_BODIES, ("{B}WithSensor", "{B}Wall", "{B}NoisyWall"))
+    _per_body("motor-noise", task_module.RUNNING_BODIES, ("", "MotorNoise"))
+    | _per_body("noisy-wall", task_module.RUNNING_BODIES, ("WithSensor", "Wall", "NoisyWall"))
     | {
         "pusher-tracking": ("Pusher", "PusherTrackingGoal"),
         "striker-tracking": ("Striker", "StrikerTrackingGoal"),
