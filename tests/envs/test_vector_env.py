@@ -39,12 +39,14 @@ def actions(env: Any, steps: int, seed: int = 0) -> Any:
 
 
 def plain(result: Any) -> Any:
-    """A result with its arrays as bytes."""
+    """A result with its arrays as types and bytes, which ``==`` compares."""
     if isinstance(result, dict):
         return {key: plain(value) for key, value in result.items()}
     if isinstance(result, np.ndarray) and result.dtype == object:
         return [None if value is None else plain(value) for value in result]
-    return [plain(part) for part in result] if isinstance(result, tuple) else np.asarray(result).tobytes()
+    if isinstance(result, tuple):
+        return [plain(part) for part in result]
+    return np.asarray(result).dtype, np.asarray(result).tobytes()
 
 
 def play(env: Any, actions: Any) -> list[Any]:

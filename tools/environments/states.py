@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog import descriptions
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import evaluation_seed
-from gym_extensions.catalog.states import EPISODES, PATH, PER_EPISODE
+from gym_extensions.catalog.states import PATH
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import make_vec, rollout
 from gym_extensions.files import write_bytes
@@ -17,6 +17,8 @@ from gym_extensions.references import experts
 from gym_extensions.submissions.policies.files import npz_bytes
 
 EXPERT, RANDOM = "states of the expert", "states of random actions"
+EPISODES, PER_EPISODE = 8, 8
+"""Episodes under each behavior, and observations of each episode."""
 
 
 def record(task: Task) -> NDArray[Any]:

@@ -70,7 +70,8 @@ class Skeleton(NamedTuple):
     links: tuple[Link, ...]
 
 
-Rectangle = tuple[int, int, int, int]
+Obstacle = tuple[int, int, int, int]
+"""A rectangle of a map: x, y, width and height in units, y down."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class Description:
     actions: tuple[Row, ...]  # the table of actions
     observations: tuple[Row, ...]  # the table of observations; empty for a picture
     skeleton: Skeleton | None = None  # what draws a body; None in 2-D navigation
-    obstacles: tuple[Rectangle, ...] = ()  # (x, y, width, height) of a map in units, y down; empty for a body
+    obstacles: tuple[Obstacle, ...] = ()  # of a map; empty for a body
     goal: tuple[float, float] | None = None  # the center of a map's goal in units, y down; None for a body
 
 
@@ -116,7 +117,7 @@ class _TaskFacts(msgspec.Struct):
 
 
 class _Content(msgspec.Struct):
-    maps: list[tuple[Rectangle, ...]]
+    maps: list[tuple[Obstacle, ...]]
     skeletons: list[Skeleton]
     tables: list[tuple[Row, ...]]
     tasks: dict[str, _TaskFacts]

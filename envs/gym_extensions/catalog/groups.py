@@ -20,6 +20,7 @@ BODY_ORDER = tuple(f"{size}{part}" for size in task_module.SIZES for part in tas
 HUMANOID_BODY_ORDER = BODY_ORDER + tuple(
     f"{size}{part}" for part in task_module.FURTHER_LIMBS["Humanoid"] for size in task_module.SIZES
 )
+"""What follows the body in the names of tasks, in training order."""
 STANDING_UP = ("Humanoid", *task_module.STANDING_UP_BODIES)
 
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 VERSION = 1
 PATH = Path(__file__).with_name(f"states-{VERSION}.npz")
-EPISODES, PER_EPISODE = 8, 8
-"""Episodes under each behavior, and observations of each episode."""
 
 
 def states(task_ids: Sequence[str]) -> list[NDArray[np.float32]] | None:

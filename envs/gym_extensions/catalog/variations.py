@@ -227,8 +227,6 @@ def mass(geom: mujoco.MjsGeom) -> float:
 
 WALL = "wall"
 """Name of the wall's body and geom in the model."""
-PARKED_HEIGHT = -100.0
-"""z of a parked wall's center, in m: no body and no beam reaches that far below the floor."""
 BOX = 6
 """MuJoCo's mjGEOM_BOX; the catalog loads no simulator."""
 
@@ -281,13 +279,6 @@ class Wall(Variation):
         """Half of the box's depth (x), width (y) and height (z), m."""
         return self.depth / 2, self.width / 2, self.height / 2
 
-    @property
-    def rest(self) -> tuple[float, float, float]:
-        """The center in the model, in m, before a reset draws its x."""
-        if self.parked:
-            return 0.0, 0.0, PARKED_HEIGHT
-        return (self.nearest + self.farthest) / 2, 0.0, self.centre_height
-
     def apply(self, body: Body, spec: mujoco.MjSpec) -> None:
         """Adds the box and keeps the model's extent and center, or the renderer would clip the agent.
 
@@ -296,7 +287,10 @@ class Wall(Variation):
         """
         before = spec.copy().compile().stat
         spec.stat.extent, spec.stat.center = before.extent, before.center
-        wall = spec.worldbody.add_body(name=WALL, mocap=True, pos=self.rest)
+        x, z = (self.nearest + self.farthest) / 2, self.centre_height  # before a reset draws x
+        if self.parked:
+            x, z = 0.0, -100.0  # no body and no beam reaches that far below the floor
+        wall = spec.worldbody.add_body(name=WALL, mocap=True, pos=(x, 0.0, z))
         contact = {"contype": 1, "conaffinity": 1, "condim": 1, "priority": 1}
         look = {"material": "", "rgba": (0.75, 0.25, 0.55, 1)}
         wall.add_geom(name=WALL, type=BOX, size=self.half_sizes, mass=0, **contact, **look)
@@ -366,10 +360,6 @@ class MotorNoise(Variation):
     scale: float = 0.1
 
 
-MAX_SPEED = 4.0
-"""Largest speed of a moving goal, in m/s: 0.2 m, the shortest side of a rectangle, per step of 0.05 s."""
-
-
 @dataclass(frozen=True)
 class MovingGoal(Variation):
     """Draws Pusher's goal at every reset, then the object away from it (the paper's PusherMovingGoal)."""
@@ -409,7 +399,8 @@ class TrackingGoal(Variation):
     )
     fits = staticmethod(lambda body: body.goal_area)
     shows: ClassVar[Shown] = "goal"
-    largest: ClassVar[Mapping[str, float]] = {"speed": MAX_SPEED}
+    # In a step of 0.05 s, it moves at most by the shortest side of a rectangle, 0.2 m.
+    largest: ClassVar[Mapping[str, float]] = {"speed": 4.0}
 
     speed: float = 0.2
 
