@@ -250,7 +250,7 @@ ADDITIONS: dict[str, tuple[list[Edit], str]] = {
         ],
         USE_BODY,
     ),
-    "Run-time variation": (
+    "Variation": (
         [
             (f"{CATALOG}/variations.py", "\n\n@dataclass(frozen=True)\nclass MovingGoal", VARIATION),
             (f"{CATALOG}/variations.py", '    "Wall",\n]', '    "Wall",\n    "WeakMotors",\n]'),
@@ -319,7 +319,7 @@ def test_additions_edit_the_files_of_the_table_and_work_together(copy: Path) -> 
     ("name", "tests"),
     [
         ("Task", ("catalog", "envs", "tools", "site")),
-        ("Run-time variation", ("catalog", "envs", "tools", "site/play")),
+        ("Variation", ("catalog", "envs", "tools", "site/play")),
         ("Metric", ("metrics", "scoring", "results", "export", "site", "tools")),
         ("Reference agent", ("baselines", "examples")),
         ("Page", ("site",)),

@@ -240,16 +240,16 @@ def check_variations(task: tasks.Task) -> None:
         BenchError: a variation does not fit the base body, has an effect and appears twice, or lacks the
             variation that it needs.
     """
-    for variation in task.variations:
-        if not variation.fits(task.body):
-            message = f"{type(variation).__name__} does not fit {task.base}."
-            fitting = ", ".join(body.name for body in bodies.BODIES.values() if variation.fits(body))
-            raise BenchError("misplaced-variation", message, task.id, f"It fits {fitting}.")
+    kinds_with_effect = {each.of for each in EFFECTS}
     counts = Counter(type(variation) for variation in task.variations)
-    for kind in (each.of for each in EFFECTS):
-        if counts[kind] > 1:
-            message = f"The variation {kind.__name__} is given {counts[kind]} times."
+    for kind, count in counts.items():
+        if not kind.fits(task.body):
+            message = f"{kind.__name__} does not fit {task.base}."
+            fitting = ", ".join(body.name for body in bodies.BODIES.values() if kind.fits(body))
+            raise BenchError("misplaced-variation", message, task.id, f"It fits {fitting}.")
+        if kind in kinds_with_effect and count > 1:
+            message = f"The variation {kind.__name__} is given {count} times."
             raise BenchError("repeated-variation", message, task.id, "Give it once.")
-        if kind.needs is not None and counts[kind] > counts[kind.needs]:
+        if kind.needs is not None and kind.needs not in counts:
             message, hint = f"{kind.__name__} needs a {kind.needs.__name__}.", f"Add {kind.needs.__name__}()."
             raise BenchError("missing-variation", message, task.id, hint)
