@@ -86,6 +86,7 @@ def test_a_metric_without_a_value_says_what_it_needs() -> None:
     ("arguments", "where", "fact"),
     [
         ({"matrix": [[1.0, float("nan")], [0.0, 1.0]]}, "matrix", "index [0, 1] is nan"),
+        ({"matrix": [1.0, 2.0]}, "matrix", "Its shape is (2,)"),
         ({"matrix": [[1.0, 2.0]]}, "matrix", "1 rows and 2 columns"),
         ({"matrix": [[1.0], [1.0, 2.0]]}, "matrix", "not an array of numbers"),
         ({"matrix": R, "single": [[1.0] * 3] * 2}, "single", "(2, 3)"),

@@ -370,6 +370,8 @@ def test_a_training_here_without_run_0_leaves_the_other_groups_as_they_are(make_
     rmtree(folder / NAME)
     code = score_folder(folder)
     assert (code.problems, code.groups, code.level) == ((), {}, "claimed")
+    rmtree(made.parents[1])  # as long as no run has finished
+    assert (score_folder(folder).problems, score_folder(folder).groups) == ((), {})
 
 
 def test_runs_that_were_trained_here_take_the_place_of_an_authors_own(make_submission: Write) -> None:

@@ -41,11 +41,9 @@ def order_effects(runs: Sequence[NormalizedRun]) -> dict[str, OrderEffects]:
 
     ``runs`` are the balanced runs from 0 on. Without a whole square, or a task with a value, there are none.
     """
-    rows = [tuple(task + 1 for task in row) for row in balanced_square(runs[0].T)] if runs else [()]
-    square = runs[: len(runs) // len(rows) * len(rows)]
-    if [run.order for run in square] != rows * (len(square) // len(rows)):  # a run between them is missing
-        return {}
-    return {each.name: found for each in (FINAL, FORGETTING) if (found := _effects_on(each, square))}
+    size = len(balanced_square(runs[0].T)) if runs else 1
+    whole = runs[: len(runs) // size * size]
+    return {each.name: found for each in (FINAL, FORGETTING) if (found := _effects_on(each, whole))}
 
 
 def _effects_on(metric: Metric, runs: Sequence[NormalizedRun]) -> OrderEffects | None:

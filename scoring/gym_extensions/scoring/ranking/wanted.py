@@ -133,7 +133,7 @@ def decided_by(row: CoreRow, board: CoreBoard) -> float:
     total = 0.0
     for pairs in board.pairs.values():
         for pair in pairs:
-            if row.name in (pair.first, pair.second) and pair.verdict == "open" and pair.look == row.look:
+            if row.name in (pair.first, pair.second) and pair.next_look and pair.look == row.look:
                 other = pair.second if pair.first == row.name else pair.first
                 share = 1.0 if looks[other] > pair.look else 0.5
                 total += share * power_at_next_look(pair, len(pairs))
@@ -141,11 +141,8 @@ def decided_by(row: CoreRow, board: CoreBoard) -> float:
 
 
 def power_at_next_look(pair: CorePair, pairs: int) -> float:
-    """The power to separate a pair at its next look, with a normal distribution in place of Student's t."""
-    if pair.next_look is None:
-        return 0.0
+    """The power to separate an open pair at its next look, by a normal distribution, not Student's t."""
+    assert pair.next_look is not None
     now, then = (-NORMAL.inv_cdf(LOOK_LEVELS[look] / pairs / 2) for look in (pair.look, pair.next_look))
     standard_error = (pair.high - pair.low) / 2 / now
-    if standard_error == 0:
-        return float(pair.mean != 0)
     return NORMAL.cdf(abs(pair.mean) / standard_error * math.sqrt(pair.next_look / pair.look) - then)

@@ -61,22 +61,21 @@ def is_trained_here(card: scorecard.Scorecard) -> bool:
 
 def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[str, scorecard.GroupScore]:
     """The scores of a submission's runs with the core's budget on its groups, by group id, in its order."""
-    logs = {name: card.log(name, protocol) for name in CORES[CORE]}
-    return {name: log for name, log in logs.items() if log and log.runs and log.budget == STANDARD_BUDGET}
+    return _on_core({name: card.log(name, protocol) for name in CORES[CORE]})
+
+
+def _on_core(logs: Mapping[str, scorecard.GroupScore | None]) -> dict[str, scorecard.GroupScore]:
+    found = {name: log for name in CORES[CORE] if (log := logs.get(name))}
+    return {name: log for name, log in found.items() if log.runs and log.budget == STANDARD_BUDGET}
 
 
 def claim(card: scorecard.Scorecard) -> scorecard.Claim | None:
     """The author's own runs on the core against those that were trained here, if there are both."""
-    own = [log for name in CORES[CORE] if (log := card.own.get(name))]
-    if not is_trained_here(card) or len(own) < len(CORES[CORE]):
+    both = _on_core(card.own), core_logs(card)
+    own, trained = ([log.metrics[FINAL.name].runs for log in logs.values()] for logs in both)
+    if not is_trained_here(card) or len(own) < len(trained) or min(map(len, own + trained)) < 2:
         return None
-    pairs = []
-    for log, trained in zip(own, core_logs(card).values(), strict=True):
-        first, second = (each.metrics[FINAL.name].runs for each in (log, trained))
-        if min(len(first), len(second)) < 2 or log.budget != trained.budget:
-            return None
-        pairs.append((first, second))
-    return claim_of(pairs)
+    return claim_of(zip(own, trained, strict=True))
 
 
 def claim_of(groups: Iterable[tuple[Sequence[float], Sequence[float]]]) -> scorecard.Claim:

@@ -144,7 +144,7 @@ def manifest_summary(submission: submissions.Submission) -> scorecard.ManifestSu
 def trained_logs(trained: submissions.Trained, references: References) -> Scores:
     """The scores of the runs that the project trained. Failed ones count as the floor."""
     runs, found = trained.runs, Scores()
-    if runs.manifest is None:
+    if runs.manifest is None:  # no run has finished yet
         return found
     budget = runs.manifest.protocol.budget
     for name, each in runs.groups.items():

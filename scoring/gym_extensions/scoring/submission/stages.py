@@ -65,8 +65,6 @@ def largest_change(score: GroupScore, single: GroupScore | None, contrast: Contr
         if before and after:
             first, second = (runs(index, name) for name in (contrast.before, contrast.after))
             differences = [second[run] - first[run] for run in sorted(first.keys() & second.keys())]
-            if first and not differences:
-                continue
             p_value = zero_mean_p(summary(differences)) if len(differences) > 1 else 0.0
             change = LargestChange(row.task, before.mean, after.mean)
             found.append((change, score.reference[row.task].span, p_value))
