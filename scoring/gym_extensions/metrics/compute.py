@@ -63,7 +63,7 @@ def compute(
 
     def normalized(name: str, given: ArrayLike) -> Array:
         """An array (runs, …, T)."""
-        array = _array(name, given, AXES.get(name, 1))
+        array = _array(name, given, {"cumulative": 0, "episodes": 2}.get(name, 1))
         if name == "episodes":
             array = array.swapaxes(1, 2)
         elif name == "cumulative":  # as an array with tasks, of which the last alone counts
@@ -100,8 +100,9 @@ def compute(
         if "curves" in needs:  # the areas alone are enough for forward transfer
             needs = ("auc", "single_auc")
         present = {*found, "untrained"} if first == 0 else found.keys()
-        if lacking := [UNTRAINED if name == "untrained" else name for name in needs if name not in present]:
-            return MetricValue(why=f"It needs {' and '.join(lacking)}.")
+        if lacking := [name for name in needs if name not in present]:
+            words = " and ".join(lacking).replace("untrained", "a first row of the untrained agent")
+            return MetricValue(why=f"It needs {words}.")
         if metric is formulas.JOINT_GAP:
             joint_runs = _last_stage(found["joint"], scored)
             return joint_gap(over_runs(formulas.FINAL, all_runs), over_runs(formulas.FINAL, joint_runs))
@@ -110,11 +111,6 @@ def compute(
         return over_runs(metric, all_runs)
 
     return {metric.name: value(metric) for metric in formulas.TABLE}
-
-
-AXES = {"cumulative": 0, "episodes": 2}
-"""Axes of the arguments without that of runs; 1 for the others."""
-UNTRAINED = "a first row of the untrained agent"
 
 
 def _last_stage(array: Array, scored: tuple[int, ...]) -> list[formulas.NormalizedRun]:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 Data = pd.DataFrame | Paths
 """A data frame, or the submissions from which it is read."""
-PLOT_HINT = "Install it with: pip install 'gym-extensions[plot]'"
 
 
 def new_axes(ax: Axes | None) -> Axes:
@@ -28,7 +27,8 @@ def new_axes(ax: Axes | None) -> Axes:
     try:
         from matplotlib import pyplot
     except ModuleNotFoundError as missing:
-        raise BenchError("missing-extra", f"Plots need {missing.name}.", hint=PLOT_HINT) from missing
+        hint = "Install it with: pip install 'gym-extensions[plot]'"
+        raise BenchError("missing-extra", f"Plots need {missing.name}.", hint=hint) from missing
     return pyplot.subplots(layout="constrained")[1] if ax is None else ax
 
 

@@ -92,11 +92,12 @@ class ReferenceValue:
     @classmethod
     def of(cls, known: Reference | None) -> ReferenceValue:
         """The values of a reference; of None, a task without one."""
-        if known is None or known.expert is None:
-            return cls() if known is None else cls(known.floor.mean, None, True, 0.0, 0.0)
-        expert = known.expert
-        error = expert.standard_error, expert.df
-        return cls(known.floor.mean, expert.mean, False, *error, expert.provisional)
+        if known is None:
+            return cls()
+        floor, expert = known.floor.mean, known.expert
+        if expert is None:
+            return cls(floor, None, True, 0.0, 0.0)
+        return cls(floor, expert.mean, False, expert.standard_error, expert.df, expert.provisional)
 
     @property
     def span(self) -> float | None:

@@ -189,10 +189,9 @@ def _overview(out: Console, card: scorecard.Scorecard) -> None:
     ]
     shown = parts if len(parts) <= MAX_ROWS else parts[: MAX_ROWS - 1]
     for name, protocols in shown:
-        scores = ((protocols.get(protocol), metrics[0].name) for protocol, metrics in METRICS.items())
         cells = []
-        for score, first in scores:
-            value = score.metrics[first] if score else Estimate()
+        for protocol, (first, *_) in METRICS.items():
+            value = protocols[protocol].metrics[first.name] if protocol in protocols else Estimate()
             half = "" if value.high is None or value.mean is None else f" ± {value.high - value.mean:.2f}"
             cells.append(f"{number(value.mean, 2)}{half}")
         table.add_row(name, *cells)

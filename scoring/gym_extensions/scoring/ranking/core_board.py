@@ -290,17 +290,15 @@ def _ranked_list(
 ) -> boards.CoreList:
     """A list with its ranks, and why little forgetting is no rank, from the notes of ranked submissions."""
     ranked = [row.name for row in rows if row.ranked]
-    found = dict[str, dict[str, tuple[int, int]]]()
-    for metric in (FINAL, FORGETTING):
-        names = ranked if metric is FINAL else [name for name in ranked if not notes[name]]
-        found[metric.name] = ranks(names, pairs[metric.name], metric.better)
+    learners = [name for name in ranked if not notes[name]]
+    final = ranks(ranked, pairs[FINAL.name], FINAL.better)
+    forgetting = ranks(learners, pairs[FORGETTING.name], FORGETTING.better)
     made = []
     for row in rows:
-        metrics = dict(row.metrics)
-        for name, possible in found.items():
-            note = notes.get(row.name, "") if name == FORGETTING.name else ""
-            metrics[name] = replace(metrics[name], rank=possible.get(row.name), rank_note=note)
-        made.append(replace(row, metrics=metrics))
+        end, lost = row.metrics[FINAL.name], row.metrics[FORGETTING.name]
+        end = replace(end, rank=final.get(row.name))
+        lost = replace(lost, rank=forgetting.get(row.name), rank_note=notes.get(row.name, ""))
+        made.append(replace(row, metrics=row.metrics | {FINAL.name: end, FORGETTING.name: lost}))
     return boards.CoreList(task_conditioned=rows[0].task_conditioned, ranked=len(ranked), rows=tuple(made))
 
 

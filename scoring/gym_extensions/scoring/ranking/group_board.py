@@ -265,14 +265,9 @@ def _row(
 
 def _sorted(submissions: Sequence[BoardRow], metric: Metric) -> list[BoardRow]:
     """Ranked submissions, best first, then the others; an identical one follows its original."""
-    identical: dict[str | None, list[BoardRow]] = {}
-    for submission in documents.best_first(submissions, metric):
-        identical.setdefault(submission.duplicate_of, []).append(submission)
-    return [
-        row
-        for submission in identical.get(None, ())
-        for row in (submission, *identical.get(submission.name, ()))
-    ]
+    rows = documents.best_first(submissions, metric)
+    places = {row.name: place for place, row in enumerate(rows)}
+    return sorted(rows, key=lambda row: (places[row.duplicate_of or row.name], bool(row.duplicate_of)))
 
 
 FROM_FLOORS = "Computed from the mean returns of the floors, which have no runs and no curves."
