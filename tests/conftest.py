@@ -24,7 +24,7 @@ import pytest
 
 from gym_extensions.catalog import protocol as prescribed
 from gym_extensions.catalog.fingerprints import published
-from gym_extensions.catalog.groups import TaskGroup, group
+from gym_extensions.catalog.groups import SUITES, TaskGroup, group
 from gym_extensions.errors import BenchError
 from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.submissions import run as documents
@@ -128,6 +128,8 @@ VERSIONS = documents.Versions(
 )
 UNIFORM = Policy(action_offset=np.zeros(3), action_scale=np.ones(3), head="uniform")
 
+GRAVITY = tuple(name.removesuffix("-v0") for name in SUITES["gravity"])
+"""The names of the groups of a suite: those of four bodies."""
 Write = Callable[..., Path]
 """The fixture ``make_submission``."""
 Value = Callable[[str, int, int, int, int], float]
@@ -334,12 +336,8 @@ def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="session")
 def references() -> References:
     """Synthetic references of the gravity groups: floor 0, expert 1000, so that p is R / 1000."""
-    tasks = {
-        task: Reference(Floor(0.0), Expert(1000.0))
-        for body in ("hopper", "walker2d", "halfcheetah", "humanoid")
-        for task in group(f"{body}-gravity").task_ids
-    }
-    return References("synthetic", tasks, "0" * 64)
+    tasks = [task for name in GRAVITY for task in group(name).task_ids]
+    return References("synthetic", dict.fromkeys(tasks, Reference(Floor(0.0), Expert(1000.0))), "0" * 64)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.metrics.formulas import TABLE
 
 from ..conftest import refused
-from .test_conformance import kit, named
+from .test_conformance import cells, kit, named
 
 R = [[0.0, 0.1, 0.2], [0.6, 0.3, 0.2], [0.8, 0.7, 0.4], [0.5, 0.4, 0.9]]
 
@@ -24,13 +24,10 @@ def means(nested: Any, axes: int) -> Any:
 
 @pytest.mark.parametrize("case", kit("sequential")["cases"], ids=named)
 def test_the_conformance_kit_holds(case: dict[str, Any]) -> None:
-    last = [run[-1] for run in case["sequential"]]
-    counts = {len(cell) for run in last for cell in run if isinstance(cell, list)} or {1}
-    episodes = [[cell if isinstance(cell, list) else [cell] * max(counts) for cell in run] for run in last]
     found = metrics.compute(
         means(case["sequential"], 3),
         means(case["single"], 2) if case.get("single") else None,
-        episodes=episodes,
+        episodes=cells([run[-1] for run in case["sequential"]], 2),
         floor=case["floor"],
         expert=case["expert"],
     )

@@ -12,6 +12,7 @@ import pytest
 from gym_extensions import results
 from gym_extensions.errors import BenchError
 
+from ..conftest import Write
 from .test_frames import IDS, with_evaluations
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -74,7 +75,7 @@ def test_retention_is_a_line_per_task_over_the_trained_tasks(submission: pd.Data
     assert [y for _, y in points(line)] == pytest.approx(means.tolist())
 
 
-def test_interim_evaluations_are_points_within_the_stages(make_submission: Callable[..., Path]) -> None:
+def test_interim_evaluations_are_points_within_the_stages(make_submission: Write) -> None:
     folder = with_evaluations(make_submission(runs=(0, 1)))
     _, ax = pyplot.subplots()
     axes = results.plot_retention(folder, ax=ax)

@@ -18,7 +18,7 @@ from gym_extensions.scoring.ranking.boards import BoardKey
 from gym_extensions.scoring.ranking.group_board import board
 from gym_extensions.submissions.review import Decision, Review, write_review
 
-from ..conftest import Write, refused
+from ..conftest import GRAVITY, Write, refused
 
 ROOT = Path(__file__).resolve().parents[2]
 SUBMISSIONS = ROOT / "submissions"
@@ -55,10 +55,9 @@ def test_every_metric_of_the_scorecard_is_a_row(make_submission: Write) -> None:
 
 
 def test_a_suite_has_rows_without_a_number_of_runs(make_submission: Write) -> None:
-    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
-    folder = make_submission(groups=tuple(f"{body}-gravity" for body in bodies), protocols=("single",))
+    folder = make_submission(groups=GRAVITY, protocols=("single",))
     frame = results.metrics(folder).set_index("group")
-    assert frame.index.tolist() == [*(f"{body}-gravity-v0" for body in bodies), "gravity"]
+    assert frame.index.tolist() == [*SUITES["gravity"], "gravity"]
     assert frame["runs"].isna().tolist() == [group == "gravity" for group in frame.index]
     means = frame["mean"]
     assert means["gravity"] == pytest.approx(means.drop("gravity").mean())

@@ -1,8 +1,5 @@
 """The command ``score``, and scorecards of made-up submissions, each scored once."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
 
 from gym_extensions.references import References
@@ -10,8 +7,8 @@ from gym_extensions.scoring import cli
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.scorecard import Scorecard
 
-from ..conftest import MANIFEST
-from .made_submissions import FIVE, Command, Enter, Shown, Value
+from ..conftest import MANIFEST, Value, Write
+from .made_submissions import FIVE, Command, Enter, Shown
 
 
 @pytest.fixture(scope="session")
@@ -21,9 +18,7 @@ def cards() -> dict[object, Scorecard]:
 
 
 @pytest.fixture
-def enter(
-    make_submission: Callable[..., Path], references: References, cards: dict[object, Scorecard]
-) -> Enter:
+def enter(make_submission: Write, references: References, cards: dict[object, Scorecard]) -> Enter:
     def make(
         name: str,
         level: float,

@@ -15,7 +15,6 @@ from gym_extensions.submissions.review import Level
 FIVE = (0, 1, 2, 3, 4)
 GROUP = "hopper-gravity-v0"
 KEY = BoardKey(GROUP, "sequential", "100k", False)
-Value = Callable[[str, int, int, int, int], float]
 Enter = Callable[..., Scorecard]
 """Makes the scorecard of a submission whose returns lie around a level: the fixture ``enter``."""
 

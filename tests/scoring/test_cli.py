@@ -19,7 +19,7 @@ from gym_extensions.scoring.output.screen import console, show
 from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.submissions.review import Decision, Review, read_review, write_review
 
-from ..conftest import MANIFEST, Write, trained_here
+from ..conftest import GRAVITY, MANIFEST, Write, trained_here
 from .made_submissions import Command
 
 GROUP_SCREEN = """\
@@ -64,8 +64,7 @@ def test_a_submission_with_one_group_is_shown_in_full(make_submission: Write, sc
 def test_a_submission_with_many_groups_is_one_screen_and_group_shows_one(
     make_submission: Write, score: Command
 ) -> None:
-    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
-    folder = make_submission(groups=tuple(f"{body}-gravity" for body in bodies))
+    folder = make_submission(groups=GRAVITY)
     shown = score(folder).out
     assert len(shown.splitlines()) <= 24
     assert "suite gravity" in shown

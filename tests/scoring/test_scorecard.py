@@ -27,11 +27,10 @@ from gym_extensions.submissions.review import (
 )
 from gym_extensions.submissions.run import read_run, write_run
 
-from ..conftest import MANIFEST, VERSIONS, Write, trained_here, verification
+from ..conftest import GRAVITY, MANIFEST, VERSIONS, Write, trained_here, verification
 from ..submissions.examples import edit, redigest
 
 NAME, GROUP = "hopper-gravity", "hopper-gravity-v0"
-BODIES = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
 pytestmark = pytest.mark.usefixtures("known")
 
 
@@ -127,7 +126,7 @@ def test_the_error_of_an_expert_enters_the_interval_of_a_score_by_the_tasks_shar
 def test_the_error_of_an_expert_enters_the_interval_of_a_suite_once_per_group(
     make_submission: Write, references: References
 ) -> None:
-    folder = make_submission(groups=BODIES, protocols=("single",))
+    folder = make_submission(groups=GRAVITY, protocols=("single",))
     found = score_folder(folder, with_error(references, 500.0))
     whole = found.suites["gravity"]["single"].metrics["single_task_performance"]
     (error,) = filter(None, found.groups[GROUP]["single"].metrics["single_task_performance"].expert_errors)
@@ -181,20 +180,20 @@ def test_without_references_every_normalised_metric_is_null_and_the_returns_stay
 
 
 def test_a_suite_is_the_mean_over_its_groups_and_needs_them_all(make_submission: Write) -> None:
-    whole = score_folder(make_submission(name="whole", groups=BODIES))
+    whole = score_folder(make_submission(name="whole", groups=GRAVITY))
     assert sorted(whole.suites) == ["gravity"]
     final = whole.suites["gravity"]["sequential"].metrics["final_performance"]
     assert final.mean == pytest.approx(0.5316875)
     # Four groups of equal variance: SE² = 4 · .0005² / 16, with four degrees of freedom.
     assert half_width(final) == pytest.approx(2.7764451052 * 0.0005 / 2)
-    part = score_folder(make_submission(name="part", groups=BODIES[:3]))
+    part = score_folder(make_submission(name="part", groups=GRAVITY[:3]))
     assert part.suites == {}
 
 
 def test_the_joint_gap_of_a_suite_is_the_mean_of_its_groups(make_submission: Write) -> None:
     protocols = ("sequential", "single", "joint")
-    card = score_folder(make_submission(groups=BODIES, protocols=protocols))
-    gaps = [card.groups[f"{body}-v0"]["sequential"].metrics["joint_gap"].mean for body in BODIES]
+    card = score_folder(make_submission(groups=GRAVITY, protocols=protocols))
+    gaps = [card.groups[f"{body}-v0"]["sequential"].metrics["joint_gap"].mean for body in GRAVITY]
     gap = card.suites["gravity"]["sequential"].metrics["joint_gap"]
     # Joint and sequential runs have a squared error of .0005² each, and two groups' runs four degrees in all.
     assert gap.mean == pytest.approx(sum(mean for mean in gaps if mean is not None) / 4)
@@ -203,7 +202,7 @@ def test_the_joint_gap_of_a_suite_is_the_mean_of_its_groups(make_submission: Wri
 
 
 def test_a_suite_has_one_budget(make_submission: Write) -> None:
-    groups = dict(score_folder(make_submission(groups=BODIES, protocols=("sequential", "joint"))).groups)
+    groups = dict(score_folder(make_submission(groups=GRAVITY, protocols=("sequential", "joint"))).groups)
     logs = groups[GROUP]
     groups[GROUP] = logs | {"joint": replace(logs["joint"], budget="1M")}
     suites = suite_scores(groups)["gravity"]
@@ -212,8 +211,8 @@ def test_a_suite_has_one_budget(make_submission: Write) -> None:
 
 
 def test_a_suite_names_the_groups_in_which_a_metric_has_no_value(make_submission: Write) -> None:
-    folder = make_submission(groups=BODIES)
-    for body in BODIES[1:3]:
+    folder = make_submission(groups=GRAVITY)
+    for body in GRAVITY[1:3]:
         rmtree(folder / body / "single")
     metrics = score_folder(folder).suites["gravity"]["sequential"].metrics
     assert metrics["asymptotic_transfer"].why.endswith("walker2d-gravity-v0, halfcheetah-gravity-v0.")

@@ -1,8 +1,6 @@
 """The frames of scorecards, and that --csv has their numbers."""
 
 import io
-from collections.abc import Callable
-from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -11,12 +9,13 @@ from gym_extensions.scoring.output.board_frames import METRIC_DTYPES, metrics_fr
 from gym_extensions.scoring.pipeline import score_folders
 from gym_extensions.scoring.scorecard import ScorecardDocument
 
+from ...conftest import GRAVITY, Write
+
 
 @pytest.fixture
-def document(make_submission: Callable[..., Path], known: None) -> ScorecardDocument:
+def document(make_submission: Write, known: None) -> ScorecardDocument:
     """A submission with a suite, and a submission with two problems."""
-    bodies = ("hopper", "walker2d", "halfcheetah", "humanoid")
-    make_submission(name="good", groups=tuple(f"{body}-gravity" for body in bodies), runs=(0, 1, 2))
+    make_submission(name="good", groups=GRAVITY, runs=(0, 1, 2))
     bad = make_submission(name="bad")
     for name in ("a", "b"):
         (bad / f"{name}.txt").write_text("")

@@ -6,16 +6,15 @@ from gym_extensions.references import References
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import compare
 
-from ...conftest import MANIFEST, Write, refused
+from ...conftest import GRAVITY, MANIFEST, Write, refused
 from ..made_submissions import Command
 
 
 def test_groups_and_suites_are_compared_by_every_metric_of_both(
     make_submission: Write, score: Command
 ) -> None:
-    bodies = tuple(f"{body}-gravity" for body in ("hopper", "walker2d", "halfcheetah", "humanoid"))
     better = lambda p, run, stage, j, e: 100.0 * stage + 10 * j + run + e / 8 + 50  # noqa: E731
-    options = {"groups": bodies, "protocols": ("sequential", "joint")}
+    options = {"groups": GRAVITY, "protocols": ("sequential", "joint")}
     pair = make_submission(name="a", value=better, **options), make_submission(name="b", **options)
     status, out, _ = score("--compare", *pair)
     lines = [line.rstrip() for line in out.splitlines()]

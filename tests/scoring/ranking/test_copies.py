@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from shutil import rmtree
 
 import msgspec
@@ -24,12 +23,10 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Decision
 from gym_extensions.submissions.run import PolicyFile
 
-from ...conftest import trained_here
+from ...conftest import Value, Write, trained_here
 from ..made_submissions import FIVE, GROUP, KEY, Enter, at_level, names
 
 RUNS = (0, 1, 2)
-
-Value = Callable[[str, int, int, int, int], float]
 
 
 def sketch(*numbers: int) -> Sketch:
@@ -42,7 +39,7 @@ def honest(protocol: str, run: int, stage: int, position: int, episode: int) -> 
 
 
 @pytest.fixture
-def sketches(make_submission: Callable[..., Path]) -> Callable[..., tuple[Sketch, ...]]:
+def sketches(make_submission: Write) -> Callable[..., tuple[Sketch, ...]]:
     def make(name: str, value: Value = honest, runs: tuple[int, ...] = RUNS) -> tuple[Sketch, ...]:
         folder = make_submission(name=name, value=value, runs=runs, protocols=("sequential",))
         return run_sketches(read(folder).groups[GROUP], "sequential")
@@ -90,7 +87,7 @@ def test_the_last_task_does_not_count(sketches: Callable[..., tuple[Sketch, ...]
     assert sketches("fourth", other_on(4)) != sketches("same")
 
 
-def test_in_navigation_a_copy_has_the_same_policies(make_submission: Callable[..., Path]) -> None:
+def test_in_navigation_a_copy_has_the_same_policies(make_submission: Write) -> None:
     """Agents that stand still have equal episodes there: those show nothing."""
     folder = make_submission(value=lambda protocol, run, *_: 1.0 + run, runs=RUNS, protocols=("sequential",))
     submission = replace(read(folder).groups[GROUP], group=GROUPS["nav-state"])
@@ -107,7 +104,7 @@ def test_in_navigation_a_copy_has_the_same_policies(make_submission: Callable[..
     assert duplicate_submissions({"still": published(None), "other": published(None)}) == {}
 
 
-def test_failed_runs_make_no_copy(make_submission: Callable[..., Path], references: References) -> None:
+def test_failed_runs_make_no_copy(make_submission: Write, references: References) -> None:
     """In the place of each lies the same run of the agent ``zero``."""
 
     def trained(name: str, runs: tuple[int, ...], shift: float) -> Scorecard:

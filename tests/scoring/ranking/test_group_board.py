@@ -1,7 +1,7 @@
 """Boards: scores of the scorecards, the order, ranks with reasons, computed rows, differences of pairs."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
@@ -21,7 +21,7 @@ from gym_extensions.scoring.ranking.group_board import board, boards
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.submissions.review import Action, Decision, Level
 
-from ...conftest import MANIFEST
+from ...conftest import MANIFEST, Write
 from ..made_submissions import GROUP, KEY, Enter, at_level, final_ranks, names, on_gravity
 
 
@@ -259,7 +259,7 @@ def test_every_pair_has_welchs_interval_and_p_value_of_every_metric_of_both(ente
 
 
 def test_a_row_names_the_other_submissions_of_its_author_and_family(
-    tmp_path: Path, make_submission: Callable[..., Path]
+    tmp_path: Path, make_submission: Write
 ) -> None:
     families = [("A. Author", "trpo"), ("a.  author", " TRPO_2"), ("A. Author", "sac"), ("B. Author", "trpo")]
     for name, (author, algorithm) in zip("abcd", families, strict=True):
