@@ -15,6 +15,8 @@ from gym_extensions.references import Expert, Floor, Reference, References
 from gym_extensions.scoring.submission.normalization import GroupReturns
 from gym_extensions.scoring.submission.scorer import score_group
 from gym_extensions.site.build import build_site
+from gym_extensions.site.pages import PAGES
+from gym_extensions.site.pages.page import Render
 
 from .browser import references_of, typed
 
@@ -147,7 +149,7 @@ def scores_of(document: Document, submission: int = 0) -> Document:
 def build(document: Document, out: Path) -> None:
     """Builds the site that shows these JSON values."""
     whole = typed(document)
-    build_site(whole.submissions, references_of(whole), out)
+    build_site(whole.submissions, Render(references_of(whole), PAGES), out)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

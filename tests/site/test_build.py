@@ -16,6 +16,8 @@ import pytest
 from gym_extensions.errors import BenchError
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.build import Site, build_site
+from gym_extensions.site.pages import PAGES
+from gym_extensions.site.pages.page import Render
 
 from ..conftest import refused
 from .browser import files, references_of, typed
@@ -44,12 +46,13 @@ def test_the_build_does_not_depend_on_hash_seed_time_zone_or_folder(original: Pa
     source.write_text(json.dumps(everything()), encoding="utf-8")
     program = (
         "import sys; from pathlib import Path; from gym_extensions.site.build import build_site;"
+        "from gym_extensions.site.pages import PAGES; from gym_extensions.site.pages.page import Render;"
         "from gym_extensions.references import References;"
         "from gym_extensions.scoring.scorecard import ScorecardDocument;"
         "from gym_extensions.scoring.submission.scorer import completed;"
         "whole = ScorecardDocument.from_json(Path(sys.argv[1]).read_bytes()); named = whole.references;"
         "cards, known = map(completed, whole.submissions), References(named.version, {}, named.sha256);"
-        "build_site(cards, known, Path(sys.argv[2]))"
+        "build_site(cards, Render(known, PAGES), Path(sys.argv[2]))"
     )
     command = [sys.executable, "-c", program, str(source), str(tmp_path / "site")]
     setting = {"PYTHONHASHSEED": "2", "TZ": OTHER_TIME_ZONE, "LC_ALL": "C"}
@@ -110,7 +113,7 @@ def test_a_folder_has_one_build_at_a_time(original: Path, tmp_path: Path) -> Non
             build(everything(), out)
         yield from whole.submissions[1:]
 
-    build_site(cards(), references_of(whole), out)
+    build_site(cards(), Render(references_of(whole), PAGES), out)
     assert contents(out) == contents(original)
 
 

@@ -26,6 +26,8 @@ from gym_extensions.scoring.submission.normalization import GroupReturns
 from gym_extensions.scoring.submission.scorer import completed, score_group
 from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.site.build import build_site
+from gym_extensions.site.pages import PAGES
+from gym_extensions.site.pages.page import Render
 from gym_extensions.submissions.manifest import Code, Observes, Protocol, Tuning
 from gym_extensions.submissions.review import CLAIMED, VERIFIED
 from gym_extensions.submissions.run import Memory
@@ -114,7 +116,7 @@ def read(files: Sequence[Path]) -> Iterator[Scorecard]:
 def measured(files: Sequence[Path], out: Path) -> None:
     """Builds the site and prints what it took."""
     before = time.process_time()
-    build_site(read(files), REFERENCES, out)
+    build_site(read(files), Render(REFERENCES, PAGES), out)
     seconds = time.process_time() - before
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB")

@@ -9,7 +9,7 @@ import hashlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,11 +17,9 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from gym_extensions.errors import BenchError
-from gym_extensions.references import References
 from gym_extensions.scoring.scorecard import Scorecard
-from gym_extensions.site import FOLDER, board_views, pages, paths
+from gym_extensions.site import FOLDER, board_views, paths
 from gym_extensions.site.pages.page import File, Render
-from gym_extensions.site.play.assets import Simulator
 
 COLLECTED_FILES = 500
 """Number of files after which unused objects of their pages are removed from memory."""
@@ -58,16 +56,7 @@ class Site:
             yield file.relative_to(FOLDER).as_posix(), file.read_bytes()
 
 
-def build_site(
-    cards: Iterable[Scorecard],
-    references: References,
-    out: Path,
-    *,
-    folders: Mapping[str, Path] | None = None,
-    simulator: Simulator | None = None,
-    source: paths.Source = paths.NOWHERE,
-    docs: bool = False,
-) -> board_views.Leaderboard:
+def build_site(cards: Iterable[Scorecard], render: Render, out: Path) -> board_views.Leaderboard:
     """Writes the site and returns what it shows.
 
     All files are written into a folder beside ``out``, which then takes its place: a build that fails or is
@@ -75,19 +64,14 @@ def build_site(
 
     Args:
         cards: scorecards, which may come from a generator: only one is in memory at a time.
-        references: the references that normalize all of them.
+        render: the kinds of pages, and what fills them beside the scorecards.
         out: the folder.
-        folders: by submission, its folder, whose poses, landscapes, diagnostics and policies pages show. All
-            of these files can be read.
-        simulator: MuJoCo for the browser; without it the page Play says that it is missing.
-        source: where the data is from, which every page says.
-        docs: whether pages link to the documentation in ``out/docs``, which is built afterwards.
 
     Raises:
         BenchError: ``out`` exists and is neither empty nor a site, it cannot be written, another process
             builds it, or two submissions have the same name.
     """
-    site = Site(Render(references, pages.PAGES, folders or {}, simulator, source, docs))
+    site = Site(render)
     out, hint = out.resolve(), "Name a new or empty folder with --out."
     scratch, digest = f".{out.name}-new-", hashlib.sha256(os.fsencode(out)).hexdigest()
     lock = Path(tempfile.gettempdir()) / f"gym-extensions-site-{digest[:16]}.lock"

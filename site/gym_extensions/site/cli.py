@@ -84,6 +84,8 @@ def main(argv: list[str] | None = None) -> int:
     from gym_extensions.scoring.output.screen import console, show_line
     from gym_extensions.scoring.pipeline import find_submissions, make_scorer, scorecards
     from gym_extensions.site.build import build_site
+    from gym_extensions.site.pages import PAGES
+    from gym_extensions.site.pages.page import Render
     from gym_extensions.site.play.assets import load
     from gym_extensions.submissions import diagnostics, landscapes, poses
     from gym_extensions.submissions.problem import count
@@ -101,17 +103,10 @@ def main(argv: list[str] | None = None) -> int:
             broken.append(str(error))
     simulator = load(options.mujoco)
     source = source_of(options.submissions[0], options.repository or "", options.url or "")
+    render = Render(scorer.references, PAGES, whole, simulator, source, options.docs)
     cards = scorecards(folders, scorer)  # starts processes: after what may fail, before a thread draws
     with working(f"building the pages of {count(len(folders), 'submission')}"):
-        leaderboard = build_site(
-            cards,
-            scorer.references,
-            options.out,
-            folders=whole,
-            simulator=simulator,
-            source=source,
-            docs=options.docs,
-        )
+        leaderboard = build_site(cards, render, options.out)
     if isinstance(sys.stdout, TextIOWrapper):  # a narrow encoding never stops the output
         sys.stdout.reconfigure(errors="backslashreplace")
     for folder in empty:

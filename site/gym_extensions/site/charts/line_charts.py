@@ -6,8 +6,7 @@ RL at the Edge of the Statistical Precipice, NeurIPS 2021.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import date
-from functools import lru_cache
-from operator import sub
+from itertools import pairwise
 from statistics import fmean
 
 from markupsafe import Markup, escape
@@ -52,10 +51,9 @@ def line_chart(
     body += [f'<path class="thin" d="{_path(line, x, y)}"/>' for line in lines if line]
     if bold:
         body.append(f'<path class="bold" d="{_path(bold, x, y)}"/>')
-        columns, rows = zip(*bold, strict=True)
-        (left, *across), (top, *up) = _steps(columns, x), _steps(rows, y)
-        stops = "".join(f"m{right} {down}h0" for right, down in zip(across, up, strict=True))
-        body.append(f'<path class="stops" d="{f"M{left} {top}h0{stops}".replace(" -", "-")}"/>')
+        start, *ways = _ways(bold, x, y)
+        stops = "".join(f"m{way}h0" for way in ways).replace(" -", "-")
+        body.append(f'<path class="stops" d="M{start}h0{stops}"/>')
         body += [svg.disc("at", x.at(at), y.at(value), 4) for at, value in bold if at == since]
     return svg.picture("panel", x.end + MARGIN, max(y.start, y.end) + MARGIN, label, "".join(body))
 
@@ -80,20 +78,19 @@ def _ground(
 
 
 def _path(line: Sequence[tuple[float, float]], x: svg.Scale, y: svg.Scale) -> str:
-    """The path of a line in halves of a pixel: its first point, then the way to each further one."""
+    """The path of a line."""
+    start, *ways = _ways(line, x, y)
+    way = f"l{' '.join(ways)}" if ways else "h0"
+    return f"M{start}{way}".replace(" -", "-")
+
+
+def _ways(line: Sequence[tuple[float, float]], x: svg.Scale, y: svg.Scale) -> list[str]:
+    """The first point of a line, then the way to each further one, in halves of a pixel."""
     columns, rows = zip(*line, strict=True)
-    (left, *across), (top, *up) = _steps(columns, x), _steps.__wrapped__(rows, y)
-    steps = [""] * (2 * len(across))
-    steps[::2], steps[1::2] = across, up
-    way = f"l{' '.join(steps)}" if steps else "h0"
-    return f"M{left} {top}{way}".replace(" -", "-")
-
-
-@lru_cache(maxsize=8)
-def _steps(values: tuple[float, ...], scale: svg.Scale) -> tuple[str, ...]:
-    """The first coordinate, then the way to each further one. The runs of a chart share those of x."""
-    corners = [round(UNITS * at) for at in scale.each_at(values)]
-    return tuple(map(str, (corners[0], *map(sub, corners[1:], corners))))
+    places = zip(x.each_at(columns), y.each_at(rows), strict=True)
+    corners = [(round(UNITS * across), round(UNITS * up)) for across, up in places]
+    steps = ((right - left, low - top) for (left, top), (right, low) in pairwise([(0, 0), *corners]))
+    return [f"{across} {up}" for across, up in steps]
 
 
 def histories(result: submission_results.SubmissionResult) -> Iterator[tuple[Markup, str, Markup]]:

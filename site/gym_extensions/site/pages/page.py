@@ -82,14 +82,24 @@ def environment() -> Environment:
 
 @dataclass(frozen=True)
 class Render:
-    """Fills the templates with the menu and what every page shows."""
+    """Fills the templates with the menu and what every page shows.
 
-    references: References  # that normalize all scores
-    pages: "tuple[Page, ...]"  # all kinds
-    folders: Mapping[str, Path] = field(default_factory=dict)  # of submissions by name, where they are known
-    simulator: assets.Simulator | None = None  # MuJoCo for the browser, if the site has it
+    Args:
+        references: the references that normalize all scores.
+        pages: all kinds of pages.
+        folders: of submissions by name, where they are known: pages show their poses, landscapes, diagnostics
+            and policies. All of these files can be read.
+        simulator: MuJoCo for the browser; without it the page Play says that it is missing.
+        source: where the data is from.
+        docs: whether pages link to the documentation, which is built into ``docs/`` of the site afterwards.
+    """
+
+    references: References
+    pages: "tuple[Page, ...]"
+    folders: Mapping[str, Path] = field(default_factory=dict)
+    simulator: assets.Simulator | None = None
     source: paths.Source = paths.NOWHERE
-    docs: bool = False  # whether pages link to the documentation, which is in ``docs/`` of the site
+    docs: bool = False
 
     @cached_property
     def landscapes(self) -> landscapes.Landscapes:
