@@ -11,7 +11,7 @@ from gym_extensions.scoring.ranking.boards import CoreBoard
 from tools.findings import editions, findings, hypotheses
 from tools.findings.editions import ALONE, Statement, outcomes
 from tools.findings.hypotheses import Verdict
-from tools.findings.tables import FINAL, LEARNED, LOST, Value
+from tools.findings.tables import FINAL, LEARNED, LOST, NONE, Value
 
 from ..conftest import refused
 from ..curation.repositories import git
@@ -68,9 +68,14 @@ def test_what_was_learned_minus_each_task_alone_is_significant_by_its_interval()
         "more": Value(0.1, 0.05, 0.15),
         "less": Value(-0.1, -0.15, -0.05),
         "same": Value(0.0, -0.1, 0.1),
+        "without runs": NONE,
     }
     found = editions.statements(board, [], [], values)
-    assert [each.verdict for each in found] == ["separated", "separated", "open"]
+    assert {each.of: each.verdict for each in found} == {
+        ("more", ALONE): "separated",
+        ("less", ALONE): "separated",
+        ("same", ALONE): "open",
+    }
 
 
 def test_what_an_edition_states_stays_once_it_is_closed(tmp_path: Path) -> None:

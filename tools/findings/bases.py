@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.special import fdtrc
@@ -79,41 +80,52 @@ class BaseByAddition:
         """The base on which an addition has its smallest effect, the effect, and all bases that have it; None
         if fewer than two have it.
         """
-        known = [
-            (value, BASES[base]) for base, value in self.effects[addition].items() if value.mean == value.mean
-        ]
-        value, base = min(known, default=(NONE, ""))
-        return (base, value, [each for _, each in known]) if len(known) > 1 else None
+        known = {BASES[base]: value for base, value in self.effects[addition].items() if value.is_known}
+        if len(known) < 2:
+            return None
+        base = min(known, key=known.__getitem__)
+        return base, known[base], list(known)
 
 
 def base_by_addition(finals: Mapping[str, GroupRuns]) -> BaseByAddition:
     """The table, from the score at the end of every run, by submission and group id."""
-    complete = {
+    summaries = {
         name: [summary(runs[group]) for group in GROUPS]
         for name, runs in finals.items()
         if all(len(runs.get(group, ())) > 1 for group in GROUPS)
     }
-    ends, effects = dict.fromkeys(BASES, NONE), {each: dict.fromkeys(BASES, NONE) for each in ADDITIONS}
-    scores, found = {base: [math.nan] * (1 + len(ADDITIONS)) for base in BASES}, {}
-    for base in BASES:
-        alone = complete.get(submission(base))
-        for place, addition in enumerate(("", *ADDITIONS)):
-            if parts := complete.get(submission(base, addition)):
-                scores[base][place] = mean_of_groups(parts).mean
-                if not addition:
-                    ends[base] = Value.of(to_interval(mean_of_groups(parts)))
-                elif alone:
-                    pairs = zip(parts, alone, strict=True)
-                    found[addition, base] = effect = mean_of_groups([subtract(*pair) for pair in pairs])
-                    effects[addition][base] = Value.of(to_interval(effect))
-    several = {each: [found[each, base] for base in BASES if (each, base) in found] for each in ADDITIONS}
-    several = {each: parts for each, parts in several.items() if len(parts) > 1}
-    adjusted = holm_adjusted(np.array([equal_means_p(parts) for parts in several.values()]))
-    every = [submission(base, addition) for base in BASES for addition in ("", *ADDITIONS)]
+    scores, effects, missing = dict[tuple[str, str], Summary](), dict[tuple[str, str], Summary](), []
+    for base, addition in product(BASES, ("", *ADDITIONS)):
+        name, alone = submission(base, addition), summaries.get(submission(base))
+        if name not in summaries:
+            missing.append(name)
+            continue
+        scores[base, addition] = mean_of_groups(summaries[name])
+        if addition and alone:
+            pairs = zip(summaries[name], alone, strict=True)
+            effects[base, addition] = mean_of_groups([subtract(*pair) for pair in pairs])
+    by_addition = {
+        addition: [effects[base, addition] for base in BASES if (base, addition) in effects]
+        for addition in ADDITIONS
+    }
+    several = {addition: found for addition, found in by_addition.items() if len(found) > 1}
+    adjusted = holm_adjusted(np.array([equal_means_p(found) for found in several.values()]))
+    means = [
+        [scores[base, addition].mean if (base, addition) in scores else math.nan for base in BASES]
+        for addition in ("", *ADDITIONS)
+    ]
     return BaseByAddition(
-        ends,
-        effects,
-        dict(zip(several, adjusted.tolist(), strict=True)),
-        agreement(list(BASES), list(zip(*scores.values(), strict=True))),
-        tuple(name for name in every if name not in complete),
+        ends={base: value_of(scores.get((base, ""))) for base in BASES},
+        effects={
+            addition: {base: value_of(effects.get((base, addition))) for base in BASES}
+            for addition in ADDITIONS
+        },
+        same=dict(zip(several, adjusted.tolist(), strict=True)),
+        agreement=agreement(list(BASES), means),
+        missing=tuple(missing),
     )
+
+
+def value_of(estimate: Summary | None) -> Value:
+    """The value of an estimate; NaN without one."""
+    return Value.of(to_interval(estimate)) if estimate else NONE

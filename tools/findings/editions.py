@@ -85,7 +85,7 @@ class Statement(msgspec.Struct, frozen=True):
 def statements(
     board: CoreBoard, forgetting: Sequence[Forgetting], gains: Sequence[Gain], alone: Mapping[str, Value]
 ) -> list[Statement]:
-    """What the page states of the core.
+    """What the page states of the core; nothing of values without runs.
 
     Args:
         board: its pairs.
@@ -94,34 +94,35 @@ def statements(
         alone: by method, what it learned minus each task alone. Of these and of gains, those are separated
             whose interval does not contain 0.
     """
-
     looks = {row.name: row.look for row in board.rows}
     looks.update((ALONE, each.runs) for each in board.references if each.name == references.ALONE)
-    found = [
-        Statement((pair.first, pair.second), metric, "", Value(pair.mean, pair.low, pair.high), pair.verdict)
-        for metric, pairs in board.pairs.items()
-        for pair in pairs
-    ]
+    found = []
 
-    def verdict(is_separated: bool) -> str:
-        return SEPARATED if is_separated else OPEN
+    def state(of: tuple[str, ...], metric: str, group: str, value: Value, verdict: str) -> None:
+        if value.is_known:
+            runs = [looks.get(name, 0) for name in of]
+            if not group and ALONE not in of:  # those of the last look of both
+                runs = [min(runs)] * 2
+            rounded = Value(*(round(end, 6) for end in value))
+            found.append(Statement(of, metric, group, rounded, verdict, tuple(runs)))
 
+    def by_interval(value: Value) -> str:
+        return OPEN if value.low <= 0 <= value.high else SEPARATED
+
+    for metric, pairs in board.pairs.items():
+        for pair in pairs:
+            value = Value(pair.mean, pair.low, pair.high)
+            state((pair.first, pair.second), metric, "", value, pair.verdict)
     for row in forgetting:
         if row.group in CORE:
-            of = (FINE_TUNING,)
-            found.append(Statement(of, LOST, row.group.name, row.values[2], verdict(row.significant)))
-    both = (of_edition("cloning", board.edition), FINE_TUNING)
-    others = [(both, FINAL, each.group, each.gain) for each in gains]
-    others += [((name, ALONE), LEARNED, "", value) for name, value in alone.items()]
-    found += [Statement(*each, verdict(not each[-1].low <= 0 <= each[-1].high)) for each in others]
-
-    def complete(each: Statement) -> Statement:
-        runs = [looks.get(name, 0) for name in each.of]
-        runs = runs if each.group or ALONE in each.of else [min(runs)] * 2  # those of the last look of both
-        value = Value(*(round(end, 6) for end in each.value))
-        return msgspec.structs.replace(each, value=value, runs=tuple(runs))
-
-    return [complete(each) for each in found]
+            verdict = SEPARATED if row.significant else OPEN
+            state((FINE_TUNING,), LOST, row.group.name, row.values[2], verdict)
+    for gain in gains:
+        both = (of_edition("cloning", board.edition), FINE_TUNING)
+        state(both, FINAL, gain.group, gain.gain, by_interval(gain.gain))
+    for name, value in alone.items():
+        state((name, ALONE), LEARNED, "", value, by_interval(value))
+    return found
 
 
 class Outcomes(NamedTuple):
@@ -144,16 +145,16 @@ def outcomes(first: Sequence[Statement], second: Sequence[Statement]) -> Outcome
     """What became of the statements of the first edition."""
     # A statement about one name has one key, under which its own form comes last.
     known = {(form.of, form.metric, form.group): form for each in second for form in (each.turned(), each)}
-    found = Outcomes([], [], [], 0)
+    kept, withdrawn, untested, num_open = [], [], [], 0
     for before in first:
         names = tuple(of_edition(name, 2) for name in before.of)
         after = known.get((names, before.metric, before.group))
-        if after is None and before.verdict != OPEN:
-            found.untested.append(before)
-        elif after is not None and after.direction != before.direction:
-            found.withdrawn.append((before, after))
-        elif after is not None and before.verdict != OPEN:
-            found.kept.append((before, after))
-        elif after is not None:
-            found = found._replace(open=found.open + 1)
-    return found
+        if after and after.direction != before.direction:
+            withdrawn.append((before, after))
+        elif after and before.verdict == OPEN:
+            num_open += 1
+        elif after:
+            kept.append((before, after))
+        elif before.verdict != OPEN:
+            untested.append(before)
+    return Outcomes(kept, withdrawn, untested, num_open)

@@ -3,11 +3,11 @@
 Every number and verdict is computed. The text is in ``page.md.jinja``; ``tables.py`` says what is compared.
 """
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -41,19 +41,50 @@ FIRST_EDITION, HYPOTHESES = FOLDER / "first-edition.json", FOLDER / "hypotheses.
 NOT_COMPARED = {"random", "zero", *IN_OTHER_WAYS, "trpo-2017", "trpo-2017-paper", "trpo-2017-paper-hopper"}
 
 
+class Evidence:
+    """The committed submissions, and what several pages and figures take from them."""
+
+    def __init__(self, submissions: Path) -> None:
+        self.submissions = submissions
+        cards = valid_scorecards(submissions, make_scorer())
+        self.cards = {folder.name: card for folder, card in cards.items()}
+        self.reference = self.cards[FINE_TUNING]
+        board = core_board(list(self.cards.values()))
+        assert board is not None
+        self.board, self.edition = board, board.edition
+        self.cloning, self.packnet = (of_edition(name, board.edition) for name in ("cloning", "packnet"))
+        self.core, self.metrics = core_frame(board), metrics_frame(self.cards.values())
+        self.effects = results.order_effects(submissions)
+        self.methods = tables.methods(self.core, board)
+        in_other_ways = self.core[self.core["name"].isin(IN_OTHER_WAYS)]
+        self.other_ways = [tables.Method(row, {}) for _, row in in_other_ways.iterrows()]
+        self.names = [
+            name
+            for name in self.core["name"]
+            if name not in NOT_COMPARED and of_edition(name, board.edition) == name
+        ]
+        self.finals = dict(tables.by_group(self.metrics, self.names, FINAL))
+        self.forgetting = tables.fine_tuning(self.metrics, runs_by_group(self.reference, LOST))
+        self.learned = [row for row in self.forgetting if row.is_learned]
+        self.gains, self.correlated = claims.gains(self.cards, self.cloning)
+        self.less_than_alone = claims.less_than_alone(board, self.cards)
+        self.lacking = lacking({row.name: row.look for row in board.rows if row.ranked})
+
+
+def runs_by_group(card: Scorecard, metric: str) -> dict[str, Sequence[float]]:
+    """A metric of every sequential run of a submission, by group id."""
+    logs = {group: card.log(group, "sequential") for group in card.groups}
+    return {group: log.metrics[metric].runs for group, log in logs.items() if log and metric in log.metrics}
+
+
 def jinja() -> Environment:
     """The templates of the pages, which refuse a name that nothing defines."""
     here = FileSystemLoader(Path(__file__).parent)
     made = Environment(loader=here, undefined=StrictUndefined, trim_blocks=True)
+    made.globals |= {"FINAL": FINAL, "LEARNED": LEARNED, "LOST": LOST, "fine_tuning": FINE_TUNING}
     made.globals |= {"fmt": partial(fixed, digits=2), "rank": rank, "Value": tables.Value}
     made.globals |= {"percent": tables.percent, "sides": tables.sides}
     return made
-
-
-def of_runs(card: Scorecard, metric: str = LOST) -> dict[str, Sequence[float]]:
-    """A metric of every sequential run of a submission, by group id."""
-    logs = {group: protocols.get("sequential") for group, protocols in card.groups.items()}
-    return {group: log.metrics[metric].runs for group, log in logs.items() if log and metric in log.metrics}
 
 
 def landscape(submissions: Path, *names: str, group: str = "hopper-gravity") -> View:
@@ -76,122 +107,130 @@ def verdicts(cards: Mapping[str, Scorecard], is_early: bool) -> list[hypotheses.
     return editions.stored(HYPOTHESES, hypotheses.Verdict, give, is_open=is_open)
 
 
-def main() -> None:
-    """Writes the page and its figures, the results of the README, and what an edition states for good."""
-    submissions = ROOT / "submissions"
-    cards = {folder.name: card for folder, card in valid_scorecards(submissions, make_scorer()).items()}
-    board = core_board(list(cards.values()))
-    assert board is not None
-    edition, reference = board.edition, cards[FINE_TUNING]
-    core, metrics = core_frame(board), metrics_frame(cards.values())
-    methods = tables.methods(core, board)
-    names = [name for name in core["name"] if name not in NOT_COMPARED and of_edition(name, edition) == name]
-    finals = dict(tables.by_group(metrics, names, FINAL))
-    groups = tables.fine_tuning(metrics, of_runs(reference))
-    learned = [row for row in groups if row.is_learned]
-    cloning, packnet = (of_edition(name, edition) for name in ("cloning", "packnet"))
-    (axis,) = landscape(submissions, cloning, "cloning").axes  # without it, nothing is stated for good
-    gains, correlated = claims.gains(cards, cloning)
-    alone = claims.less_than_alone(board, cards)
-    without_runs = lacking({row.name: row.look for row in board.rows if row.ranked})
-    stated = editions.statements(board, groups, gains, alone)
-    effects, templates = results.order_effects(submissions), jinja()
-    templates.globals |= {"FINAL": FINAL, "LEARNED": LEARNED, "LOST": LOST, "fine_tuning": FINE_TUNING}
-    templates.globals |= {"cloning": cloning, "packnet": packnet, "edition": edition}
-    templates.globals |= {"pair_of": partial(tables.against, board)}
-    is_first = not any(map(is_trained_here, cards.values()))
-    before = editions.stored(FIRST_EDITION, editions.Statement, lambda: stated, is_open=is_first)
-    if is_first:
-        page = templates.get_template("first-edition.md.jinja").render(
-            transfer_titles=[BY_NAME[name].title for name in tables.TRANSFERS],
-            transfers=tables.transfers(metrics),
-            practice=tables.practice_by_other_runs(results.evaluations(submissions / FINE_TUNING)),
-            descending=orders(metrics, effects, "descending"),
-            turned=turned(list(cards.values())),
-        )
-        write_text(FIRST_EDITION.with_suffix(".md"), page + "\n")
-    templates.globals |= {"hypotheses": verdicts(cards, bool(without_runs))}
+def first_edition_facts(evidence: Evidence) -> dict[str, Any]:
+    """What the page of the first edition shows, by its names in the template."""
+    return {
+        "transfer_titles": [BY_NAME[name].title for name in tables.TRANSFERS],
+        "transfers": tables.transfers(evidence.metrics),
+        "practice": tables.practice_by_other_runs(results.evaluations(evidence.submissions / FINE_TUNING)),
+        "descending": orders(evidence.metrics, evidence.effects, "descending"),
+        "turned": turned(list(evidence.cards.values())),
+    }
 
-    write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
-    draw_groups(list(finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
-    scores = tables.scores_by_stage(reference)
-    draw_retention(scores, tables.most_forgotten(learned), FOLDER / "retention.svg")
-    write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
 
-    policies = results.policies([submissions / name for name in names])
-    policies = policies[policies["group"].isin([group.id for group in CORE])]
+def core_facts(evidence: Evidence) -> dict[str, Any]:
+    """What the page shows of the core, by its names in the template."""
+    cards, board, core = evidence.cards, evidence.board, evidence.core
+    manifests = {name: card.manifest for name, card in cards.items() if card.manifest}
+    on_core = {name: core_logs(card).items() for name, card in cards.items()}
+    finals = {name: {group: log.metrics[FINAL].runs for group, log in logs} for name, logs in on_core.items()}
+    return {
+        "budget": STANDARD_BUDGET,
+        "core": [group.name for group in CORE],
+        "methods": evidence.methods,
+        "descriptions": {name: manifest.description for name, manifest in manifests.items()},
+        "tuning": {name: manifest.tuning for name, manifest in manifests.items()},
+        "improvements": tables.improvements(evidence.methods, cards),
+        "other_ways": evidence.other_ways,
+        "incomplete": core[~core["ranked"] & core["name"].isin(evidence.names)].to_dict("records"),
+        "variants": board.variants,
+        "lacking": evidence.lacking,
+        "gains": evidence.gains,
+        "correlated": evidence.correlated,
+        "differences": claims.differences(cards, evidence.cloning, evidence.packnet),
+        "less_than_alone": evidence.less_than_alone,
+        "is_learned_score": claims.is_learned_score(cards),
+        "selections": claims.selections(board, cards),
+        "ends": [row.metrics[FINAL].mean for row in board.lists[0].rows if row.ranked],
+        "positions": {
+            group.name: ends_by_task(evidence.reference.groups[group.id]["sequential"])
+            for group in CORE
+            if group.id in SUITES["gravity"]
+        },
+        "balanced": orders(evidence.metrics, evidence.effects, "balanced"),
+        "bases": bases.base_by_addition(finals),
+        "BASES": bases.BASES,
+        "BASE_GROUPS": [name.rpartition("-v")[0] for name in bases.GROUPS],
+        "finals": evidence.finals.items(),
+        "losses": tables.by_group(evidence.metrics, evidence.names, LOST),
+    }
+
+
+def other_facts(evidence: Evidence) -> dict[str, Any]:
+    """What the page shows of other groups, of networks, and of what is missing."""
+    cards, metrics, names = evidence.cards, evidence.metrics, evidence.names
+    replayed = {name: cards[name] for name in REPLAY}
     trained = set(metrics[metrics["name"] == FINE_TUNING]["group"])
-    scored = {row.group.name for row in groups}
-    joint, *_ = other_ways = [
-        tables.Method(row, {}) for _, row in core[core["name"].isin(IN_OTHER_WAYS)].iterrows()
-    ]
-    known = {method.row["name"]: method for method in methods}
-    block = templates.get_template("readme.md.jinja").render(known=known, joint=joint)
-    write_text(README, RESULTS.sub(lambda _: block + "\n", README.read_text("utf-8")))
-    text = templates.get_template("page.md.jinja").render(
-        budget=STANDARD_BUDGET,
-        core=[group.name for group in CORE],
-        methods=methods,
-        descriptions={name: card.manifest.description for name, card in cards.items() if card.manifest},
-        improvements=tables.improvements(methods, cards),
-        other_ways=other_ways,
-        incomplete=core[~core["ranked"] & core["name"].isin(names)].to_dict("records"),
-        finals=finals.items(),
-        losses=tables.by_group(metrics, names, LOST),
-        learned=learned,
-        unlearned=[row for row in groups if not row.is_learned],
-        without_score=[g.name for g in GROUPS.values() if g.id in trained and g.name not in scored],
-        suites=[
+    scored = {row.group.name for row in evidence.forgetting}
+    folders = [evidence.submissions / name for name in names]
+    policies = results.policies(folders)
+    policies = policies[policies["group"].isin([group.id for group in CORE])]
+    return {
+        "replay": {
+            metric: tables.replay({name: runs_by_group(card, metric) for name, card in replayed.items()})
+            for metric in (LEARNED, FINAL, LOST)
+        },
+        "learned": evidence.learned,
+        "unlearned": [row for row in evidence.forgetting if not row.is_learned],
+        "kept": {
+            group: tables.Value.of(retention([log], len(log.runs)))
+            for group in evidence.reference.groups
+            if (log := evidence.reference.log(group, "sequential")) and log.metrics[LOST].runs
+        },
+        "without_score": [g.name for g in GROUPS.values() if g.id in trained and g.name not in scored],
+        "open_tasks": {name: each for name, each in tables.open_tasks().items() if name in scored},
+        "suites": [
             (name, [tables.value(metrics, FINE_TUNING, name, metric) for metric in COLUMNS])
             for name in SUITES
             if name in trained
         ],
-        open_tasks={name: each for name, each in tables.open_tasks().items() if name in scored},
-        replay={
-            metric: tables.replay({name: of_runs(cards[name], metric) for name in REPLAY})
-            for metric in (LEARNED, FINAL, LOST)
-        },
-        tuning={name: card.manifest.tuning for name, card in cards.items() if card.manifest},
-        variants=board.variants,
-        kept={
-            group: tables.Value.of(retention([log], len(log.runs)))
-            for group, logs in reference.groups.items()
-            if (log := logs.get("sequential")) and log.metrics[LOST].runs
-        },
-        outcomes=editions.outcomes(before, stated),
-        lacking=without_runs,
-        gains=gains,
-        correlated=correlated,
-        differences=claims.differences(cards, cloning, packnet),
-        less_than_alone=alone,
-        is_learned_score=claims.is_learned_score(cards),
-        selections=claims.selections(board, cards),
-        ends=[row.metrics[FINAL].mean for row in board.lists[0].rows if row.ranked],
-        positions={
-            group.name: ends_by_task(reference.groups[group.id]["sequential"])
-            for group in CORE
-            if group.id in SUITES["gravity"]
-        },
-        balanced=orders(metrics, effects, "balanced"),
-        bases=bases.base_by_addition(
-            {
-                name: {group: log.metrics[FINAL].runs for group, log in core_logs(card).items()}
-                for name, card in cards.items()
-            }
-        ),
-        BASES=bases.BASES,
-        BASE_GROUPS=[name.rpartition("-v")[0] for name in bases.GROUPS],
-        landscapes=tables.between_and_beyond(results.landscapes([submissions / name for name in names])),
-        predictors=tables.predictors(policies),
-        networks=tables.network_changes(policies),
-        missing={
-            group.name: [name for name, values in finals.items() if math.isnan(values[place].mean)]
+        "landscapes": tables.between_and_beyond(results.landscapes(folders)),
+        "predictors": tables.predictors(policies),
+        "networks": tables.network_changes(policies),
+        "missing": {
+            group.name: [name for name, values in evidence.finals.items() if not values[place].is_known]
             for place, group in enumerate(CORE)
         },
-        waiting=[
-            name for name, card in cards.items() if not card.groups and of_edition(name, edition) == name
+        "waiting": [
+            name
+            for name, card in cards.items()
+            if not card.groups and of_edition(name, evidence.edition) == name
         ],
-        never=[group.name for group in GROUPS.values() if group.id not in trained],
-        no_balanced="balanced" not in set(metrics["protocol"]),
-    )
+        "never": [group.name for group in GROUPS.values() if group.id not in trained],
+        "no_balanced": "balanced" not in set(metrics["protocol"]),
+    }
+
+
+def main() -> None:
+    """Writes the page and its figures, the results of the README, and what an edition states for good."""
+    evidence = Evidence(ROOT / "submissions")
+    cards, board = evidence.cards, evidence.board
+    # Without a landscape, nothing is stated for good.
+    (axis,) = landscape(evidence.submissions, evidence.cloning, "cloning").axes
+    stated = editions.statements(board, evidence.forgetting, evidence.gains, evidence.less_than_alone)
+    is_first = not any(map(is_trained_here, cards.values()))
+    before = editions.stored(FIRST_EDITION, editions.Statement, lambda: stated, is_open=is_first)
+    templates = jinja()
+    templates.globals |= {
+        "edition": evidence.edition,
+        "cloning": evidence.cloning,
+        "packnet": evidence.packnet,
+        "pair_of": partial(tables.against, board),
+        "hypotheses": verdicts(cards, is_early=bool(evidence.lacking)),
+    }
+    if is_first:
+        page = templates.get_template("first-edition.md.jinja").render(first_edition_facts(evidence))
+        write_text(FIRST_EDITION.with_suffix(".md"), page + "\n")
+
+    write_picture(figure(board.rows[:FIRST], board.references), "plane", IMAGES / "overview.svg")
+    write_picture(axis.large, "landscape", IMAGES / "landscape.svg")
+    draw_groups(list(evidence.finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
+    scores = tables.scores_by_stage(evidence.reference)
+    draw_retention(scores, tables.most_forgotten(evidence.learned), FOLDER / "retention.svg")
+
+    known = {method.row["name"]: method for method in evidence.methods}
+    block = templates.get_template("readme.md.jinja").render(known=known, joint=evidence.other_ways[0])
+    write_text(README, RESULTS.sub(lambda _: block + "\n", README.read_text("utf-8")))
+    facts = core_facts(evidence) | other_facts(evidence)
+    text = templates.get_template("page.md.jinja").render(facts, outcomes=editions.outcomes(before, stated))
     write_text(PAGE, text + "\n")

@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.stats import kendalltau
 
 from gym_extensions.catalog.groups import GROUPS
-from gym_extensions.catalog.protocol import IN_ORDER, STANDARD_BUDGET
+from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.metrics.formulas import FINAL, FORGETTING
 from gym_extensions.metrics.statistics import difference, interval
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
@@ -38,9 +38,10 @@ class Orders:
 
     def place(self, method: str, at: int) -> str:
         """The place of a method by its mean in one order, among two or more that have it; empty without."""
-        mean = self.ends[method][at].mean
-        known = [found for each in self.ends.values() if not math.isnan(found := each[at].mean)]
-        return "" if math.isnan(mean) or len(known) < 2 else f"{1 + sum(each > mean for each in known)}. "
+        known = {name: ends[at].mean for name, ends in self.ends.items() if ends[at].is_known}
+        if method not in known or len(known) < 2:
+            return ""
+        return f"{1 + sum(mean > known[method] for mean in known.values())}. "
 
 
 def agreement(names: Sequence[str], rows: Sequence[Sequence[float]]) -> dict[tuple[str, str], float]:
@@ -59,29 +60,29 @@ def agreement(names: Sequence[str], rows: Sequence[Sequence[float]]) -> dict[tup
 
 def orders(metrics: pd.DataFrame, effects: pd.DataFrame, other: str) -> list[Orders]:
     """Every group with runs in an order, from ``results.metrics`` and ``results.order_effects``."""
-    found = []
+    found, both = [], ("sequential", other)
     effects = effects[effects["budget"] == STANDARD_BUDGET]
     others = metrics[(metrics["protocol"] == other) & (metrics["budget"] == STANDARD_BUDGET)]
-    both = ("sequential", other)
     for group in GROUPS.values():
         names = others[others["group"] == group.id]["name"].unique()
         if not len(names):
             continue
         ends = {name: [value(metrics, name, group.id, FINAL.name, order) for order in both] for name in names}
-        agree = agreement(both, [[each.mean for each in row] for row in ends.values()]).get(both)
-
-        def part(name: str, metric: str, kind: str, known: str = group.id) -> list[Value]:
-            rows = effects[(effects["submission"] == name) & (effects["group"] == known)]
-            rows = rows[(rows["metric"] == metric) & (rows["kind"] == kind)]
-            return [Value(*ends) for ends in rows[["mean", "low", "high"]].itertuples(index=False)]
-
-        has_square = other == "balanced"
-        positions = {name: at for name in names if has_square and (at := part(name, FINAL.name, "position"))}
-        shares = {
-            name: [part(name, metric.name, "share") for metric in (FINAL, FORGETTING)] for name in positions
-        }
-        found.append(Orders(group.name, ends, agree, positions, shares))
+        means = [[each.mean for each in row] for row in ends.values()]
+        positions, shares = {}, {}
+        for name in names if other == "balanced" else ():
+            own = effects[(effects["submission"] == name) & (effects["group"] == group.id)]
+            if at := effect_values(own, FINAL.name, "position"):
+                positions[name] = at
+                shares[name] = [effect_values(own, each.name, "share") for each in (FINAL, FORGETTING)]
+        found.append(Orders(group.name, ends, agreement(both, means).get(both), positions, shares))
     return found
+
+
+def effect_values(effects: pd.DataFrame, metric: str, kind: str) -> list[Value]:
+    """The effects on a metric of a kind (``position``, ``share``), in their order."""
+    rows = effects[(effects["metric"] == metric) & (effects["kind"] == kind)]
+    return [Value(*row) for row in rows[list(Value._fields)].itertuples(index=False)]
 
 
 @dataclass(frozen=True)
@@ -105,12 +106,11 @@ def turned(cards: Sequence[Scorecard]) -> list[Turned]:
     found = []
     for group in GROUPS.values():
         for card in cards:
-            logs = [card.log(group.id, order) for order in IN_ORDER[:2]]
-            up, down = (log if log and len(log.runs) > 1 else None for log in logs)
-            if up and down:
+            up, down = card.log(group.id, "sequential"), card.log(group.id, "descending")
+            if up and down and min(len(up.runs), len(down.runs)) > 1:
                 changes = [difference(down.metrics[name].runs, up.metrics[name].runs) for name in COLUMNS]
                 ends = ends_by_task(up), ends_by_task(down)
-                found.append(Turned(group.name, card.name, ends, list(map(Value.of, changes))))
+                found.append(Turned(group.name, card.name, ends, [Value.of(each) for each in changes]))
     return found
 
 
