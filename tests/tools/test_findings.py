@@ -20,7 +20,7 @@ from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 
 pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
 
-from tools.findings import claims, findings, reproduction, statements, tables
+from tools.findings import claims, findings, paper_statements, reproduction, tables
 from tools.findings.figures import write_picture
 
 from ..conftest import MANIFEST, Write
@@ -149,13 +149,13 @@ def test_a_method_without_all_groups_of_the_core_has_no_gains(make_submission: W
 
 
 def test_what_is_said_of_a_decline_and_of_an_interval() -> None:
-    assert statements.falling([259.0, 414.0, 300.0]) == "300 < 414 > 259"
-    assert statements.rises([1.0, 2.0, 3.0]) and not statements.rises([1.0, 3.0, 2.0])
-    up, down = statements.steps([(0.0, 1.0, 0.9), (0.0, 1.2, 0.8), (0.1, 1.1, 0.9)])
+    assert paper_statements.falling([259.0, 414.0, 300.0]) == "300 < 414 > 259"
+    assert paper_statements.rises([1.0, 2.0, 3.0]) and not paper_statements.rises([1.0, 3.0, 2.0])
+    up, down = paper_statements.steps([(0.0, 1.0, 0.9), (0.0, 1.2, 0.8), (0.1, 1.1, 0.9)])
     assert [up.mean, down.mean] == pytest.approx([3.2 / 3, -0.7 / 3])
-    assert statements.found(up) == "holds"
+    assert paper_statements.found(up) == "holds"
     above, around, below = (tables.Value(mean, mean - 1, mean + 1) for mean in (2.0, 0.0, -2.0))
-    said = [statements.found(above, each) for each in (above, around, below)]
+    said = [paper_statements.found(above, each) for each in (above, around, below)]
     assert said == ["holds", "not found", "fails"]
     assert str(tables.Value.of(Interval(0.1, 0.0, 0.2))) == "0.10 (0.00 to 0.20)"
     assert str(tables.Value.of(Interval(0.1))) == "0.10 (one run)"

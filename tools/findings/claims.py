@@ -27,12 +27,13 @@ GroupRuns = Mapping[str, Sequence[float]]
 """The values of the runs of the last look, by group id of the core."""
 
 
-def runs_of(card: Scorecard, metric: str, protocol: str = "sequential") -> GroupRuns:
+def core_runs(card: Scorecard, metric: str, protocol: str = "sequential") -> GroupRuns:
     """A metric of a submission on the groups of the core; empty if it lacks one of them."""
     logs = core_logs(card, protocol)
     look = last_look(min(map(verified_runs, logs.values()), default=0))
-    is_whole = look and len(logs) == len(CORES[CORE])
-    return {name: log.metrics[metric].runs[:look] for name, log in logs.items()} if is_whole else {}
+    if not look or len(logs) < len(CORES[CORE]):
+        return {}
+    return {name: log.metrics[metric].runs[:look] for name, log in logs.items()}
 
 
 def minus(first: GroupRuns, second: GroupRuns, groups: Sequence[str] = CORES[CORE]) -> Value:
@@ -66,8 +67,8 @@ def gains(cards: Mapping[str, Scorecard], cloning: str) -> tuple[list[Gain], Val
     In the correlation the gains are over the first half of fine-tuning's runs, and what is forgotten is of
     the second half: errors of the same runs would be in both.
     """
-    cloned, tuned = (runs_of(cards[name], FINAL) for name in (cloning, FINE_TUNING))
-    lost = runs_of(cards[FINE_TUNING], LOST)
+    cloned, tuned = (core_runs(cards[name], FINAL) for name in (cloning, FINE_TUNING))
+    lost = core_runs(cards[FINE_TUNING], LOST)
     if not (cloned and tuned):
         return [], NONE
     rows, pairs = [], []
@@ -102,7 +103,7 @@ def selections(board: CoreBoard, cards: Mapping[str, Scorecard]) -> list[Selecti
     errors = []
     for row in board.rows:
         if row.ranked:
-            mean = mean_of_groups([summary(runs[:10]) for runs in runs_of(cards[row.name], FINAL).values()])
+            mean = mean_of_groups([summary(runs[:10]) for runs in core_runs(cards[row.name], FINAL).values()])
             errors.append(math.sqrt(mean.squared_error * mean.runs / 10))
     ends = (min(errors), float(np.median(errors)), max(errors))
     return [Selection(number, *(best_of(number) * error for error in ends)) for number in VARIANTS]
@@ -110,8 +111,8 @@ def selections(board: CoreBoard, cards: Mapping[str, Scorecard]) -> list[Selecti
 
 def differences(cards: Mapping[str, Scorecard], cloning: str, packnet: str) -> dict[str, Value]:
     """The differences that the page states in sentences, by name."""
-    alone = runs_of(cards[FINE_TUNING], ALONE, "single")
-    final = {name: runs_of(cards[name], FINAL) for name in (cloning, packnet, SNAPSHOTS, FINE_TUNING)}
+    alone = core_runs(cards[FINE_TUNING], ALONE, "single")
+    final = {name: core_runs(cards[name], FINAL) for name in (cloning, packnet, SNAPSHOTS, FINE_TUNING)}
     without_walls = [name for name in CORES[CORE] if name not in SUITES["wall"]]
     return {
         "snapshots": minus(final[SNAPSHOTS], final[cloning]),
@@ -123,11 +124,11 @@ def differences(cards: Mapping[str, Scorecard], cloning: str, packnet: str) -> d
 
 def less_than_alone(board: CoreBoard, cards: Mapping[str, Scorecard]) -> dict[str, Value]:
     """By ranked method, what it learned minus what each task alone has."""
-    alone = runs_of(cards[FINE_TUNING], ALONE, "single")
-    return {row.name: minus(runs_of(cards[row.name], LEARNED), alone) for row in board.rows if row.ranked}
+    alone = core_runs(cards[FINE_TUNING], ALONE, "single")
+    return {row.name: minus(core_runs(cards[row.name], LEARNED), alone) for row in board.rows if row.ranked}
 
 
 def is_learned_score(cards: Mapping[str, Scorecard]) -> bool:
     """Whether the snapshots end, in every run, to the last bit where fine-tuning was after each training."""
-    ends, learned = runs_of(cards[SNAPSHOTS], FINAL), runs_of(cards[FINE_TUNING], LEARNED)
+    ends, learned = core_runs(cards[SNAPSHOTS], FINAL), core_runs(cards[FINE_TUNING], LEARNED)
     return bool(ends) and all(values == learned[name][: len(values)] for name, values in ends.items())

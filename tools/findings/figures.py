@@ -1,6 +1,5 @@
 """The figures of the findings page, as SVG files whose bytes depend on the data alone."""
 
-import math
 import re
 from collections.abc import Sequence
 from itertools import takewhile
@@ -28,7 +27,7 @@ def draw_groups(rows: Sequence[tuple[str, Sequence[Value]]], groups: Sequence[st
     for column, (group, axes) in enumerate(zip(groups, panels, strict=True)):
         for height, (_, values) in enumerate(rows):
             each = values[column]
-            if not math.isnan(each.mean):
+            if each.is_known:
                 axes.plot(
                     [each.low, each.high], [height, height], color="C0", linewidth=3, alpha=0.45, zorder=1
                 )

@@ -87,13 +87,17 @@ def jinja() -> Environment:
     return made
 
 
-def landscape(submissions: Path, *names: str, group: str = "hopper-gravity") -> View:
-    """The landscape on a group of the first of these submissions that has one; ``BenchError`` without."""
+def landscape(submissions: Path, *names: str) -> View:
+    """The landscape on hopper-gravity of the first of these submissions that has one.
+
+    Raises ``BenchError`` if none has.
+    """
+    group = GROUPS["hopper-gravity"]
     found = {folder.name: landscapes_of(folder) for folder in submissions.iterdir() if folder.is_dir()}
     for name in names:
-        if shown := found.get(name, {}).get(GROUPS[group].id):
-            return View(GROUPS[group], shown, best(found))
-    hint = f"Run: gym-extensions maintain landscapes submissions/{names[0]} --groups {group}"
+        if shown := found.get(name, {}).get(group.id):
+            return View(group, shown, best(found))
+    hint = f"Run: gym-extensions maintain landscapes submissions/{names[0]} --groups {group.name}"
     raise BenchError("no-landscape", f"{names[0]} has no landscape.", str(submissions), hint)
 
 

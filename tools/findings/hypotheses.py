@@ -17,7 +17,7 @@ from gym_extensions.scoring.ranking.boards import CoreBoard
 from gym_extensions.scoring.ranking.core_board import PLANNED, PLANNED_RUNS, core_board
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import core_logs, core_score
-from tools.findings.claims import GroupRuns, runs_of
+from tools.findings.claims import GroupRuns, core_runs
 from tools.findings.tables import FINAL, FINE_TUNING, LOST, Value, against
 
 CONFIRMED, CONTRADICTED, OPEN = "confirmed", "contradicted", "open"
@@ -100,5 +100,5 @@ def tested(cards: Mapping[str, Scorecard], commit: str = "") -> list[Verdict]:
     planned = {name: of_plan(card) for name, card in cards.items()}
     board = core_board(list(planned.values()))
     assert board is not None
-    found = verdicts(board, runs_of(planned[FINE_TUNING], LOST))
+    found = verdicts(board, core_runs(planned[FINE_TUNING], LOST))
     return [msgspec.structs.replace(each, commit=commit) for each in found]

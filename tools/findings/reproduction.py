@@ -13,6 +13,7 @@ import pandas as pd
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.errors import BenchError
 from gym_extensions.files import write_text
 from gym_extensions.metrics.statistics import (
     Interval,
@@ -32,7 +33,7 @@ from gym_extensions.submissions.submission import scored_group
 from tools import ROOT
 from tools.findings.figures import draw_reproduction
 from tools.findings.findings import FOLDER, jinja
-from tools.findings.statements import Statement, statements
+from tools.findings.paper_statements import PaperStatement, statements
 from tools.findings.tables import FINE_TUNING
 
 PAGE = ROOT / "docs" / "reproduction.md"
@@ -162,23 +163,20 @@ def verdict(group: Group, shown: Table) -> str:
     return f"{'no' if is_refuted else agrees}: {count}"
 
 
-def page(groups: Sequence[Group], further: Sequence[Statement]) -> str:
+def page(groups: Sequence[Group], further: Sequence[PaperStatement]) -> str:
     """The text of the page."""
     templates = jinja()
     templates.filters.update(
         deviation=deviation, change=gap_in_words, gap=gap, whole=partial(fixed, digits=0), task_name=task_name
     )
-    template = templates.get_template("reproduction.md.jinja")
-    return (
-        template.render(
-            groups=groups,
-            further=further,
-            verdict=verdict,
-            episodes=EVALUATION_EPISODES,
-            batch_episodes=BATCH_EPISODES,
-        )
-        + "\n"
+    text = templates.get_template("reproduction.md.jinja").render(
+        groups=groups,
+        further=further,
+        verdict=verdict,
+        episodes=EVALUATION_EPISODES,
+        batch_episodes=BATCH_EPISODES,
     )
+    return text + "\n"
 
 
 def episodes(folder: Path) -> dict[str, pd.DataFrame]:
@@ -200,17 +198,10 @@ def main() -> None:
         ours = cards[submission].groups[group_id]["sequential"]
         if len(ours.return_matrix) > 1:
             # Its episodes would count as independent, although the run is the statistical unit.
-            raise SystemExit(f"{submission}: the page compares one run per group.")
-        groups.append(
-            Group(
-                name,
-                is_forgotten,
-                submission,
-                table(rows := printed[group_id]["sequential"].paper_table),
-                table(rows, BATCH_EPISODES),
-                table(ours.paper_table),
-            )
-        )
+            raise BenchError("several-runs", "The page compares one run per group.", submission)
+        rows = printed[group_id]["sequential"].paper_table
+        tables = table(rows), table(rows, BATCH_EPISODES), table(ours.paper_table)
+        groups.append(Group(name, is_forgotten, submission, *tables))
     shown = [(group.name, group.printed.rows, group.reproduced.rows) for group in groups]
     draw_reproduction(shown, FOLDER / "reproduction.svg")
     played = episodes(submissions / FINE_TUNING)

@@ -84,8 +84,10 @@ def of_edition(name: str, edition: int) -> str:
 
 def percent(share: Value) -> str:
     """A share in percent, with its interval."""
+    if not share.is_known:
+        return "–"
     mean, low, high = (100 * each for each in share)
-    return "–" if math.isnan(mean) else f"{fixed(mean, 0)} % ({interval(low, high, 0)})"
+    return f"{fixed(mean, 0)} % ({interval(low, high, 0)})"
 
 
 class Against(NamedTuple):
@@ -125,7 +127,7 @@ class Method:
     @property
     def kept(self) -> str:
         """The share of what was learned that is kept, in percent, with its interval."""
-        return percent(Value(*(self.row[f"retention{end}"] for end in ("", "_low", "_high"))))
+        return percent(self.value("retention"))
 
     @property
     def rank(self) -> str:
@@ -145,17 +147,11 @@ def against(board: CoreBoard, metric: str, name: str, other: str) -> Against | N
 
 def methods(core: pd.DataFrame, board: CoreBoard) -> list[Method]:
     """The ranked methods of the core, best first."""
-    return [
-        Method(
-            row,
-            {
-                metric: found
-                for metric in (FINAL, LOST)
-                if (found := against(board, metric, row["name"], FINE_TUNING))
-            },
-        )
-        for _, row in core[core["ranked"]].iterrows()
-    ]
+    found = []
+    for _, row in core[core["ranked"]].iterrows():
+        compared = {metric: against(board, metric, row["name"], FINE_TUNING) for metric in (FINAL, LOST)}
+        found.append(Method(row, {metric: each for metric, each in compared.items() if each}))
+    return found
 
 
 def improvements(methods: Sequence[Method], cards: Mapping[str, Scorecard]) -> list[tuple[str, float]]:
@@ -187,7 +183,7 @@ def by_group(metrics: pd.DataFrame, names: Sequence[str], metric: str) -> list[t
     """A metric of submissions on every group of the core; submissions with five runs on one of them."""
     full = metrics[metrics["runs"] >= FULL_SUBMISSION_RUNS]
     rows = [(name, [value(full, name, group.id, metric) for group in CORE]) for name in names]
-    return [row for row in rows if not all(math.isnan(each.mean) for each in row[1])]
+    return [row for row in rows if any(each.is_known for each in row[1])]
 
 
 @dataclass(frozen=True)
@@ -217,7 +213,7 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
     found = {}
     for group in GROUPS.values():
         values = tuple(value(metrics, FINE_TUNING, group.id, metric) for metric in COLUMNS)
-        if not any(math.isnan(each.mean) for each in values):
+        if all(each.is_known for each in values):
             found[group.id] = Forgetting(group, len(runs[group.id]), values, significant=False)
     for on_core in (True, False):
         family = [each for each in found.values() if each.is_learned and (each.group in CORE) == on_core]
@@ -232,12 +228,11 @@ def transfers(metrics: pd.DataFrame) -> list[tuple[str, list[Value]]]:
     """The transfers of fine-tuning by group that it learned, the groups with most values first."""
     rows = []
     for group in GROUPS.values():
-        if not value(metrics, FINE_TUNING, group.id, COLUMNS[0]).low > 0:
-            continue
         values = [value(metrics, FINE_TUNING, group.id, metric) for metric in TRANSFERS]
-        if not all(math.isnan(each.mean) for each in values):
+        is_learned = value(metrics, FINE_TUNING, group.id, LEARNED).low > 0
+        if is_learned and any(each.is_known for each in values):
             rows.append((group.name, values))
-    return sorted(rows, key=lambda row: sum(math.isnan(each.mean) for each in row[1]))
+    return sorted(rows, key=lambda row: -sum(each.is_known for each in row[1]))
 
 
 def practice_by_other_runs(evaluations: pd.DataFrame) -> list[tuple[str, Value]]:
@@ -291,7 +286,7 @@ def between_and_beyond(shares: pd.DataFrame) -> list[tuple[str, str, Value, Valu
             own = {each: Value(*(found.loc[name, (end, each)] for end in Value._fields)) for each in stated}
             values.append((group.name, str(name), *(ends | own).values()))
         if len(values) > 1:  # the best of one submission is its own
-            rows += sorted(values, key=lambda row: -(row[3] if math.isnan(row[2].mean) else row[2]).mean)
+            rows += sorted(values, key=lambda row: -(row[2] if row[2].is_known else row[3]).mean)
     return rows
 
 
@@ -352,9 +347,9 @@ def sides(rows: Sequence[tuple[str, Sequence[Value | Change]]], column: int) -> 
 def open_tasks() -> dict[str, list[str]]:
     """The tasks without an expert, by name of the group."""
     references = load_references().tasks
+    without = {name for name, reference in references.items() if reference.open}
     tasks = {
-        group.name: [task.name for task in group.tasks if task.id in references and references[task.id].open]
-        for group in GROUPS.values()
+        group.name: [task.name for task in group.tasks if task.id in without] for group in GROUPS.values()
     }
     return {name: each for name, each in tasks.items() if each}
 

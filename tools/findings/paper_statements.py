@@ -26,7 +26,7 @@ GRAVITY = 9.81
 
 
 @dataclass(frozen=True)
-class Statement:
+class PaperStatement:
     """A statement of the paper, a verdict from its own tables with the numbers, and the same from ours."""
 
     text: str
@@ -67,7 +67,7 @@ def in_returns(value: Value) -> str:
     return f"{fixed(value.mean, 0)} ({interval_text(value.low, value.high, 0)})"
 
 
-def decline(printed: Scorecard, repeated: Scorecard, tuned: Scorecard) -> Statement:
+def decline(printed: Scorecard, repeated: Scorecard, tuned: Scorecard) -> PaperStatement:
     """That the return of Hopper at the end falls the further one goes back in its sequence."""
     gravity, body = (finals(log_of(printed, f"hopper-{kind}").paper_table) for kind in ("gravity", "body"))
     total = log_of(printed, "hopper-gravity").printed_total
@@ -77,7 +77,7 @@ def decline(printed: Scorecard, repeated: Scorecard, tuned: Scorecard) -> Statem
     log = log_of(tuned, "hopper-body")
     rising = steps([run[-1] for run in log.return_matrix])
     at, lowest = min(enumerate(rising, 1), key=lambda step: step[1].high)
-    return Statement(
+    return PaperStatement(
         "Hopper: performance decreases monotonically going back in the sequence",
         f"gravity: {verdict(rises(gravity))} as printed ({falling(gravity)}), "
         f"{verdict(rises(repaired))} with the cell that the total implies ({falling(repaired)}); "
@@ -89,7 +89,7 @@ def decline(printed: Scorecard, repeated: Scorecard, tuned: Scorecard) -> Statem
     )
 
 
-def transfer(printed: Scorecard, tuned: Scorecard) -> Statement:
+def transfer(printed: Scorecard, tuned: Scorecard) -> PaperStatement:
     """That the final policy is better than those right after training and of single tasks."""
     own, here = [], []
     for name in TRANSFER:
@@ -105,14 +105,14 @@ def transfer(printed: Scorecard, tuned: Scorecard) -> Statement:
         gap = Value.of(interval([end - after for end, after in gain]))
         over = Value.of(difference(log.metrics[FINAL].runs, single.metrics[SINGLE].runs))
         here.append(f"{name}: {found(gap, over)}, {gap} over After Env, {over} over Single Env")
-    return Statement(
+    return PaperStatement(
         "Walker2d and HalfCheetah: the final policy beats those right after training and of single tasks",
         "; ".join(own),
         "; ".join(here),
     )
 
 
-def spread(printed: Scorecard, episodes: Mapping[str, pd.DataFrame]) -> Statement:
+def spread(printed: Scorecard, episodes: Mapping[str, pd.DataFrame]) -> PaperStatement:
     """That the final policy has the higher variance, for example on Walker2d. ``episodes``: rows by group."""
     own, here = [], []
     for name in ("walker2d-gravity", "walker2d-body"):
@@ -137,7 +137,7 @@ def spread(printed: Scorecard, episodes: Mapping[str, pd.DataFrame]) -> Statemen
         ]
         gap = Value.of(interval(gaps))
         here.append(f"{name}: {found(gap)}, {in_returns(gap)} in returns")
-    return Statement(
+    return PaperStatement(
         "The final policy has a higher variance, for example on Walker2d",
         "its totals mix two rules (pooled for Fully Trained, means of deviations for the other columns); "
         f"by one rule, {'; '.join(own)}",
@@ -145,7 +145,7 @@ def spread(printed: Scorecard, episodes: Mapping[str, pd.DataFrame]) -> Statemen
     )
 
 
-def navigation(tuned: Scorecard) -> Statement:
+def navigation(tuned: Scorecard) -> PaperStatement:
     """That TRPO does not learn to navigate: it does if its score right after training is above the floor.
 
     An untrained policy collides, so its score is far below the floor. Training ends the collisions, which
@@ -158,19 +158,19 @@ def navigation(tuned: Scorecard) -> Statement:
         rates = [rate for run in log.success_rates for rate in run[-1] if rate is not None]
         success = f", {fixed(100 * fmean(rates), 0)} % of the last episodes reach the goal" if rates else ""
         parts.append(f"{name}: {scores[-1]} right after training, where 0 is the floor{success}")
-    return Statement(
+    return PaperStatement(
         "Navigation: TRPO makes no progress",
         "no table is printed",
         f"{verdict(not any(score.high > 0 for score in scores))}: {'; '.join(parts)}",
     )
 
 
-def gravities() -> Statement:
+def gravities() -> PaperStatement:
     """The range of gravities that the text states."""
     tasks = GROUPS["hopper-gravity"].tasks
     factors = [each.factor for task in tasks for each in task.variations if isinstance(each, Gravity)]
     second, strongest = sorted(factors)[-2:]
-    return Statement(
+    return PaperStatement(
         "Gravities from −4.91 to −12.26 m/s²",
         f"fails: its tables have tasks at {fixed(strongest, 1)} g",
         f"{fixed(second, 2)} g is −{fixed(second * GRAVITY, 2)} m/s²; "
@@ -192,7 +192,7 @@ def found(*gaps: Value) -> str:
 
 def statements(
     printed: Scorecard, repeated: Scorecard, tuned: Scorecard, episodes: Mapping[str, pd.DataFrame]
-) -> list[Statement]:
+) -> list[PaperStatement]:
     """The five of them: from the printed tables, the repetition at the paper's budget, and ``trpo``."""
     return [
         decline(printed, repeated, tuned),
