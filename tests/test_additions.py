@@ -53,7 +53,7 @@ class WeakMotors(Variation):
 class MovingGoal'''
 EFFECT = """
 class WeakMotorsEffect(Effect):
-    of = variations.WeakMotors
+    kind = variations.WeakMotors
 
     def __init__(self, fields, templates):
         self._factor = variation_of(templates[0].task, variations.WeakMotors).factor

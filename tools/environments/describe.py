@@ -58,7 +58,9 @@ def table(fields: Iterable[Field]) -> list[Row]:
     for field in fields:
         last = first + field.count - 1
         index = str(first) if last == first else f"{first}–{last}"
-        rows.append((index, field.meaning, field.unit, field.range))
+        limits = f"{field.low:.6g} … {field.high:.6g}{', soft limit' if field.is_soft else ''}"
+        is_bounded = math.isfinite(field.low) or math.isfinite(field.high)
+        rows.append((index, field.meaning, field.unit, limits if is_bounded else "unbounded"))
         first = last + 1
     return rows
 

@@ -69,7 +69,7 @@ def _page(tasks: Sequence[Task], descriptions: Descriptions) -> str:
         "Time limit": f"{plain.max_steps} steps.",
     }
     if body.success is not None:
-        facts["Success"] = body.success.text
+        facts["Success"] = body.success.sentence
     rows = [
         (f"`{each.id}`", " ".join(descriptions[each.id].differences) or "–", f"`{published(each.id)}`")
         for each in tasks

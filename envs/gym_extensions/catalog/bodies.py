@@ -18,7 +18,7 @@ IS_SUCCESS = "is_success"
 class Arrival:
     """The step terminates the episode."""
 
-    text: str
+    sentence: str
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Distance:
 
     bodies: tuple[str, str]
     limit: float
-    text: str
+    sentence: str
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,13 @@ class Height:
 
     low: float
     high: float
-    text: str
+    sentence: str
 
 
 Success: TypeAlias = Arrival | Distance | Height
 """When ``info["is_success"]`` is true after a step. An episode is a success if its last step is.
 
-``text`` is the sentence in the documentation. A body's success is part of its tasks: a change needs a new
+``sentence`` is that of the documentation. A body's success is part of its tasks: a change needs a new
 version of each of them, although fingerprints do not contain it.
 """
 
@@ -227,7 +227,8 @@ STANDUP = replace(
     success=Height(
         low=1.0,
         high=2.0,
-        text="At the last step, the height of the torso is in (1, 2) m, where Humanoid counts as healthy.",
+        sentence="At the last step, the height of the torso is in (1, 2) m, "
+        "where Humanoid counts as healthy.",
     ),
 )
 STANDUP_AND_RUN = replace(

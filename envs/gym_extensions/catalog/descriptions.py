@@ -97,13 +97,6 @@ class Field:
     count: int = 1
     is_soft: bool = False  # whether the range is a joint's limit, which an observation can exceed
 
-    @property
-    def range(self) -> str:
-        """The range as text."""
-        if math.isinf(self.low) and math.isinf(self.high):
-            return "unbounded"
-        return f"{self.low:.6g} … {self.high:.6g}{', soft limit' if self.is_soft else ''}"
-
 
 class _TaskFacts(msgspec.Struct):
     """A task in the file. Tables, skeletons and maps that several tasks share are named by their index."""
@@ -155,7 +148,7 @@ def summary(task: Task) -> str:
         "start": prose.start,
         "end": prose.end,
         "time limit": f"{task.max_steps} steps",
-        "success": task.body.success.text if task.body.success else "not defined",
+        "success": task.body.success.sentence if task.body.success else "not defined",
         "source": prose.source,
         "groups": ", ".join(groups) or "none",
         "versions": "; ".join(f"v{number}: {text}" for number, text in versions(task).items()),

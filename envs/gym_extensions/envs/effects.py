@@ -25,7 +25,7 @@ class Effect:
     reset.
     """
 
-    of: ClassVar[type[variations.Variation]]
+    kind: ClassVar[type[variations.Variation]]
     """The class of the variation."""
     kept: ClassVar[tuple[str, ...]] = ()
     """Attributes beside the physics on which later steps depend; copies have them too."""
@@ -76,7 +76,7 @@ def variation_of(task: tasks.Task, kind: type) -> Any:
 class WallEffect(Effect):
     """Places the walls."""
 
-    of = variations.Wall
+    kind = variations.Wall
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         self._walls = [variation_of(template.task, variations.Wall) for template in templates]
@@ -105,7 +105,7 @@ def compiled_readings() -> Callable[..., Array]:
 class RangeSensorEffect(Effect):
     """Appends the 10 beams, in [0, 1]. Their walls have one size."""
 
-    of: ClassVar[type[variations.Variation]] = variations.RangeSensor
+    kind: ClassVar[type[variations.Variation]] = variations.RangeSensor
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
         self._num_envs = len(templates)
@@ -127,7 +127,7 @@ class RangeSensorEffect(Effect):
 class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
     """Appends the noisy readings of the step before."""
 
-    of = variations.SensorNoise
+    kind = variations.SensorNoise
     kept = ("_working", "_shift", "_latched")
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
@@ -161,7 +161,7 @@ class SensorNoiseEffect(SeededNoise, RangeSensorEffect):
 class MotorNoiseEffect(SeededNoise):
     """Adds the episodes' noise to every command."""
 
-    of = variations.MotorNoise
+    kind = variations.MotorNoise
     kept = ("_noise",)
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
@@ -193,7 +193,7 @@ def move(position: Array, velocity: Array, area: bodies.Rectangle, seconds: floa
 class TrackingGoalEffect(Effect):
     """Moves the goals before the physics of every step."""
 
-    of = variations.TrackingGoal
+    kind = variations.TrackingGoal
     kept = ("_velocity",)
 
     def __init__(self, physics: Physics, templates: Sequence[Template]) -> None:
@@ -222,14 +222,14 @@ EFFECTS: tuple[type[Effect], ...] = (
 
 def effects_of(physics: Physics, templates: Sequence[Template]) -> list[Effect]:
     """Returns the effects on environments with one layout, in the order in which they draw."""
-    present = [each for each in EFFECTS if variation_of(templates[0].task, each.of) is not None]
-    replaced = {each.of.needs for each in present}
-    return [each(physics, templates) for each in present if each.of not in replaced]
+    present = [each for each in EFFECTS if variation_of(templates[0].task, each.kind) is not None]
+    replaced = {each.kind.needs for each in present}
+    return [each(physics, templates) for each in present if each.kind not in replaced]
 
 
 def shard_keys(task: tasks.Task) -> tuple[object, ...]:
     """Returns what environments of one shard have in common in their effects."""
-    pairs = [(each, variation_of(task, each.of)) for each in EFFECTS]
+    pairs = [(each, variation_of(task, each.kind)) for each in EFFECTS]
     return tuple(None if variation is None else each.shard_key(variation) for each, variation in pairs)
 
 
@@ -240,7 +240,7 @@ def check_variations(task: tasks.Task) -> None:
         BenchError: a variation does not fit the base body, has an effect and appears twice, or lacks the
             variation that it needs.
     """
-    kinds_with_effect = {each.of for each in EFFECTS}
+    kinds_with_effect = {each.kind for each in EFFECTS}
     counts = Counter(type(variation) for variation in task.variations)
     for kind, count in counts.items():
         if not kind.fits(task.body):

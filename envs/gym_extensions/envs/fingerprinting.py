@@ -131,8 +131,8 @@ def require_published_engine(tasks: Iterable[Task] | None = None) -> None:
     training, another Gymnasium is a warning if the fingerprints of all published tasks of their bodies agree,
     and so is another platform.
     """
-    if tasks is not None and (why := other_platform()):
-        warnings.warn(f"{why} Record runs for a submission on x86-64 Linux.", stacklevel=2)
+    if tasks is not None and (reason := other_platform()):
+        warnings.warn(f"{reason} Record runs for a submission on x86-64 Linux.", stacklevel=2)
     if not (other := other_engine()):
         return
     if tasks is not None and engine()["mujoco"] == fingerprints.table()["engine"]["mujoco"]:

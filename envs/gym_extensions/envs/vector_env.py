@@ -90,13 +90,9 @@ def combine(parts: Iterable[Part], num_envs: int) -> dict[str, Any]:
 class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
     """Environments of tasks, stepped together. Every number is bit for bit the single environment's.
 
-    Infos are those of the single environments in the form of Gymnasium's vector environments. An environment
-    whose episode ended is reset as ``autoreset_mode`` says:
-
-    * ``NEXT_STEP``: by the next step, which ignores its action and returns reward 0;
-    * ``SAME_STEP``: by the same step, which returns the first observation of the new episode, and the last
-      one of the old episode in ``infos["final_obs"]``, its infos in ``infos["final_info"]``;
-    * ``DISABLED``: by ``reset`` with the option ``reset_mask``, before the next step.
+    Infos and autoreset modes are those of Gymnasium's ``SyncVectorEnv``: an environment whose episode ended
+    is reset by the next step, which ignores its action and returns reward 0; by the same step, with
+    ``final_obs`` and ``final_info`` in the infos; or by ``reset`` with the option ``reset_mask``.
 
     ``np_random`` is a generator for the user's own draws, which ``reset(seed=…)`` seeds; environments do not
     use it. Subclasses have the simulations. ``spaces`` are the observation and action space of one

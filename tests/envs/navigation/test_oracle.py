@@ -8,7 +8,7 @@ import pytest
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.navigation.env import Navigation, World
 from gym_extensions.envs.navigation.geometry import Arena, goals, parse
-from gym_extensions.envs.navigation.planner import FINENESS, NEVER, Oracle, look, oracle_returns
+from gym_extensions.envs.navigation.planner import FINENESS, NEVER, Oracle, lookahead, oracle_returns
 
 ROOM = parse(["#" * 40, *["#" + "." * 38 + "#"] * 38, "#" * 40])
 # One wall across the room at x 200-210, with a passage of one cell at y 380-390 (the room's top).
@@ -86,7 +86,7 @@ def test_every_goal_is_reached_from_every_free_cell_without_a_collision(number: 
     chosen = free[generator.choice(len(free), 3, replace=False)]
     starts = chosen * 10 + generator.uniform(0.001, 9.999, (3, 2))
     where = oracle.arena.grid.solid, oracle.steps, np.array(oracle.arena.goal)
-    bound = [look(*where, x, y, NEVER)[0] for x, y in starts]
+    bound = [lookahead(*where, x, y, NEVER)[0] for x, y in starts]
     steps, returns = run(oracle, starts)
     assert (steps <= np.maximum(bound, 1)).all()
     assert (steps >= [fewest_in_the_open(start, oracle.arena.goal) for start in starts]).all()

@@ -102,23 +102,15 @@ class World:
 class Navigation(gym.Env[NDArray[Any], NDArray[np.float32]]):
     """A point moves by small displacements over an occupancy grid to a goal.
 
-    These are the 2-D navigation tasks of Henderson et al. 2017, "Benchmark Environments for Multitask
-    Learning in Continuous Domains". The world has 640 × 480 units, cells of 10 × 10 units, and y up. The
-    outermost ring of cells and everything outside are solid. There are ten maps with three goals each, in
-    five families with different observations.
+    The world has 640 × 480 units, cells of 10 × 10 units, and y up. The outermost ring of cells and
+    everything outside are solid.
 
-    **Motion**: the action is a displacement in x and y, clipped to ±5. The agent moves along a straight
-    segment. If the segment touches an obstacle, the agent stays where it is; this is a collision. Cells are
-    closed sets: a segment that touches an edge or a corner of an obstacle collides, so the agent cannot pass
-    a diagonal gap.
+    The action is a displacement in x and y, clipped to ±5. The agent moves along a straight segment. If the
+    segment touches an obstacle, the agent stays where it is; this is a collision. Cells are closed sets: a
+    segment that touches an edge or a corner of an obstacle collides, so the agent cannot pass a diagonal gap.
+    Observations are in ``sensors``, reward, start and end in ``catalog/prose.toml``.
 
-    **Observation**: see ``sensors.FIELDS``; float32. A picture, uint8 (120, 160, 3), has pixels of 4 × 4
-    units that show what is at their center, the first row at the top: free (255, 255, 255), obstacle
-    (204, 153, 102), goal disc (255, 0, 0) of radius 20, and over it the agent disc (0, 0, 0) of radius 5.
-
-    **Reward, start and end**: see ``catalog.bodies``.
-
-    **Versions**: v0 follows the paper's text. The 2017 code differs from the paper: polar actions, obstacles
+    The tasks follow the text of Henderson et al. 2017. Their code differs from it: polar actions, obstacles
     without effect, a start outside the map, +20 at the goal.
 
     Args:

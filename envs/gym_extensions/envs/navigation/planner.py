@@ -93,7 +93,7 @@ def _straight(goal: Any, x: float, y: float) -> tuple[int, float, float]:
 
 
 @compiled
-def look(  # noqa: PLR0917
+def lookahead(  # noqa: PLR0917
     solid: Any, steps: Any, goal: Any, x: float, y: float, at_most: int
 ) -> tuple[int, int, float, float]:
     """Returns the steps to go from a free point, the number of best next lattice points, and the next x, y.
@@ -127,11 +127,11 @@ def look(  # noqa: PLR0917
 
 @compiled
 def _try(solid: Any, steps: Any, goal: Any, point: Any, move: Any, at_most: int) -> tuple[int, int]:  # noqa: PLR0917
-    """Steps to go and their count after a move, as ``look`` returns them. ``NEVER`` after a collision."""
+    """Steps to go and their count after a move, as ``lookahead`` returns them; ``NEVER`` if it collides."""
     to_x, to_y = point[0] + move[0], point[1] + move[1]
     if crosses(solid, point[0], point[1], to_x, to_y):
         return NEVER, 0
-    fewest, count, _, _ = look(solid, steps, goal, to_x, to_y, at_most)
+    fewest, count, _, _ = lookahead(solid, steps, goal, to_x, to_y, at_most)
     return fewest, count
 
 
@@ -140,10 +140,10 @@ def choose(solid: Any, steps: Any, goal: Any, point: Any, action: Any) -> None:
     """Writes the best displacement, float32, from a free point into ``action``.
 
     Candidates are all integer displacements, which keep the point's offset from the lattice and so lose
-    nothing to rounding, and the step that ``look`` returns. That step alone leaves one step less to go, so
-    the best candidate does too, and the goal is reached.
+    nothing to rounding, and the step that ``lookahead`` returns. That step alone leaves one step less to go,
+    so the best candidate does too, and the goal is reached.
     """
-    _, _, to_x, to_y = look(solid, steps, goal, point[0], point[1], NEVER)
+    _, _, to_x, to_y = lookahead(solid, steps, goal, point[0], point[1], NEVER)
     action[0] = min(max(to_x - point[0], -MAX_SPEED), MAX_SPEED)
     action[1] = min(max(to_y - point[1], -MAX_SPEED), MAX_SPEED)
     best, most = _try(solid, steps, goal, point, action, NEVER)

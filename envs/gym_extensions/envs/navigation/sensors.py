@@ -170,7 +170,7 @@ def _in_obstacles(solid: Any, x: Any, y: Any) -> Any:
 
 
 def background(arena: geometry.Arena, pixel: float) -> NDArray[np.uint8]:
-    """Draws the map and the goal's disc without an agent, (height / pixel, width / pixel, 3).
+    """Draws the map and over it the goal's disc, without an agent, (height / pixel, width / pixel, 3).
 
     A pixel shows what is at its center. The first row is the top of the map. ``pixel`` is its side in units.
     """

@@ -28,7 +28,7 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
                 "Start": task.body.prose.start,
                 "End": task.body.prose.end,
                 "Time limit": f"{text.grouped(task.max_steps)} steps.",
-                "Success": success.text if success else "Not defined.",
+                "Success": success.sentence if success else "Not defined.",
                 "Source": task.body.prose.source,
             },
             "reference": references.get(task.id),
