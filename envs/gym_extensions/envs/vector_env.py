@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import interfaces
 from gym_extensions.envs.interfaces import Array, Flags, Indices
-from gym_extensions.errors import BenchError
+from gym_extensions.errors import BenchError, whole_number
 
 WHERE = "make_vec"
 """Where errors of vector environments are located."""
@@ -31,15 +31,15 @@ def seed_of_each(seed: Any, num_envs: int) -> Sequence[int | None]:
     """
     if seed is None:
         return [None] * num_envs
-    if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
-        seeds: list[Any] = [int(seed) + index for index in range(num_envs)]
-    else:
-        seeds = list(seed) if isinstance(seed, Sequence | np.ndarray) else []
-    whole = [value for value in seeds if isinstance(value, int | np.integer) and not isinstance(value, bool)]
-    if len(seeds) != num_envs or len(whole) + seeds.count(None) != num_envs or min(whole, default=0) < 0:
+    if not isinstance(seed, Sequence | np.ndarray):
+        first = whole_number("seed", seed, "bad-seeds", WHERE, least=0)
+        return [first + index for index in range(num_envs)]
+    if len(seed) != num_envs:
         hint = f"Give an int of at least 0, or a list of {num_envs}."
         raise BenchError("bad-seeds", f"seed is {seed!r}.", WHERE, hint)
-    return [None if value is None else int(value) for value in seeds]
+    return [
+        None if value is None else whole_number("seed", value, "bad-seeds", WHERE, least=0) for value in seed
+    ]
 
 
 def reset_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bool_]:
