@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Iterator, Sequence
-from itertools import chain
 from typing import Any, NoReturn
 
 import gymnasium as gym
@@ -124,12 +123,15 @@ def check(tasks: Sequence[Task]) -> None:
     for task in tasks:
         with build(task) as first, build(task) as second:
             seconds = CHECK_SECONDS / len(tasks) / 3
-            recorded, *others = (list(_episode(env, seconds)) for env in (first, first, second))
-            shorter = (zip(recorded, each, strict=False) for each in others)  # slow episodes are cut
-            for step, rows in chain.from_iterable(map(enumerate, shorter)):
-                if not all(map(np.array_equal, *rows)):
-                    message = f"two episodes with the seed {SEED} and the same actions differ at step {step}"
-                    first.fail(message, SEEDS)
+            recorded = list(_episode(first, seconds))
+            for env in (first, second):
+                again = zip(recorded, _episode(env, seconds), strict=False)  # slow episodes are cut
+                for step, (row, other) in enumerate(again):
+                    if not all(map(np.array_equal, row, other)):
+                        message = (
+                            f"two episodes with the seed {SEED} and the same actions differ at step {step}"
+                        )
+                        first.fail(message, SEEDS)
 
 
 def _episode(env: ForeignEnv, seconds: float) -> Iterator[tuple[Any, ...]]:
