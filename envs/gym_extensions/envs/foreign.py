@@ -120,6 +120,7 @@ def check(tasks: Sequence[Task]) -> None:
 
     Raises ``BenchError`` that names the task and the first step that is not.
     """
+    differing = f"two episodes with the seed {SEED} and the same actions differ"
     for task in tasks:
         with build(task) as first, build(task) as second:
             seconds = CHECK_SECONDS / len(tasks) / 3
@@ -128,10 +129,7 @@ def check(tasks: Sequence[Task]) -> None:
                 again = zip(recorded, _episode(env, seconds), strict=False)  # slow episodes are cut
                 for step, (row, other) in enumerate(again):
                     if not all(map(np.array_equal, row, other)):
-                        message = (
-                            f"two episodes with the seed {SEED} and the same actions differ at step {step}"
-                        )
-                        first.fail(message, SEEDS)
+                        first.fail(f"{differing} at step {step}", SEEDS)
 
 
 def _episode(env: ForeignEnv, seconds: float) -> Iterator[tuple[Any, ...]]:
