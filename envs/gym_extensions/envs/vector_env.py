@@ -132,17 +132,15 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         interfaces.require_open(self.closed, WHERE)
         mask = reset_mask(options, self.num_envs)
         interfaces.require_reset(self._is_set or bool(mask.all()), WHERE)
-        seeds, indices = seed_of_each(seed, self.num_envs), np.flatnonzero(mask)
-        for index in indices.tolist():
+        seeds = seed_of_each(seed, self.num_envs)
+        for index in np.flatnonzero(mask).tolist():
             if seeds[index] is not None:
                 self._generators[index], _ = seeding.np_random(seeds[index])
         if (given := next((value for value in seeds if value is not None), None)) is not None:
             self._np_random, self._np_random_seed = seeding.np_random(given)
-        self._start(indices)
-        self._elapsed[indices] = 0
+        parts = self._start_episodes(mask)
         self._ended, self._is_set = self._ended & ~mask, True
-        parts = self._reset_infos()
-        return self._observe(), combine(select(parts, mask), self.num_envs)
+        return self._observe(), combine(parts, self.num_envs)
 
     def step(self, actions: NDArray[Any]) -> tuple[NDArray[Any], Array, Flags, Flags, dict[str, Any]]:
         """Returns observations, rewards, terminations, truncations and infos of one step.
@@ -167,36 +165,38 @@ class TaskVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         parts = self._step_infos()
         self._elapsed += 1
         if starting is not None:
-            self._start(np.flatnonzero(starting))
-            self._elapsed[starting] = 0
+            parts = [*select(parts, ~starting), *self._start_episodes(starting)]
             rewards[starting], terminations[starting] = 0.0, False
-            parts = [*select(parts, ~starting), *select(self._reset_infos(), starting)]
         truncations = self._elapsed >= self._limits
         self._ended = terminations | truncations
         restarts = self.autoreset_mode is AutoresetMode.SAME_STEP and self._ended.any()
-        infos = self._restart(parts) if restarts else combine(parts, self.num_envs)
+        infos = self._reset_in_same_step(parts) if restarts else combine(parts, self.num_envs)
         return self._observe(), rewards, terminations, truncations, infos
 
-    def _restart(self, parts: Sequence[Part]) -> dict[str, Any]:
+    def _reset_in_same_step(self, parts: Sequence[Part]) -> dict[str, Any]:
         """Starts new episodes where episodes have ended, and returns the infos of the step."""
         ended, last = self._ended, self._observe()
         final = combine(select(parts, ended), self.num_envs)
         final_obs = np.full(self.num_envs, None, dtype=object)
         for index in np.flatnonzero(ended).tolist():
             final_obs[index] = last[index]
-        self._start(np.flatnonzero(ended))
-        self._elapsed[ended] = 0
+        infos = combine([*select(parts, ~ended), *self._start_episodes(ended)], self.num_envs)
         self._ended = np.zeros(self.num_envs, np.bool_)
-        infos = combine([*select(parts, ~ended), *select(self._reset_infos(), ended)], self.num_envs)
         last_step = {"final_obs": final_obs, "_final_obs": ended, "final_info": final, "_final_info": ended}
         return infos | last_step
+
+    def _start_episodes(self, chosen: Flags) -> list[Part]:
+        """Starts episodes in the chosen environments, and returns the infos of their resets."""
+        self._start(chosen)
+        self._elapsed[chosen] = 0
+        return select(self._reset_infos(), chosen)
 
     def _require_state(self) -> None:
         interfaces.require_open(self.closed, WHERE)
         interfaces.require_reset(self._is_set, WHERE)
 
-    def _start(self, indices: Indices) -> None:
-        """Starts episodes in some environments, from their generators."""
+    def _start(self, chosen: Flags) -> None:
+        """Draws and sets the states in which the chosen environments start, from their generators."""
         raise NotImplementedError
 
     def _advance(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:

@@ -199,11 +199,9 @@ class MujocoVectorEnv(vector_env.TaskVectorEnv):
         hint = "Make others, and reset them with the same seeds."
         raise BenchError("no-copy", "The environments cannot be copied.", vector_env.WHERE, hint)
 
-    def _start(self, indices: interfaces.Indices) -> None:
-        starting = np.zeros(self.num_envs, np.bool_)
-        starting[indices] = True
+    def _start(self, chosen: interfaces.Flags) -> None:
         for shard in self._shards:
-            rows = np.flatnonzero(starting[shard.members])
+            rows = np.flatnonzero(chosen[shard.members])
             if len(rows):
                 shard.reset(rows, [self._generator(int(index)) for index in shard.members[rows]])
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gym_extensions.catalog import bodies, variations
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs import interfaces
-from gym_extensions.envs.interfaces import Array, Flags, Indices
+from gym_extensions.envs.interfaces import Array, Flags
 from gym_extensions.envs.navigation import sensors
 from gym_extensions.envs.navigation.geometry import Arena, advance, arena, touches
 from gym_extensions.envs.vector_env import WHERE, Part, TaskVectorEnv
@@ -196,8 +196,8 @@ class NavigationVectorEnv(TaskVectorEnv):
         self._world = World([arena(each.map, each.goal) for each in courses], families[0])
         self._arrivals = np.zeros(len(tasks), np.bool_)
 
-    def _start(self, indices: Indices) -> None:
-        for index in indices.tolist():
+    def _start(self, chosen: Flags) -> None:
+        for index in np.flatnonzero(chosen).tolist():
             self._world.draw_start(index, self._generator(index))
 
     def _advance(self, actions: NDArray[Any], resting: Flags | None) -> tuple[Array, Flags]:
