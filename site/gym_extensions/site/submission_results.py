@@ -33,8 +33,6 @@ STEPS = 10
 MAX_CELLS = 3_000
 """Cells of all runs' matrices on one page; those of larger groups are in the data alone."""
 CHANGE_STEPS = 5
-LARGEST_CHANGE = 1.0
-"""The change with the strongest tint: the whole distance from floor to expert."""
 Points = tuple[tuple[float, float], ...]
 Matrix = tuple[tuple[float, ...], ...]
 
@@ -189,7 +187,7 @@ def separate_groups(card: Scorecard) -> tuple[str, ...]:
 
 def page_of(card: Scorecard, group: str) -> str:
     """The page with the results of a submission on a group; of a suite, its own page."""
-    is_apart = group in card.groups and len(card.groups) > 1
+    is_apart = group in separate_groups(card)
     return paths.results_path(card.name, group) if is_apart else paths.submission_path(card.name)
 
 
@@ -267,13 +265,14 @@ def shows_each_run(result: SubmissionResult) -> bool:
 def change_tint(change: TaskChange) -> str:
     """Classes of the style sheet: ``lost1`` … ``lost5``, ``kept``, ``won1`` … ``won5``.
 
-    It is ``raw`` without an expert. ``unsure`` is added where the interval contains 0 or there is none.
+    The strongest tint is the whole distance from floor to expert. It is ``raw`` without an expert. ``unsure``
+    is added where the interval contains 0 or there is none.
     """
     unsure = "" if change.is_certain else " unsure"
     mean = change.mean
     if mean is None or not change.normalized:
         return f"raw{unsure}"
-    level = min(CHANGE_STEPS, math.floor(abs(mean) / LARGEST_CHANGE * CHANGE_STEPS + 0.5))
+    level = min(CHANGE_STEPS, math.floor(abs(mean) * CHANGE_STEPS + 0.5))
     kind = "kept" if level == 0 else f"{'lost' if mean < 0 else 'won'}{level}"
     return kind + unsure
 

@@ -68,18 +68,16 @@ def plus_minus(value: Estimate) -> str:
 
 
 JOINERS = "\N{ZERO WIDTH JOINER}\N{VARIATION SELECTOR-16}"
-MAX_TITLE = 60
-ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
 
 
-def short(text: str, length: int = MAX_TITLE) -> str:
+def short(text: str, length: int = 60) -> str:
     """A text of at most ``length`` characters; a longer one ends in an ellipsis, not in half a character."""
     if len(text) <= length:
         return text
     cut = length - 1
     while cut and (unicodedata.combining(text[cut]) or text[cut] in JOINERS or text[cut - 1] in JOINERS):
         cut -= 1
-    return text[:cut].rstrip() + ELLIPSIS
+    return text[:cut].rstrip() + "\N{HORIZONTAL ELLIPSIS}"
 
 
 def split_version(versioned: str) -> tuple[str, str]:

@@ -173,15 +173,13 @@ def panels(rows: Sequence[board_views.Row]) -> list[tuple[Markup, Markup]]:
         for number, row in reversed(list(enumerate(rows, 1))):
             values = list(enumerate(stage[at] for stage in row.result.stages))
             mean = [(float(stage), value.mean) for stage, value in values if value.mean is not None]
-            if not mean:
-                continue
             low = [(float(stage), value.ends[0]) for stage, value in values if value.ends]
             high = [(float(stage), value.ends[1]) for stage, value in values if value.ends]
             if low:
                 around = svg.points([*low, *reversed(high)], x, y)
                 body.append(f'<polygon class="band p{number}" points="{around}"/>')
             body.append(f'<polyline class="line p{number}" points="{svg.points(mean, x, y)}"/>')
-            after, end = mean[min(at + 1, len(mean) - 1)][1], mean[-1][1]
+            after, end = mean[at + 1][1], mean[-1][1]
             name = f"{short(row.submission.title)} ({row.submission.name})"
             labels.append(f"{name}: {fixed(after)} right after its training, {fixed(end)} at the end")
         drawing = svg.picture("panel", 208, 108, "; ".join(reversed(labels)), "".join(body))

@@ -54,7 +54,7 @@ ROOT_OF_SITE = (
 above the first of the site's own folders."""
 
 
-def _found_and_lost(_site: board_views.Leaderboard, render: Render) -> Iterator[File]:
+def _search_and_404(_site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     """The page that hosts show for an address without a page, and, with the documentation, the search."""
     script = ROOT_OF_SITE.replace("URL", json.dumps(f"{render.source.url}/").replace("<", r"\u003c"))
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -110,7 +110,7 @@ PAGES = (
     Page("Changes", "changes.html", changes.publish, in_footer=True),
     Page("Speed", doc=f"{DOCS}speed.html", in_footer=True),
     Page("Numbers", publish=numbers.publish),
-    Page("Search", publish=_found_and_lost),
+    Page("Search", publish=_search_and_404),
     Page("Pictures", publish=tasks.publish_pictures),
 )
 """All kinds of pages in the order of the menu."""

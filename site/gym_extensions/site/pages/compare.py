@@ -16,11 +16,11 @@ def publish(site: board_views.Leaderboard, render: Render) -> Iterator[File]:
     is_any = any(board.leader and len(board.rows) > 1 for board in site.boards)
     yield "compare.html", render("compare.html", "compare.html", is_any=is_any)
     yield paths.COMPARED, index(site, render)
-    for merged in contests(site.boards):
+    for merged in comparable(site.boards):
         yield paths.board_data(merged[0].id, "pairs.js"), differences(merged, site.submissions)
 
 
-def contests(boards: Sequence[board_views.BoardView]) -> list[list[board_views.BoardView]]:
+def comparable(boards: Sequence[board_views.BoardView]) -> list[list[board_views.BoardView]]:
     """The boards of each group, protocol and budget: without and with the task label, or one of them."""
     found: dict[tuple[object, ...], list[board_views.BoardView]] = {}
     for board in boards:  # the score of a suite has no value per run, with which to compare two boards
@@ -42,7 +42,7 @@ def index(site: board_views.Leaderboard, render: Render) -> str:
                 row.submission.name: row.submission.runs for each in (board, *others) for row in each.rows
             },
         }
-        for board, *others in contests(site.boards)
+        for board, *others in comparable(site.boards)
     ]
     board = site.scored.core
     remark = EXPLORATORY[board.edition] if board else ""
@@ -75,7 +75,7 @@ def index(site: board_views.Leaderboard, render: Render) -> str:
 
 
 def differences(boards: Sequence[board_views.BoardView], cards: Sequence[Scorecard]) -> str:
-    """The script with the differences of the submissions of ``contests``, loaded when two are compared.
+    """The script with the differences of the submissions of ``comparable``, loaded when two are compared.
 
     By the positions i < j of two submissions in ``names``: mean, ends of the interval and p value per column.
     """

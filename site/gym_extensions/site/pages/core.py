@@ -11,7 +11,8 @@ from gym_extensions.scoring.scorecard import CoreScore, RunCost, Scorecard
 from gym_extensions.site.charts.svg import Scale, picture, px, scale_around, stroke, text, tick_label
 from gym_extensions.site.text import count, fixed, grouped, mean, short, split_version
 
-FINAL, LEARNED, LOST = (each.name for each in (formulas.FINAL, formulas.LEARNING, formulas.FORGETTING))
+FINAL, LEARNING, FORGETTING = (each.name for each in (formulas.FINAL, formulas.LEARNING, formulas.FORGETTING))
+"""The names of the metrics of the core."""
 EDITIONS = {
     1: "First edition: verified runs are ranked. Once the project has trained its reference agent itself, "
     "only runs trained by the project will be ranked.",
@@ -89,8 +90,11 @@ CHARACTER = 6.4
 """About the width of a label's character."""
 LABEL = "*"
 """Follows the name of a method that is given the task label."""
-MAX_LABEL, BESIDE = 22, (-8, 17, 4)
-"""Most characters of a label, and the lines beside a point, which need no line that leads there."""
+MAX_LABEL = 22
+"""Most characters of a label."""
+BESIDE = (-8, 17, 4)
+LINES = (*BESIDE, -21, 30, -34, 43)
+"""Where a label may stand below its point. Beside the point, it needs no line that leads there."""
 Box = tuple[float, float, float, float]
 """Left, top, right and bottom."""
 
@@ -127,10 +131,10 @@ def figure(rows: Sequence[CoreRow], references: Sequence[CoreReference] = ()) ->
 
 def _points(rows: Sequence[CoreRow], x: Scale, y: Scale) -> list[str]:
     """The methods with their intervals and names."""
-    places = [(x.at(row.metrics[LEARNED].mean or 0), y.at(row.metrics[FINAL].mean or 0)) for row in rows]
+    places = [(x.at(row.metrics[LEARNING].mean or 0), y.at(row.metrics[FINAL].mean or 0)) for row in rows]
     parts, bars = [], []
     for number, (row, (left, up)) in reversed(list(enumerate(zip(rows, places, strict=True)))):
-        learned, kept = row.metrics[LEARNED], row.metrics[FINAL]
+        learned, kept = row.metrics[LEARNING], row.metrics[FINAL]
         kind = "unranked" if not row.ranked else "other" if number else "first"
         ways = [(x.at(learned.ends[0]), up, x.at(learned.ends[1]), up)] if learned.ends else []
         ways += [(left, y.at(kept.ends[1]), left, y.at(kept.ends[0]))] if kept.ends else []
@@ -149,7 +153,7 @@ def _points(rows: Sequence[CoreRow], x: Scale, y: Scale) -> list[str]:
 
 def ends_of(rows: Sequence[CoreRow]) -> list[float]:
     """The ends of the intervals of what was learned and kept."""
-    values = [row.metrics[metric] for row in rows for metric in (FINAL, LEARNED)]
+    values = [row.metrics[metric] for row in rows for metric in (FINAL, LEARNING)]
     return [end for each in values if each.mean is not None for end in each.ends or (each.mean,)]
 
 
@@ -171,25 +175,33 @@ def _labels(names: Sequence[str], places: Sequence[tuple[float, float]], bars: S
     taken: list[Box] = [(across - 7, up - 7, across + 7, up + 7) for across, up in places]
     parts = []
     for name, (across, up) in zip(names, places, strict=True):
-        width, free = CHARACTER * len(name), list[tuple[int, int, tuple[float, float] | tuple[()], Box]]()
-        for line, start in product((-8, 17, 4, -21, 30, -34, 43), (9, -9 - width, -width / 2)):
-            left, top, right, bottom = across + start, up + line - 10, across + start + width, up + line + 3
-            inside = left > LEFT and right < LEFT + SIDE and top > TOP and bottom < TOP + SIDE
+        width, best = CHARACTER * len(name), None
+        for line, start in product(LINES, (9, -9 - width, -width / 2)):
+            left, right = across + start, across + start + width
+            top, bottom = up + line - 10, up + line + 3
             box = (left, top, right, bottom)
-            if inside and not any(_overlap(box, other) for other in taken):
+            is_inside = left > LEFT and right < LEFT + SIDE and top > TOP and bottom < TOP + SIDE
+            if not is_inside or _overlaps(box, taken):
+                continue
+            if line in BESIDE:
+                around, leader = (left - 8, top - 8, right + 8, bottom + 8), ""
+            else:
                 end = min(max(across, left), right), bottom if line < 0 else top
-                way = (min(end[0], across), min(end[1], up), max(end[0], across), max(end[1], up))
-                around = (left - 8, top - 8, right + 8, bottom + 8) if line in BESIDE else way
-                near = 3 * sum(_overlap(around, other) for other in taken) + (line not in BESIDE)
-                crossed = sum(_overlap(box, other) for other in bars)
-                free.append((near + crossed, len(free), end if line not in BESIDE else (), box))
-        if free:
-            _, _, leader, box = min(free)
+                around = (min(end[0], across), min(end[1], up), max(end[0], across), max(end[1], up))
+                leader = stroke(across, up, *end, "leader")
+            crowded = 3 * _overlaps(around, taken) + _overlaps(box, bars) + bool(leader)
+            if best is None or crowded < best[0]:
+                best = crowded, leader, box
+        if best:
+            _, leader, box = best
             taken.append(box)
-            parts += [stroke(across, up, *leader, "leader")] if leader else []
-            parts.append(text("label", box[0], box[3] - 3, str(escape(name))))
+            parts += [leader, text("label", box[0], box[3] - 3, str(escape(name)))]
     return parts
 
 
-def _overlap(box: Box, other: Box) -> bool:
-    return box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]
+def _overlaps(box: Box, others: Sequence[Box]) -> int:
+    """How many of the other boxes it overlaps."""
+    return sum(
+        box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]
+        for other in others
+    )

@@ -147,7 +147,7 @@ class Overview:
             return Markup(ALONE).format(name, score)
         start = Markup("")
         if reference := next((row for row in others if row.name == REFERENCE), None):
-            levels = [mean(reference.metrics[metric]) for metric in (core.LEARNED, core.FINAL)]
+            levels = [mean(reference.metrics[metric]) for metric in (core.LEARNING, core.FINAL)]
             start = Markup(FALLS).format(NAME.format(short(reference.title, 40)), *levels)
         start += Markup("Of {} methods{} that ran all {} groups, {} ").format(
             len(self.ranked),
@@ -214,7 +214,7 @@ class Overview:
     def tint_of(self, pair: CorePair, metric: str) -> str:
         """The class of the colour of a difference: a step per 0.06, better or worse."""
         step = min(5, math.ceil(abs(pair.mean) / 0.06))
-        return f"{'won' if (pair.mean > 0) != (metric == core.LOST) else 'lost'}{step}" if step else ""
+        return f"{'won' if (pair.mean > 0) != (metric == core.FORGETTING) else 'lost'}{step}" if step else ""
 
     @cached_property
     def wanted(self) -> list[Wanted]:
@@ -271,8 +271,8 @@ class Shown:
     @property
     def changes(self) -> tuple[float, float]:
         """Its score at the end minus that right after its training: over all runs, and of the one drawn."""
-        changes = [run[-1] - run[self.task + 1] for run in self.scores]
-        return sum(changes) / len(changes), changes[self.result.runs.index(self.run)]
+        run = self.scores[self.result.runs.index(self.run)]
+        return self.result.detail.changes[self.task].mean or 0.0, run[-1] - run[self.task + 1]
 
     @property
     def means(self) -> list[float]:
