@@ -1,5 +1,7 @@
-"""Which policies Play offers, and the file in which the browser gets them."""
+"""Which policies Play offers, the file in which the browser gets them, and the pinned simulator."""
 
+import gzip
+import hashlib
 import json
 import re
 from collections.abc import Callable
@@ -22,6 +24,7 @@ from gym_extensions.submissions.layout import run_file
 from gym_extensions.submissions.policies.files import npz_arrays, write_policies
 from gym_extensions.submissions.policies.mlp import Policy
 
+from ...conftest import refused
 from ..browser import references_of, typed
 from ..conftest import everything, learner, make_submission, scored
 
@@ -163,3 +166,27 @@ def test_a_site_without_the_simulator_says_how_to_get_it(built: Built) -> None:
     assert "script-src 'self' 'unsafe-eval'; connect-src 'self';" in with_simulator
     assert "unsafe-eval" not in page
     assert "Not part of any score." in with_simulator
+
+
+def write_assets(folder: Path, script: bytes = b"script", wasm: bytes = b"wasm") -> Path:
+    folder.mkdir()
+    (folder / "mujoco.js").write_bytes(script)
+    (folder / "mujoco.wasm.gz").write_bytes(gzip.compress(wasm))
+    return folder
+
+
+def test_the_simulator_is_read_only_if_it_is_the_pinned_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    digests = {f"mujoco.{name}": hashlib.sha256(name.encode()).hexdigest() for name in ("js", "wasm")}
+    monkeypatch.setattr(assets, "SHA256", digests)
+    assert assets.load(tmp_path / "none") is None
+    simulator = assets.load(write_assets(tmp_path / "right", b"js", b"wasm"))
+    assert simulator is not None
+    assert b"Apache License" in simulator.license
+    assert set(simulator.files()) == {"play/mujoco.js", "play/mujoco.wasm.packed", "play/LICENSE-mujoco.txt"}
+    with refused("bad-asset", "mujoco.wasm is not the one", "make site-assets"):
+        assets.load(write_assets(tmp_path / "wrong", b"js", b"other"))
+    (tmp_path / "right" / "mujoco.js").unlink()
+    with refused("bad-asset", "No such file"):
+        assets.load(tmp_path / "right")

@@ -1,4 +1,4 @@
-"""The Watch panel: which episodes it has, what it says of them, and the script of the player."""
+"""The Watch panel: which episodes it has, what it says of them, their drawings, and the player's script."""
 
 import json
 import re
@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gym_extensions.catalog.descriptions import descriptions
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.site.pages import PAGES, submissions
-from gym_extensions.site.play.watch import Watch, watches
+from gym_extensions.site.play.watch import Episode, Watch, stroboscopes, watches
 from gym_extensions.site.text import fixed
 from gym_extensions.submissions.poses import Clip, Poses, TaskPoses, motion_of
 
@@ -101,3 +102,33 @@ def test_the_panel_of_a_group_of_many_tasks_is_folded(
 
     assert not is_folded(panel)
     assert is_folded(replace(panel, tasks=panel.tasks * 3))
+
+
+@pytest.mark.parametrize(
+    ("speed", "ticks"), [(0.1, 7), (0.02, 0)], ids=["6 m along the track", "1.2 m moved apart"]
+)
+def test_the_floor_has_a_tick_per_metre_where_distances_are_true(
+    document: dict[str, Any], speed: float, ticks: int
+) -> None:
+    [drawing, _] = stroboscopes(panel_of(document, poses_of(document, speed)).tasks[0])
+    [floor] = re.findall(r'class="floor" d="([^"]*)"', drawing)
+    assert floor.count("v5") == ticks
+
+
+def test_a_path_is_drawn_over_its_map_with_the_goal(document: dict[str, Any]) -> None:
+    name = "gym_extensions/State-Based-Navigation-2d-Map0-Goal0-v0"
+    facts = descriptions().get(name)
+    assert facts is not None and facts.goal
+    poses = poses_of(document)
+    row = poses.tasks[4]
+    clip = row.after
+    track = np.array([[100.0, 80.0], [103.0, 84.0], [103.0, 84.0]])
+    walk = replace(clip, frames=3, motion=motion_of(track, 0.1))
+    mapped = replace(row, task=name, after=walk, unit=0.1, steps_per_second=0.0, steps_per_frame=4.0)
+    episode = Episode(walk, "At the end", mapped, facts)
+    [drawing] = stroboscopes((episode,))
+    assert 'd="M100 400l3-4"' in drawing
+    assert f'<circle class="goal" cx="{facts.goal[0]:g}"' in drawing
+    assert re.findall(r'class="wall" d="([^"]*)"', drawing)[0].count("M") == len(facts.obstacles)
+    assert "href" not in drawing, "a drawing that is saved needs no other file"
+    assert episode.facts.endswith("500 steps")
