@@ -10,8 +10,8 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.wrappers import HumanRendering
 
-from gym_extensions.catalog import groups, tasks as task_module
-from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition
+from gym_extensions.catalog.groups import TaskGroup
+from gym_extensions.catalog.tasks import NAMESPACE, TASKS, Task, customize, definition, from_definition
 from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.envs import foreign, vector_env
 from gym_extensions.envs.mujoco.env import MujocoVectorEnv, TaskEnv
@@ -59,7 +59,7 @@ def make(
 
 
 def make_vec(
-    tasks: str | Task | Sequence[str | Task] | groups.TaskGroup,
+    tasks: str | Task | Sequence[str | Task] | TaskGroup,
     num_envs: int,
     num_threads: int = 1,
     *,
@@ -85,7 +85,7 @@ def make_vec(
         BenchError: a task is unknown, no task is given, a count is not a positive integer or too small, the
             mode is unknown, or the tasks have different observation or action spaces.
     """
-    several = tasks.tasks if isinstance(tasks, groups.TaskGroup) else tasks
+    several = tasks.tasks if isinstance(tasks, TaskGroup) else tasks
     requested = [several] if isinstance(several, str | Task) else list(several)
     if not requested:
         raise BenchError("no-tasks", "There is no task.", vector_env.WHERE, "Give at least 1.")
@@ -113,9 +113,9 @@ def make_vec(
             _check_spaces(dict(zip(copies, made, strict=True)))
             opened.pop_all()
         return SyncVectorEnv([partial(lambda env: env, each) for each in made], autoreset_mode=mode)
-    single = {task: construct_mujoco(task) for task in distinct}
-    _check_spaces(single)
-    return MujocoVectorEnv([single[task] for task in copies], threads, mode)
+    singles = {task: TaskEnv(task) for task in distinct}
+    _check_spaces(singles)
+    return MujocoVectorEnv([singles[task] for task in copies], threads, mode)
 
 
 def _check_spaces(environments: Mapping[Task, gym.Env[Any, Any]]) -> None:
@@ -125,9 +125,8 @@ def _check_spaces(environments: Mapping[Task, gym.Env[Any, Any]]) -> None:
             expected, space = getattr(reference, name), getattr(other, name)
             if expected != space:
                 message = f"{first.id} has the {name} {expected}, {task.id} has {space}."
-                raise BenchError(
-                    "different-spaces", message, vector_env.WHERE, "Give tasks with equal spaces."
-                )
+                hint = "Give tasks with equal spaces."
+                raise BenchError("different-spaces", message, vector_env.WHERE, hint)
 
 
 def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
@@ -196,7 +195,7 @@ def resolve(task: str | Task | Mapping[str, Any]) -> Task:
     """
     if isinstance(task, str):
         return customize(task)
-    found = task if isinstance(task, Task) else task_module.from_definition(task)
+    found = task if isinstance(task, Task) else from_definition(task)
     if TASKS.get(found.id, found) != found:
         message = "The task has the id of a published task and other content."
         raise BenchError("changed-task", message, found.id, "Give it another name.")
