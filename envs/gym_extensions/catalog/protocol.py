@@ -22,15 +22,20 @@ CURVE_POINTS = 10
 """Minimum number of points of a training curve for an area under the curve."""
 
 
-def evaluation_seed(group_id: str, task_id: str, episode: int) -> int:
-    """Returns the prescribed reset seed of an evaluation episode, in [0, 2³¹).
-
-    The seed is the first four bytes, little-endian with the top bit cleared, of the sha256 digest of
-    ``<group id>/<task id>/<episode>``. It is the same in every stage and run, so results are compared on the
-    same starts, and nobody can choose them.
-    """
-    digest = hashlib.sha256(f"{group_id}/{task_id}/{episode}".encode()).digest()
+def seed_from(*names: object) -> int:
+    """Returns a seed in [0, 2³¹), the first four bytes, little-endian with the top bit cleared, of the sha256
+    digest of the names with ``/`` between them."""
+    digest = hashlib.sha256("/".join(map(str, names)).encode()).digest()
     return int.from_bytes(digest[:4], "little") & 0x7FFF_FFFF
+
+
+def evaluation_seed(group_id: str, task_id: str, episode: int) -> int:
+    """Returns the prescribed reset seed of an evaluation episode: ``seed_from`` its arguments.
+
+    It is the same in every stage and run, so results are compared on the same starts, and nobody can choose
+    them.
+    """
+    return seed_from(group_id, task_id, episode)
 
 
 def stages(protocol: str, count: int) -> tuple[int, ...]:

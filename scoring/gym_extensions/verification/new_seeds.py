@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.catalog.protocol import EVALUATION_EPISODES
+from gym_extensions.catalog.protocol import EVALUATION_EPISODES, seed_from
 from gym_extensions.errors import BenchError
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 
@@ -64,13 +64,8 @@ class Draw:
     number: int = 1
 
     def seed(self, *names: object) -> int:
-        """A seed below 2³¹ for what the names say.
-
-        It is the first four bytes, little-endian, top bit cleared, of the SHA-256 of
-        ``<digest>/<value>/<number>/<name>/…``, as the prescribed seeds are of theirs.
-        """
-        text = "/".join(map(str, (self.digest, self.value, self.number, *names)))
-        return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little") & 0x7FFFFFFF
+        """A seed for what the names say, which follows from ``<digest>/<value>/<number>/<name>/…``."""
+        return seed_from(self.digest, self.value, self.number, *names)
 
     def seeds(self, group_id: str, task_id: str) -> list[int]:
         """The reset seeds of a task's new episodes: the same for all runs, stages and protocols."""
