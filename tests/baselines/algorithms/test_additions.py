@@ -217,7 +217,7 @@ def test_the_fisher_matrix_of_sac_s_actor_is_the_mean_squared_score() -> None:
         action = policy.mean + policy.stddev * torch.tensor([[nodes[i], nodes[j]]], dtype=torch.float32)
         present: Any = actor.gaussian(state)
         density = present.log_prob(action).sum()
-        total += p * q / (2 * np.pi) * flat(torch.autograd.grad(density, actor.parts)) ** 2
+        total += p * q / (2 * np.pi) * flat(torch.autograd.grad(density, actor.parameters)) ** 2
     np.testing.assert_allclose(actor.fisher(state), total, rtol=1e-3, atol=1e-5)
 
 

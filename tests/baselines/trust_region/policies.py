@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.trust_region import policy
@@ -11,6 +12,7 @@ from gym_extensions.baselines.trust_region.policy import Architecture, Batch
 SIZES = (3, 6, 5, 2)
 ARCHITECTURES = (Architecture(SIZES, "tanh", tanh_mean=False), Architecture(SIZES, "relu", tanh_mean=True))
 """The architectures of ``trpo`` and ``trpo-2017``, with small layers."""
+each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
 
 
 def random_policy(architecture: Architecture, seed: int = 0) -> Array:

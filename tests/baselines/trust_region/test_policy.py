@@ -6,7 +6,7 @@ import pytest
 from gym_extensions.baselines.agent import Array
 from gym_extensions.baselines.trust_region import policy
 
-from .policies import ARCHITECTURES, SIZES, numeric_gradient, random_batch, random_policy, surrogate
+from .policies import SIZES, each_architecture, numeric_gradient, random_batch, random_policy, surrogate
 
 
 @pytest.mark.parametrize(
@@ -70,9 +70,6 @@ def test_outliers_are_clipped() -> None:
     scaled = policy.standardize(moments, np.array([[1.0], [5.0], [1e6], [-1e6]]))
     np.testing.assert_allclose(scaled.ravel(), [0, 2, policy.CLIP, -policy.CLIP], rtol=1e-6)
     assert scaled.dtype == np.float32
-
-
-each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
 
 
 def test_the_mean_is_the_output_or_its_tanh() -> None:

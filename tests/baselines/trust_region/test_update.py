@@ -8,16 +8,13 @@ from gym_extensions.baselines.trust_region import update
 from gym_extensions.baselines.trust_region.policy import Architecture, Batch, mean_and_log_sigma, mean_kl
 from gym_extensions.baselines.trust_region.update import Curvature, TrustRegion, updated
 
-from .policies import ARCHITECTURES, random_batch, random_policy, surrogate
+from .policies import ARCHITECTURES, each_architecture, random_batch, random_policy, surrogate
 
 
 def kl_of(architecture: Architecture, old: Array, new: Array, batch: Batch) -> float:
     """The divergence of the new policy from the old one."""
     policies = (mean_and_log_sigma(architecture, theta, batch.observations) for theta in (old, new))
     return mean_kl(*next(policies), *next(policies))
-
-
-each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
 
 
 @each_architecture

@@ -48,7 +48,8 @@ def write(values: Array, tensors: Iterable[torch.Tensor]) -> None:
 class Actor:
     """The Gaussian policy of an agent's model: hidden layers, and a head of the layer of the mean and log σ.
 
-    ``parts`` are its parameters, those of the hidden layers first, and ``sizes`` the widths of all layers.
+    ``parameters`` are those of the hidden layers, then those of the head; ``sizes`` are the widths of all
+    layers.
 
     Raises ``BenchError`` (``no-actor``) if the model has no such policy; it names agent and algorithm.
     """
@@ -69,7 +70,7 @@ class Actor:
             hidden, head = owner.latent_pi, [*owner.mu.parameters(), *owner.log_std.parameters()]
         else:
             hidden, head = owner.mlp_extractor.policy_net, [*owner.action_net.parameters(), owner.log_std]
-        self.parts: list[torch.Tensor] = [*hidden.parameters(), *head]
+        self.parameters: list[torch.Tensor] = [*hidden.parameters(), *head]
         self.optimizer: torch.optim.Optimizer = owner.optimizer  # that of PPO and A2C has the critic, too
         self.num_hidden = sum(each.numel() for each in hidden.parameters())
         self.sizes = (len(plain["weights"][0]), *(weights.shape[1] for weights in plain["weights"]))
@@ -77,12 +78,12 @@ class Actor:
     @property
     def theta(self) -> Array:
         """The parameters (p,)."""
-        return flat(self.parts)
+        return flat(self.parameters)
 
     @property
     def gradients(self) -> list[torch.Tensor]:
-        """Those of the parts, in a step of the optimizer."""
-        return [each.grad for each in self.parts if each.grad is not None]
+        """Those of the parameters, in a step of the optimizer."""
+        return [each.grad for each in self.parameters if each.grad is not None]
 
     def gaussian(self, observations: Array) -> Normal:
         """The distributions of the actions for observations (n, o), with their present statistics.
@@ -107,7 +108,7 @@ class Actor:
             normal = self.gaussian(state[None])
             scaled = torch.cat([normal.mean / normal.stddev.detach(), math.sqrt(2) * normal.stddev.log()], 1)
             for each in scaled[0]:
-                slope = torch.autograd.grad(each, self.parts, retain_graph=True, materialize_grads=True)
+                slope = torch.autograd.grad(each, self.parameters, retain_graph=True, materialize_grads=True)
                 total += flat(slope) ** 2
         return total / len(observations)
 
@@ -115,7 +116,7 @@ class Actor:
 class Addition(Sb3Agent):
     """An SB3 agent whose actor has an addition. Subclasses override the methods that theirs needs."""
 
-    name = title = text = ""
+    name = title = description = ""
     settings: ClassVar[dict[str, Setting]] = {}  # the defaults
     observed: ClassVar[Observes] = Observes(boundaries=True)
 
@@ -133,12 +134,12 @@ class Addition(Sb3Agent):
         def watch(local: dict[str, Any], _: object) -> bool:
             seen = self._normalizer.get_original_obs() if self._normalizer else local["new_obs"]
             sample.add(np.asarray(seen))
-            self._after_observing(actor, sample.seen)
+            self._after_env_step(actor, sample.seen)
             return True
 
         hooks = (  # a saved optimizer has none, so every stage sets its own
-            actor.optimizer.register_step_pre_hook(lambda *_: self._before_step(actor)),
-            actor.optimizer.register_step_post_hook(lambda *_: self._after_step(actor)),
+            actor.optimizer.register_step_pre_hook(lambda *_: self._before_optimizer_step(actor)),
+            actor.optimizer.register_step_post_hook(lambda *_: self._after_optimizer_step(actor)),
         )
         try:
             super()._train(steps, watch, *callbacks)
@@ -147,12 +148,12 @@ class Addition(Sb3Agent):
                 hook.remove()
         held = len(sample.observations) + len(self._stored.get("observations", ()))
         self._most_stored = max(self._most_stored, held)
-        self._end(actor, sample.observations)
+        self._end_of_task(actor, sample.observations)
 
-    def _after_observing(self, actor: Actor, taken: int) -> None:
+    def _after_env_step(self, actor: Actor, taken: int) -> None:
         """After each step of the environments; ``taken`` is the number of steps of the task so far."""
 
-    def _before_step(self, actor: Actor) -> None:
+    def _before_optimizer_step(self, actor: Actor) -> None:
         """Before a step of the optimizer: adds the gradient of the penalty, after SB3 clipped its own."""
         if self._method.get("coefficient") and self._stored:
             write(flat(actor.gradients) + self._penalty_gradient(actor), actor.gradients)
@@ -161,10 +162,10 @@ class Addition(Sb3Agent):
         """The gradient of the penalty (p,), for additions with a coefficient."""
         raise NotImplementedError
 
-    def _after_step(self, actor: Actor) -> None:
+    def _after_optimizer_step(self, actor: Actor) -> None:
         """After a step of the optimizer: changes the parameters."""
 
-    def _end(self, actor: Actor, observations: Array) -> None:
+    def _end_of_task(self, actor: Actor, observations: Array) -> None:
         """The end of a task, of which these observations (n, o) were sampled."""
 
     def card(self) -> Card:
@@ -175,7 +176,7 @@ class Addition(Sb3Agent):
 class Reset(Addition):
     """A fresh model for every task after the first, with its critics, statistics and replay buffer."""
 
-    name, title, text = "reset", "reset", "a fresh model for every task: no transfer and no memory"
+    name, title, description = "reset", "reset", "a fresh model for every task: no transfer and no memory"
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         if self._trained:
@@ -189,7 +190,7 @@ class Cloning(Addition):
     """Penalty c · mean KL(old ‖ new) over stored states of earlier tasks, of which each step draws some."""
 
     name, title = "cloning", "behavioral cloning"
-    text = "a penalty on KL(old ‖ new policy) in stored states of each task"
+    description = "a penalty on KL(old ‖ new policy) in stored states of each task"
     settings: ClassVar[dict[str, Setting]] = {
         "coefficient": 0.1,  # that of trpo, whose surrogate has the same scale as PPO's
         "states_per_task": continual.STATES_PER_TASK,
@@ -200,9 +201,9 @@ class Cloning(Addition):
         means, sigmas = (torch.as_tensor(self._stored[name][rows]) for name in ("means", "sigmas"))
         old, new = Normal(means, sigmas), actor.gaussian(self._stored["observations"][rows])
         penalty = self._method["coefficient"] * kl_divergence(old, new).sum(1).mean()
-        return flat(torch.autograd.grad(penalty, actor.parts))
+        return flat(torch.autograd.grad(penalty, actor.parameters))
 
-    def _end(self, actor: Actor, observations: Array) -> None:
+    def _end_of_task(self, actor: Actor, observations: Array) -> None:
         with torch.no_grad():
             policy = actor.gaussian(observations)
         new = {"means": policy.mean.numpy(), "sigmas": policy.stddev.numpy(), "observations": observations}
@@ -213,14 +214,14 @@ class OnlineEwc(Addition):
     """Penalty c/2 · Σᵢ ωᵢ (θᵢ − θ*ᵢ)² of ``online-ewc``."""
 
     name, title = "online-ewc", "online EWC"
-    text = "online elastic weight consolidation of its actor"
+    description = "online elastic weight consolidation of its actor"
     settings: ClassVar[dict[str, Setting]] = Cloning.settings | {"decay": continual.OnlineEwc.decay}
 
     def _penalty_gradient(self, actor: Actor) -> Array:
         stored = self._stored["importance"], self._stored["anchor"]
         return continual.Quadratic(self._method["coefficient"], *stored).gradient(actor.theta)
 
-    def _end(self, actor: Actor, observations: Array) -> None:
+    def _end_of_task(self, actor: Actor, observations: Array) -> None:
         before = self._stored.get("importance")
         importance = continual.accumulated(actor.fisher(observations), before, self._method["decay"])
         self._stored = {"anchor": actor.theta, "importance": importance}
@@ -230,7 +231,7 @@ class Snapshots(Addition):
     """A copy of the policy per task. It learns as its base does; the task label picks the copy."""
 
     name, title = "snapshots", "snapshots"
-    text = "a copy of its policy per learned task; it observes the task"
+    description = "a copy of its policy per learned task; it observes the task"
     observed = multi_head.MultiHead.observes
     shares_hidden_layers = False
 
@@ -285,7 +286,7 @@ class PackNet(Snapshots):
     """
 
     name, title = "packnet", "PackNet"
-    text = "PackNet: tasks own weights of its actor and a head; it observes the task"
+    description = "PackNet: tasks own weights of its actor and a head; it observes the task"
     settings: ClassVar[dict[str, Setting]] = {"retrain_share": packnet.RETRAIN_SHARE}
     shares_hidden_layers = True
 
@@ -302,7 +303,7 @@ class PackNet(Snapshots):
         if number > 1:
             fresh = Sb3Agent(self._spaces, spawn_seeds(self._seed, number)[-1], self._options)
             whole = actor.theta[: actor.num_hidden], Actor(fresh).theta[actor.num_hidden :]
-            write(np.concatenate(whole), actor.parts)
+            write(np.concatenate(whole), actor.parameters)
         self._train_only(actor, pruned=False)
         super()._train(steps, *callbacks)
         if not self._pruned:
@@ -313,10 +314,10 @@ class PackNet(Snapshots):
         own = packnet.trainable(self._owners, self._number, pruned)
         head = np.ones(len(actor.theta) - actor.num_hidden, bool)
         self._pruned, self._trainable = pruned, np.concatenate([own, head])
-        for each in actor.parts:
+        for each in actor.parameters:
             actor.optimizer.state.pop(each, None)
 
-    def _after_observing(self, actor: Actor, taken: int) -> None:
+    def _after_env_step(self, actor: Actor, taken: int) -> None:
         # In the first step of a rollout: the update before it used what was collected.
         if taken > self._prune_at and not self._pruned:
             self._prune(actor)
@@ -326,15 +327,15 @@ class PackNet(Snapshots):
         hidden = theta[: actor.num_hidden]
         self._owners = packnet.claimed(actor.sizes, self._owners, hidden, self._number, share)
         hidden[self._owners == packnet.FREE] = 0
-        write(theta, actor.parts)
+        write(theta, actor.parameters)
         self._train_only(actor, pruned=True)
 
-    def _before_step(self, actor: Actor) -> None:
+    def _before_optimizer_step(self, actor: Actor) -> None:
         self._before = actor.theta
         write(flat(actor.gradients) * self._trainable, actor.gradients)
 
-    def _after_step(self, actor: Actor) -> None:
-        write(np.where(self._trainable, actor.theta, self._before), actor.parts)
+    def _after_optimizer_step(self, actor: Actor) -> None:
+        write(np.where(self._trainable, actor.theta, self._before), actor.parameters)
 
     def _policy_of(self, task: int) -> Policy:
         """The head of the task on the present hidden layers, without the weights of later tasks."""
@@ -372,7 +373,7 @@ def with_addition(base: Sb3Factory, addition: str, **settings: Setting) -> Sb3Fa
         base.card,
         algorithm=f"{name}-{addition}",
         title=f"{base.card.title or name} + {kind.title}",
-        description=f"The agent {name} with {kind.text}.",
+        description=f"The agent {name} with {kind.description}.",
         parent="" if kind is PackNet else name,  # the first task's weights are pruned
     )
     return replace(base, card=card, kind=kind, method={**kind.settings, **settings})

@@ -7,7 +7,7 @@ from gym_extensions.baselines.algorithms import continual
 from gym_extensions.baselines.algorithms.packnet import claimed, no_owners, trainable, visible
 from gym_extensions.baselines.trust_region.policy import Architecture, log_density, mean_and_log_sigma
 
-from ...trust_region.policies import ARCHITECTURES, numeric_gradient, random_policy
+from ...trust_region.policies import each_architecture, numeric_gradient, random_policy
 from .goals import LINE, end_task, make, on_a_line
 
 PENALTY = continual.Quadratic(0.5, np.array([2.0, 0.0, 1.0]), np.array([1.0, 1.0, -1.0]))
@@ -45,7 +45,7 @@ def test_the_diagonal_of_the_fisher_matrix_by_hand() -> None:
     np.testing.assert_allclose(fisher, [1.25, 0.25, 2])
 
 
-@pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
+@each_architecture
 def test_the_diagonal_is_the_mean_squared_gradient_of_the_log_density(architecture: Architecture) -> None:
     rng, theta = np.random.default_rng(3), random_policy(architecture)
     theta[-2:] = [-0.5, 0.2]
@@ -92,9 +92,6 @@ def test_states_of_the_last_half_are_sampled(size: int, steps: int, batch: int, 
     for start in range(0, steps, batch):
         sample.add(np.arange(start, min(start + batch, steps))[:, None])
     assert sample.observations[:, 0].tolist() == sampled
-
-
-each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=["linear", "tanh"])
 
 
 def random_penalty(architecture: Architecture) -> continual.Divergence:
