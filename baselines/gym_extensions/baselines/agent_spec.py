@@ -123,9 +123,11 @@ class AgentSpec:
 
     def require_same(self, agent: Agent, title: str) -> None:
         """Raises ``BenchError`` if the agent of a job states or asks for something else than the spec."""
-        own = agents.observes_of(agent, self.name), card_of(agent, self.name).hyperparameters
-        stated = self.observes, self.card.hyperparameters
-        for what, one, other in zip(("attribute observes", "hyperparameters"), own, stated, strict=True):
+        observes, settings = agents.observes_of(agent, self.name), card_of(agent, self.name).hyperparameters
+        for what, one, other in (
+            ("attribute observes", observes, self.observes),
+            ("hyperparameters", settings, self.card.hyperparameters),
+        ):
             if one != other:
                 message = f"The agent of {title} has the {what} {one}, another agent {other}."
                 hint = f"Give all agents of a factory the same {what}, whatever the seed and the spaces."

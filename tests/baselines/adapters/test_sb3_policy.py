@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("stable_baselines3")
 
 import torch
-from stable_baselines3 import A2C, PPO, SAC, TD3
+from stable_baselines3 import A2C, DQN, PPO, SAC, TD3
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
@@ -220,6 +220,8 @@ def test_a_policy_that_cannot_be_expressed_trains_without_one_and_is_named_on_ex
         assert agent.policy() is None
     with pytest.raises(BenchError, match="use_sde"):
         exported(agent._model)
+    with pytest.raises(BenchError, match="DQNPolicy, does not have boxes of numbers as spaces"):
+        exported(DQN("MlpPolicy", "CartPole-v1", buffer_size=1))
     for kind, name in ((Bounded, "_predict"), (Scaled, "_get_action_dist_from_latent")):
         own: Any = sb3(PPO, kind, deterministic=False)(OBSERVATIONS, ACTIONS, 0)
         with pytest.warns(UserWarning, match=f"{kind.__name__}, overrides {name}, which a network cannot"):

@@ -298,7 +298,7 @@ class PackNet(Snapshots):
     def _train(self, steps: int, *callbacks: Callable[..., bool]) -> None:
         actor, number = Actor(self), self._number + 1
         self._number = self._numbers[self._task] = number
-        self._left = max(self._num_tasks - number, 0)
+        self._left = self._num_tasks - number
         self._prune_at = (1 - self._method["retrain_share"]) * steps if self._left else math.inf
         if number > 1:
             fresh = Sb3Agent(self._spaces, spawn_seeds(self._seed, number)[-1], self._options)
@@ -323,9 +323,9 @@ class PackNet(Snapshots):
             self._prune(actor)
 
     def _prune(self, actor: Actor) -> None:
-        theta, share = actor.theta, 1 / (self._left + 1)
+        theta = actor.theta
         hidden = theta[: actor.num_hidden]
-        self._owners = packnet.claimed(actor.sizes, self._owners, hidden, self._number, share)
+        self._owners = packnet.claimed(actor.sizes, self._owners, hidden, self._number, self._num_tasks)
         hidden[self._owners == packnet.FREE] = 0
         write(theta, actor.parameters)
         self._train_only(actor, pruned=True)

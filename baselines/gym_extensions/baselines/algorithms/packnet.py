@@ -25,17 +25,17 @@ def no_owners(sizes: policy.Sizes) -> Array:
     return np.concatenate(parts).astype(np.int16)
 
 
-def claimed(sizes: policy.Sizes, owners: Array, hidden: Array, number: int, share: float) -> Array:
-    """The owners after a task: in each layer it keeps the given share of the free weights, the largest ones.
+def claimed(sizes: policy.Sizes, owners: Array, hidden: Array, number: int, num_tasks: int) -> Array:
+    """The owners after task k of N: of the free weights in each layer, it keeps the largest 1 / (N − k + 1).
 
-    ``owners`` and ``hidden`` are of the hidden layers' parameters (h,); the task's number counts from 1.
+    ``owners`` and ``hidden`` are of the hidden layers' parameters (h,); ``number``, k, counts from 1.
 
     Example:
         >>> weights = np.array([0.1, -0.5, 0.3, 0.2, 0.0, 0.0])
-        >>> claimed((2, 2, 1), no_owners((2, 2, 1)), weights, 1, 0.5).tolist()
+        >>> claimed((2, 2, 1), no_owners((2, 2, 1)), weights, 1, 2).tolist()
         [0, 1, 1, 0, -1, -1]
     """
-    new, start = owners.copy(), 0
+    new, start, share = owners.copy(), 0, 1 / (num_tasks - number + 1)
     for fan_in, fan_out in pairwise(sizes[:-1]):
         end = start + fan_in * fan_out
         free = start + np.flatnonzero(owners[start:end] == FREE)
@@ -84,12 +84,12 @@ class PackNet(MultiHead):
 
     def _train(self, collector: values.Collector, steps: int) -> int:
         self._pruned = False
-        left = max(self._num_tasks - self._number, 0)
-        batches = round(self._retrain_share * steps / self._batch_steps) if left else 0
+        is_last = self._number == self._num_tasks
+        batches = 0 if is_last else round(self._retrain_share * steps / self._batch_steps)
         first = max(steps - batches * self._batch_steps, self._batch_steps)
         taken = super()._train(collector, first)
-        hidden, share = self._theta[: self._hidden], 1 / (left + 1)
-        self._owners = claimed(self._architecture.sizes, self._owners, hidden, self._number, share)
+        hidden, sizes = self._theta[: self._hidden], self._architecture.sizes
+        self._owners = claimed(sizes, self._owners, hidden, self._number, self._num_tasks)
         self._theta = np.concatenate([np.where(self._owners == FREE, 0, hidden), self._theta[self._hidden :]])
         self._pruned = True
         early = (taken - first) // self._batch_steps * self._batch_steps  # whole batches of the second part

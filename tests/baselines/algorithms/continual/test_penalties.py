@@ -158,7 +158,7 @@ def test_a_task_keeps_the_largest_weights_of_each_layer_and_leaves_the_others() 
     owners = no_owners(SIZES)
     assert owners.tolist() == [0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1, -1]
     assert trainable(owners, 1, pruned=False).all()
-    owners = claimed(SIZES, owners, HIDDEN, 1, 0.5)
+    owners = claimed(SIZES, owners, HIDDEN, 1, 2)
     assert owners.tolist() == [0, 1, 1, 0, -1, -1, 1, 1, 0, 0, -1, -1]
     # Then it trains its own weights, the next task the free ones, and neither a bias.
     assert np.flatnonzero(trainable(owners, 1, pruned=True)).tolist() == [1, 2, 6, 7]
@@ -166,8 +166,8 @@ def test_a_task_keeps_the_largest_weights_of_each_layer_and_leaves_the_others() 
 
 
 def test_a_task_sees_biases_its_weights_and_those_of_earlier_tasks() -> None:
-    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 0.5)
-    owners = claimed(SIZES, owners, HIDDEN, 2, 0.5)
+    owners = claimed(SIZES, no_owners(SIZES), HIDDEN, 1, 2)
+    owners = claimed(SIZES, owners, HIDDEN, 2, 3)
     assert owners.tolist() == [0, 1, 1, 2, -1, -1, 1, 1, 0, 2, -1, -1]
     assert np.flatnonzero(visible(owners, 1)).tolist() == [1, 2, 4, 5, 6, 7, 10, 11]
     assert np.flatnonzero(visible(owners, 2)).tolist() == [1, 2, 3, 4, 5, 6, 7, 9, 10, 11]
