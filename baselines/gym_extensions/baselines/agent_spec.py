@@ -155,13 +155,10 @@ def packages_of(agent: object) -> list[str]:
     """The names of packages, besides those that every run states, whose objects an agent holds."""
     held = (value for value in _held(agent) if type(value).__module__.partition(".")[0] != "gym_extensions")
     roots = {kind.__module__.partition(".")[0] for value in held for kind in type(value).__mro__}
-    known = {
-        type(agent).__module__.partition(".")[0],
-        *sys.stdlib_module_names,
-        *run.Versions.__struct_fields__,
-    }
-    names = metadata.packages_distributions() if roots - known else {}
-    return sorted({name for root in roots - known for name in names.get(root, ())[:1]})
+    roots -= {type(agent).__module__.partition(".")[0], *run.Versions.__struct_fields__}
+    roots -= sys.stdlib_module_names
+    names = metadata.packages_distributions() if roots else {}
+    return sorted({name for root in roots for name in names.get(root, ())[:1]})
 
 
 def warn_of_stored_steps(agent: object, shape: tuple[int, ...]) -> None:

@@ -13,7 +13,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -86,10 +85,9 @@ def measure(pending: Sequence[Measurement | runner.PendingJob], jobs: int) -> li
     """
     results: dict[int, list[float]] = {}
     failures: dict[str, workers.Failure] = {}
-    runnable: Sequence[workers.Runnable[Any]] = pending
     with progress.open_bars() as show:
         show(progress.TrainingStarted({each.title: each.steps for each in pending}))
-        for index, outcome in workers.run(runnable, show, jobs):
+        for index, outcome in workers.run(pending, show, jobs):
             title = pending[index].title
             if isinstance(outcome, workers.Failure):
                 failures[title] = outcome

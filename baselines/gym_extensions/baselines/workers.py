@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import cloudpickle
 
@@ -79,22 +79,19 @@ def jobs_failed(failures: Mapping[str, Failure], total: int, hint: str) -> Bench
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment variables that libraries read when a process loads them."""
 
-Result_co = TypeVar("Result_co", covariant=True)
-Result = TypeVar("Result")
 
-
-class Runnable(Protocol[Result_co]):
+class Runnable(Protocol):
     """Something that a worker process can run. cloudpickle must be able to send it."""
 
-    def run(self, listen: Listener) -> Result_co:
-        """Runs to the end and reports progress to ``listen``."""
+    def run(self, listen: Listener) -> Any:
+        """Runs to the end, reports progress to ``listen`` and returns a result."""
 
 
-Outcomes = Iterator[tuple[int, Result | Failure]]
-"""The index of each runnable with its result or failure."""
+Outcomes = Iterator[tuple[int, Any]]
+"""The index of each runnable with its result, or with a ``Failure``."""
 
 
-def run(pending: Sequence[Runnable[Result]], listen: Listener, jobs: int) -> Outcomes[Result]:
+def run(pending: Sequence[Runnable], listen: Listener, jobs: int) -> Outcomes:
     """Runs each in a worker process, at most ``jobs`` at a time; with 0, one after another in this process.
 
     ``listen`` is called with every event in this process. Its exceptions stop everything.
@@ -102,7 +99,7 @@ def run(pending: Sequence[Runnable[Result]], listen: Listener, jobs: int) -> Out
     return _run_in_workers(pending, listen, jobs) if jobs else _run_here(pending, listen)
 
 
-def _run_here(pending: Sequence[Runnable[Result]], listen: Listener) -> Outcomes[Result]:
+def _run_here(pending: Sequence[Runnable], listen: Listener) -> Outcomes:
     of_listener: list[Exception] = []
 
     def report(event: Event) -> None:
@@ -113,7 +110,6 @@ def _run_here(pending: Sequence[Runnable[Result]], listen: Listener) -> Outcomes
             raise
 
     for index, runnable in enumerate(pending):
-        outcome: Result | Failure
         try:
             outcome = runnable.run(report)
         except (Exception, SystemExit) as error:  # noqa: BLE001  (an agent may raise anything)
@@ -123,7 +119,7 @@ def _run_here(pending: Sequence[Runnable[Result]], listen: Listener) -> Outcomes
         yield index, outcome
 
 
-def _run_in_workers(pending: Sequence[Runnable[Result]], listen: Listener, jobs: int) -> Outcomes[Result]:
+def _run_in_workers(pending: Sequence[Runnable], listen: Listener, jobs: int) -> Outcomes:
     """One process each, so that a killed worker fails one only; spawned, not forked, on every platform."""
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     main = vars(sys.modules["__main__"])
@@ -179,7 +175,7 @@ def _work(connection: Connection, pickled: bytes) -> None:
 
     threading.Thread(target=exit_with_parent, daemon=True).start()
     try:
-        runnable: Runnable[Any] = cloudpickle.loads(pickled)
+        runnable: Runnable = cloudpickle.loads(pickled)
         outcome = runnable.run(lambda event: connection.send((True, event)))
     except BaseException as error:  # noqa: BLE001  (an agent may raise anything)
         outcome = failure_of(error)

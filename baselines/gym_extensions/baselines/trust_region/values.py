@@ -143,8 +143,10 @@ class ValueFunction:
             "second": np.zeros_like(theta),
             "updates": np.zeros(1),
             "level": np.array([0.0, 1.0]),
+            "count": np.zeros(1),
+            "mean": np.zeros(observations),
+            "squares": np.zeros(observations),
         }
-        self._store(policy.no_moments(observations))
 
     @property
     def parameters(self) -> int:
@@ -164,10 +166,11 @@ class ValueFunction:
 
     def fit(self, observations: Array, targets: Array, rng: np.random.Generator) -> None:
         """Moves the predictions towards the targets (n,) by a few epochs of Adam on the squared error."""
-        self._store(policy.merge(self._moments(), observations))
+        moments = policy.merge(self._moments(), observations)
+        self.state |= {"count": np.array([moments.count]), "mean": moments.mean, "squares": moments.squares}
         self._rescale(targets)
         mean, deviation = self.state["level"]
-        inputs = policy.standardize(self._moments(), observations, least=0.0)
+        inputs = policy.standardize(moments, observations, least=0.0)
         scaled = ((targets - mean) / deviation).astype(np.float32)
         fit, count = self._fit, len(inputs)
         size = min(fit.largest_minibatch, max(fit.smallest_minibatch, -(-count // fit.minibatches)))
@@ -182,10 +185,6 @@ class ValueFunction:
 
     def _moments(self) -> policy.Moments:
         return policy.Moments(float(self.state["count"][0]), self.state["mean"], self.state["squares"])
-
-    def _store(self, moments: policy.Moments) -> None:
-        count = np.array([moments.count])
-        self.state |= {"count": count, "mean": moments.mean, "squares": moments.squares}
 
     def _rescale(self, targets: Array) -> None:
         """Adopts the targets' mean and deviation; the last layer is changed to keep every prediction.
