@@ -112,7 +112,7 @@ class Box:
         import fcntl  # Windows has none
 
         self.name, self.limits = name, limits
-        self._where: Callable[[], str] | None = None  # it has not started
+        self._where: str | Callable[[], str] = ""  # it has not started
         self._printed, self._total, self._waited = b"", 0, 0.0
         self._scopes: list[tuple[int, int | None]] = []
         (theirs_in, writer), (reader, theirs_out), (self._output, output) = (os.pipe() for _ in range(3))
@@ -140,7 +140,7 @@ class Box:
         for poll, end, event in zip(self._polls, ours[:2], (select.POLLIN, select.POLLOUT), strict=True):
             poll.register(end, event)
             poll.register(self._output, select.POLLIN)
-        with self.at(None):
+        with self.at(""):
             if self.pipe.read_kind() != frames.STARTED:
                 raise frames.ProtocolError("it does not start")
 
@@ -148,7 +148,7 @@ class Box:
         self, where: str, name: str, *arguments: Any, blob: bytes = b"", limit: int = 0
     ) -> tuple[Any, bytearray]:
         """Sends a command. Returns its reply: JSON, and at most ``limit`` bytes. Errors name ``where``."""
-        with self.at(lambda: where):
+        with self.at(where):
             self.send(name, *arguments, blob=blob)
             return self.reply(self.pipe.read_kind(), limit)
 
@@ -177,8 +177,8 @@ class Box:
         return self.pipe.read_message(limit)
 
     @contextmanager
-    def at(self, where: Callable[[], str] | None) -> Iterator[None]:
-        """Errors inside name this place."""
+    def at(self, where: str | Callable[[], str]) -> Iterator[None]:
+        """Errors inside name this place, or what the function gives when they are raised."""
         before, self._where = self._where, where
         try:
             yield
@@ -232,7 +232,7 @@ class Box:
             code = self._process.wait(timeout=2)
         except subprocess.TimeoutExpired:
             return self.error("agent-ended", "The agent closed its pipes.", "Leave open files alone.")
-        if self._where is None:
+        if not self._where:
             last = (self._last_lines() or ["without a message"])[-1].rstrip(".")
             if not last.startswith("bwrap: "):
                 return BenchError("no-box", f"Python does not start in the box: {last}.", OPTION, REPORT)
@@ -252,8 +252,8 @@ class Box:
         lines = self._last_lines()
         shown = "".join(f"\n  | {line}" for line in lines)
         printed = f" It printed last:{shown}\n" if lines else ""
-        where = self._where() if self._where else "at its start"
-        return BenchError(code, f"{message}{printed}", f"{self.name}, {where}", hint)
+        where = self._where() if callable(self._where) else self._where
+        return BenchError(code, f"{message}{printed}", f"{self.name}, {where or 'at its start'}", hint)
 
     def _last_lines(self) -> list[str]:
         with suppress(OSError):  # nothing is left

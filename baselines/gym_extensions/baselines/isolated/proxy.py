@@ -58,7 +58,7 @@ class IsolatedAgent:
         box.ask("at its import", "load_agent", self.path.name if self.path else "", self.attribute)
         spaces, blob = _described({"observations": observation_space, "actions": action_space})
         reply, _ = box.ask("make()", "create", box.name, spaces, seed, blob=blob)
-        with box.at(lambda: "make()"):
+        with box.at("make()"):
             observes, saves = msgspec.convert(reply, tuple[manifest.Observes, bool])
         return (ResumableProxy if saves else Proxy)(box, observes, action_space.shape or ())
 
@@ -88,7 +88,7 @@ class Proxy:
         shapes, blob = self.box.ask("policy()", "policy", limit=self.box.limits.policy)
         if shapes is None:
             return None
-        with self.box.at(lambda: "policy()"):
+        with self.box.at("policy()"):
             arrays = frames.unpacked(shapes, blob)
         if list(arrays) == [onnx.ONNX]:
             return BoxedNetwork(arrays[onnx.ONNX].tobytes(), self.box.limits)
@@ -100,7 +100,7 @@ class Proxy:
         """The agent's actions, of any values."""
         label = context.label and (context.label.id, context.label.index)
         shapes, blob = frames.packed({"observations": observations, "starts": context.episode_starts})
-        with self.box.at(lambda: "act()"):
+        with self.box.at("act()"):
             self.box.send("act", label, shapes, blob=blob)
             return self._actions(self.box.pipe.read_kind(), len(observations))
 
@@ -174,7 +174,7 @@ class BoxedNetwork(onnx.OnnxPolicy):
     def run(self, feeds: Mapping[str, Array]) -> Sequence[Array]:
         shapes, blob = frames.packed(feeds)
         reply, results = self._box.ask("act()", "run", shapes, blob=blob, limit=self._limit)
-        with self._box.at(lambda: "act()"):
+        with self._box.at("act()"):
             return list(frames.unpacked(reply, results).values())
 
 
