@@ -3,8 +3,6 @@
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import msgspec
-
 from gym_extensions.catalog.groups import TaskGroup
 from gym_extensions.submissions import layout, problem
 from gym_extensions.submissions.log import Log
@@ -111,9 +109,11 @@ class Submission:
     @property
     def memory(self) -> Memory | None:
         """The largest memory of all runs; None without runs."""
-        parts = [msgspec.structs.astuple(document.memory) for document in self.documents.values()]
-        largest = map(max, zip(*parts, strict=True))
-        return Memory(**dict(zip(Memory.__struct_fields__, largest, strict=True))) if parts else None
+        parts = [document.memory for document in self.documents.values()]
+        if not parts:
+            return None
+        largest = {name: max(getattr(each, name) for each in parts) for name in Memory.__struct_fields__}
+        return Memory(**largest)
 
 
 @dataclass(frozen=True)

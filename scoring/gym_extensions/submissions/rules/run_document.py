@@ -101,9 +101,10 @@ def different_policies(run: SubmittedRun) -> Iterator[Finding]:
     claimed."""
     policies, files = run.document.policies, run.policies
     if policies is None or policies.url:
-        message = "The document names no policies in the submission, but they are there."
-        hint = "Write their digest in the document, or remove them."
-        yield from (Finding(run.file(suffix), message, hint) for suffix in sorted(files)[:1])
+        if files:
+            message = "The document names no policies in the submission, but they are there."
+            hint = "Write their digest in the document, or remove them."
+            yield Finding(run.file(min(files)), message, hint)
         return
     hint = "Restore it, or write null in the key policies: then the log can only be claimed."
     if not files:
