@@ -45,12 +45,19 @@ def test_a_linked_submission_is_refused(good: CopySubmission, tmp_path: Path, ta
     assert problems == {"submission": [], "other": [("other", "not-a-regular-file")]}
 
 
+def test_a_link_that_is_named_stands_for_its_submission(good: CopySubmission, tmp_path: Path) -> None:
+    submission = good(GROUP, tmp_path)
+    (tmp_path / "other").symlink_to(submission)
+    assert layout.submission_folders([tmp_path / "other"]) == [submission.resolve()]
+
+
 def test_a_folder_that_git_leaves_behind_is_no_submission_unless_it_is_named(
     good: CopySubmission, tmp_path: Path
 ) -> None:
     submission, left = good(GROUP, tmp_path), tmp_path / "left"
     put(".progress/train.log", b"")(left)
-    (tmp_path / "empty").mkdir()
+    for name in ("empty", ".hidden"):
+        (tmp_path / name).mkdir()
     assert layout.submission_folders([tmp_path]) == [tmp_path / "empty", submission]
     (named,) = layout.submission_folders([left])
     assert found(named) == [("left", "not-a-submission")]
@@ -73,6 +80,8 @@ def test_a_part_of_a_submission_is_none(good: CopySubmission, tmp_path: Path) ->
     submission = good(GROUP, tmp_path)
     with refused("no-such-folder", f"It is a part of the submission {submission.name}."):
         layout.submission_folders([submission / GROUP])
+    put(f"{GROUP}/submission.toml", b"")(submission)
+    assert layout.submission_folders([submission]) == [submission]
 
 
 def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:

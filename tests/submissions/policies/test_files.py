@@ -76,6 +76,15 @@ def test_the_digest_is_that_of_the_content_and_not_of_the_packing() -> None:
     assert files.content_sha256(arrays | {"stage2/bias_0": bias}) != digest
 
 
+def test_few_weights_or_equal_ones_have_no_sketch() -> None:
+    def linear(weights: np.ndarray) -> Policy:
+        return Policy(np.zeros(20), np.ones(20), weights=(weights,), biases=(np.zeros(20),))
+
+    equal, drawn = linear(np.ones((2, 20))), linear(np.random.default_rng(0).normal(size=(2, 20)))
+    sketches = files.parameter_sketch({(0, None): SMALL, (1, None): equal, (2, None): drawn})
+    assert sketches.keys() == {"stage2"}
+
+
 def archive(*members: tuple[str, bytes], comment: bytes = b"") -> bytes:
     """A zip file with the same array under these names, with comments."""
     content, array = io.BytesIO(), io.BytesIO()

@@ -24,6 +24,10 @@ WRONG: dict[str, tuple[Callable[[Arrays], object], str]] = {
     "a missing scale of actions": (lambda a: a.pop("action_scale"), "'action_scale' is missing"),
     "a mean alone": (lambda a: a.update(observation_mean=np.zeros(2)), "'observation_scale' is missing"),
     "a scale alone": (lambda a: a.update(observation_scale=np.ones(2)), "'observation_mean' is missing"),
+    "a slope alone": (
+        lambda a: (a.update(log_sigma_weight=np.zeros((3, 1))), a.pop("log_sigma")),
+        "'log_sigma' is missing",
+    ),
     "an unknown array": (lambda a: a.update(memory=np.zeros(3)), "Unexpected array 'memory'"),
     "no layer": (lambda a: a.update(weight=np.zeros(3)), "Unexpected array 'weight'"),
     "NaN weights": (lambda a: a["weight_1"].fill(np.nan), "'weight_1' contains a value that is not finite"),

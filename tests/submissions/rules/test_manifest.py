@@ -156,6 +156,7 @@ LANGUAGES += [
     "አማርኛ",
     "ქართული",
     "ℝ² ¹ªº № ™ µ",
+    "\u0378",  # which Unicode may assign one day
 ]
 
 
