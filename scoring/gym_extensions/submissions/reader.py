@@ -215,5 +215,6 @@ class _Reader:
             earlier = sketches[run.protocol]
             stored = RunPolicies(run, arrays, whole, first, earlier, observes_task, evaluation)
             self._check("policies", stored)
+            earlier[run.run] = stored.sketches
             sized = (each for each in stored.policies.values() if each.num_inputs is not None)
             first = first or next(sized, None)

@@ -1,7 +1,7 @@
 """Rules about the policies of the runs of a group. They are checked where policies are read, not to score."""
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from gym_extensions.submissions.layout import CLONE
@@ -15,16 +15,15 @@ class RunPolicies:
     """The arrays of a run's policies, and what the rules compare them with.
 
     Only the digest is compared if ``with_content`` is False. ``first`` is the first policy of the group that
-    uses observations, None if there is none; ``earlier`` has the sketches of earlier runs of the protocol,
-    to which those of this one are added; ``observes_task`` and ``evaluation`` are those of the manifest, None
-    if they are unknown.
+    uses observations, None if there is none; ``earlier`` has the sketches of earlier runs of the protocol;
+    ``observes_task`` and ``evaluation`` are those of the manifest, None if they are unknown.
     """
 
     run: SubmittedRun
     arrays: mlp_arrays.Arrays
     with_content: bool
     first: files.AnyPolicy | None
-    earlier: dict[int, files.Sketches]
+    earlier: Mapping[int, files.Sketches]
     observes_task: bool | None
     evaluation: str | None
 
@@ -40,6 +39,11 @@ class RunPolicies:
         if self.errors or not self.with_content:
             return {}
         return files.policies_of(self.arrays, self.run.group, self.run.protocol)
+
+    @functools.cached_property
+    def sketches(self) -> files.Sketches:
+        """Sketches of the weights of the policies."""
+        return files.parameter_sketch(self.policies)
 
     def where(self, key: files.Key) -> str:
         """The location of a policy."""
@@ -112,9 +116,7 @@ def nearly_equal_policies(stored: RunPolicies) -> Iterator[Finding]:
     """No trained policies of two runs are nearly equal: the weights of a stage correlate by at most .99. Such
     runs are one run. (Runs that learn nothing, whose weights are those of stage 0 at every stage, may be
     equal. The gate and `verify` check this.)"""
-    own = files.parameter_sketch(stored.policies)
     for number, sketches in stored.earlier.items():
-        if where := files.nearly_equal(own, sketches):
+        if where := files.nearly_equal(stored.sketches, sketches):
             message = f"Run {number} has nearly the same policy at {where}."
             yield Finding(stored.run.file(""), message, "Train each run with its own seed.")
-    stored.earlier[stored.run.run] = own
