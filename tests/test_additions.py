@@ -158,6 +158,42 @@ def test_added(tmp_path):
     assert "<p>Hello page</p>" in page.partition("<main")[2]
 """
 
+SECTION = """\
+class Compute(msgspec.Struct, frozen=True):
+    hours: Count
+
+
+class Manifest("""
+USE_SECTION = """
+from gym_extensions.submissions.reader import read
+from .conftest import MANIFEST
+
+def test_added(make_submission):
+    manifest = MANIFEST + "[compute]\\nhours = 3\\n"
+    assert read(make_submission(manifest=manifest)).manifest.compute.hours == 3
+    for key, value, rule in (("hour", 3, "unknown-key"), ("hours", -3, "bad-value")):
+        wrong = manifest.replace("hours = 3", f"{key} = {value}")
+        assert rule in {problem.rule for problem in read(make_submission(manifest=wrong)).problems}
+"""
+RULE = """\
+@rule("manifest")
+def loud_title(folder: Folder, tables: Tables) -> Iterator[Finding]:
+    '''The title has no exclamation mark.'''
+    if "!" in str(tables.get("title")):
+        yield Finding(where_of("", "title"), "The title is loud.", "Remove the mark.")
+
+
+@rule("readme")"""
+USE_RULE = """
+from gym_extensions.submissions.reader import read
+from tools.docs import tables
+from .conftest import MANIFEST
+
+def test_added(make_submission):
+    loud = make_submission(manifest=MANIFEST.replace("A submission", "A submission!"))
+    assert [problem.rule for problem in read(loud).problems] == ["loud-title"]
+    assert "| `loud-title` | The title has no exclamation mark. |" in tables()["rules"]
+"""
 
 USE_VERSION = """
 from gym_extensions.catalog.groups import GROUPS
@@ -237,6 +273,7 @@ LIGHTER = '    tasks.append(replace(_task("GravityHalf", "Hopper", variations.Gr
 CHANGES = 'str] = {"gym_extensions/HopperGravityHalf-v1": "less gravity"}'
 CATALOG, ENVS = "envs/gym_extensions/catalog", "envs/gym_extensions/envs"
 METRICS, SITE = "scoring/gym_extensions/metrics", "site/gym_extensions/site"
+SUBMISSIONS = "scoring/gym_extensions/submissions"
 Edit = tuple[str, str, str]
 """A file; a text, whose last occurrence is replaced, or nothing for a new file; and the new text."""
 ADDITIONS: dict[str, tuple[list[Edit], str]] = {
@@ -271,13 +308,21 @@ ADDITIONS: dict[str, tuple[list[Edit], str]] = {
         [(f"{SITE}/pages/__init__.py", "\n)\n", PAGE), (f"{SITE}/templates/hello.html", "", TEMPLATE)],
         USE_PAGE,
     ),
+    "Key of a submission": (
+        [
+            (f"{SUBMISSIONS}/manifest.py", "class Manifest(", SECTION),
+            (f"{SUBMISSIONS}/manifest.py", " = {}\n", " = {}\n    compute: Compute | None = None\n"),
+        ],
+        USE_SECTION,
+    ),
+    "Rule": ([(f"{SUBMISSIONS}/rules/manifest.py", '@rule("readme")', RULE)], USE_RULE),
     "Version of a task": (
         [(f"{CATALOG}/tasks.py", LAST, LIGHTER + LAST), (f"{CATALOG}/tasks.py", "str] = {}", CHANGES)],
         USE_VERSION,
     ),
 }
 """By name in CONTRIBUTING.md: what is added, and a test that uses it."""
-ADDED = {"Reference agent": "ones", "Page": "hello"}
+ADDED = {"Reference agent": "ones", "Page": "hello", "Rule": "manifest"}
 """What NAME is."""
 
 

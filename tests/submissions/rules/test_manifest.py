@@ -10,6 +10,7 @@ from gym_extensions.submissions.manifest import manifest_of, parse
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.rules.manifest import hyperparameter_error
 
+from ...conftest import MANIFEST
 from ..examples import GROUP, TOML, Change, CopySubmission, Table, all_of, edit, put
 
 SUBMISSIONS = Path(__file__).parents[3] / "submissions"
@@ -134,6 +135,13 @@ def test_all_mistakes_of_a_manifest_are_reported_at_once(good: CopySubmission, t
     all_of(value('"smoke"', '"x"'), value("boundaries = false", "boundaries = 1"), title("\u200b"))(folder)
     rules = {problem.rule for problem in read(folder).problems}
     assert rules == {"bad-value", "control-character", "empty-title"}
+
+
+def test_the_digest_of_the_settings_stays_as_reviews_state_it() -> None:
+    tables = parse(MANIFEST.encode())
+    assert manifest_of(tables).digest.startswith("a4466c36969211a8")
+    assert manifest_of(tables | {"title": "Another"}).digest == manifest_of(tables).digest
+    assert manifest_of(tables | {"hyperparameters": {}}).digest != manifest_of(tables).digest
 
 
 def test_a_byte_order_mark_before_the_manifest_is_read_over(good: CopySubmission, tmp_path: Path) -> None:
