@@ -18,17 +18,16 @@ from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.log import Episode, write_log
 from gym_extensions.submissions.problem import refuse_problems
 from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.episodes import Player
-from gym_extensions.verification.verify import LoggedRun, is_first_arithmetic, logged_runs
+from gym_extensions.verification.logged_run import LoggedRun, logged_runs
 from tools import argument_parser
 
 
-def record_again(submission: Submission, run: LoggedRun, cache: Path) -> str:
+def record_again(run: LoggedRun, cache: Path) -> str:
     """Logs a run again, and returns what changed in words. Raises ``BenchError`` if its policies fail."""
     if run.document.policies is None:
         return "has no policies; train it again"
-    request = run.request(submission, run.prescribed, Fetcher(cache / "policies"))
+    request = run.request(run.prescribed_cells, Fetcher(cache / "policies"))
     (found,) = Player(cache / "verify").play([request])
     if found.problem:
         raise BenchError("bad-policies", found.problem, run.name)
@@ -38,7 +37,7 @@ def record_again(submission: Submission, run: LoggedRun, cache: Path) -> str:
         changes.append(fmean(new.return_ - old.return_ for new, old in zip(outcomes, logged, strict=True)))
         for number, (seed, outcome) in enumerate(zip(cell.seeds, outcomes, strict=True)):
             episodes.append(Episode(cell.stage, group.task_ids[cell.task], number, seed, *outcome))
-    path = submission.path / layout.run_file(group.name, run.log.protocol, run.document.run, layout.LOG)
+    path = run.submission.path / layout.run_file(group.name, run.log.protocol, run.document.run, layout.LOG)
     before = path.read_bytes()
     try:
         write_log(path, episodes, group.task_ids)
@@ -62,8 +61,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     submission = read(options.submission)
     refuse_problems(submission.path, submission.problems)
     for name, run in logged_runs(submission).items():
-        if is_first_arithmetic(submission, run) and (not options.runs or name in options.runs):
-            print(f"{name}: {record_again(submission, run, options.cache)}", flush=True)
+        if run.is_first_arithmetic and (not options.runs or name in options.runs):
+            print(f"{name}: {record_again(run, options.cache)}", flush=True)
     return 0
 
 

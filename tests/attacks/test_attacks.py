@@ -1,9 +1,8 @@
 """Attacks on the truth of results by somebody who has the project's code: each stops as its row says.
 
 An attack changes an honest submission. Its author may write logs, documents and policies anew. It is judged
-as on
-the base branch: the rules, then verification with seeds that the author does not know. ``verified`` is what
-no part of a verification can show. The rows are those of docs/security.md.
+as on the base branch: the rules, then verification with seeds that the author does not know. ``verified`` is
+what no part of a verification can show. The rows are those of docs/security.md.
 """
 
 import itertools
@@ -324,9 +323,10 @@ STORES = Player(submissions.CACHE / "verify"), Fetcher(submissions.CACHE / "poli
 
 def stop_of(submission: Path) -> str:
     """What stops a submission, or ``verified``."""
-    report = verify(read(submission), VALUE, *STORES)
-    if report.problems:
-        return " ".join(problem.rule for problem in report.problems)
+    judged = read(submission)
+    if judged.problems:
+        return " ".join(problem.rule for problem in judged.problems)
+    report = verify(judged, VALUE, *STORES)
     found = report.verification
     if found is None:
         return CLAIMED
@@ -335,7 +335,7 @@ def stop_of(submission: Path) -> str:
     if not report.means:
         return POLICIES
     is_refused = found.second_p_value is not None and max(found.p_value, found.second_p_value) <= 0.004
-    is_other = any(each.difference and not each.machine for each in report.runs.values())
+    is_other = any(each.difference and not each.other_machine for each in report.runs.values())
     return REPETITION if is_other else NEW_SEEDS if is_refused else TWINS if report.twins else "?"
 
 

@@ -25,7 +25,7 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, read_review
 from gym_extensions.submissions.run import PolicyFile, read_run
 from gym_extensions.verification import episodes
-from gym_extensions.verification.verify import logged_runs, repetition
+from gym_extensions.verification.logged_run import logged_runs, repetition
 from gym_extensions.versions import version
 
 from ..submissions.policies.networks import endless
@@ -71,9 +71,9 @@ def test_a_return_of_a_network_is_repeated_within_a_tolerance(
     outcomes = tuple(
         tuple(each._replace(return_=each.return_ * factor) for each in part) for part in run.logged.values()
     )
-    found = repetition(run, run.prescribed, episodes.Played(outcomes, runtime="onnxruntime"))
+    found = repetition(run, run.prescribed_cells, episodes.Played(outcomes, runtime="onnxruntime"))
     assert found.repeated == (found.episodes if is_repeated else 0)
-    assert repetition(run, run.prescribed, episodes.Played(outcomes)).repeated == 0
+    assert repetition(run, run.prescribed_cells, episodes.Played(outcomes)).repeated == 0
 
 
 def replace_networks(submission: Path, data: bytes) -> None:
@@ -132,9 +132,8 @@ def test_where_the_runtime_is_missing_nothing_is_decided(
     submission: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    found = read(submission)
-    (run,) = logged_runs(found).values()
-    request = run.request(found, run.prescribed[:1])
+    (run,) = logged_runs(read(submission)).values()
+    request = run.request(run.prescribed_cells[:1])
     with pytest.raises(BenchError, match=r"gym-extensions\[onnx\]"):
         next(episodes.played(request, group("hopper-wall")))
 

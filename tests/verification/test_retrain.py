@@ -17,8 +17,8 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA, read_review
 from gym_extensions.submissions.run import read_run
 from gym_extensions.verification import retrain
+from gym_extensions.verification.logged_run import logged_runs
 from gym_extensions.verification.retrain import Cells, compare_cells, drawn_run, train_again
-from gym_extensions.verification.verify import logged_runs
 
 from ..baselines.conftest import QUICK_TOML
 from ..submissions.examples import TOML, Change, edit
@@ -163,7 +163,7 @@ def test_training_is_tried_with_one_thread_and_with_all(
     monkeypatch.setattr(retrain, "threadpool_limits", limits)
     monkeypatch.setattr(retrain, "retrain", trained)
     found = read(submission, with_custom([workshop / "quick.toml"]))
-    assert train_again(found, logged_runs(found)[RUN]).is_same
+    assert train_again(logged_runs(found)[RUN]).is_same
     assert tried == [1, 8]
 
 

@@ -29,7 +29,8 @@ from gym_extensions.submissions.run import Machine, read_run
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, cli as verification_cli, episodes, limits
 from gym_extensions.verification.cli import main
-from gym_extensions.verification.verify import Report, logged_runs, verify as verify_submission
+from gym_extensions.verification.logged_run import logged_runs
+from gym_extensions.verification.verify import Report, verify as verify_submission
 from gym_extensions.versions import processor
 
 from ..submissions.policies.specified import specified_action
@@ -424,7 +425,7 @@ def test_a_later_run_with_the_policy_of_an_earlier_one_is_refused(submission: Pa
         noisy[key] = replace(policy, biases=(policy.biases[0] + 0.1,))
     submissions.write_run_files(submission, "sequential", 2, noisy)
     last, player = f"{GROUP}/sequential/run2", episodes.Player(tmp_path / "store")
-    report = verify_submission(read(submission), VALUE, player, Fetcher(tmp_path / "cache"), only=[last])
+    report = verify_submission(read(submission), VALUE, player, Fetcher(tmp_path / "cache"), names=[last])
     assert f"{last}: nearly the same policy as {GROUP}/sequential/run0" in report.twins
     assert report.verification is not None
     assert (list(report.verification.runs), report.verification.passed) == ([last], False)

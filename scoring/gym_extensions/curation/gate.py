@@ -21,9 +21,10 @@ from gym_extensions.submissions import layout, manifest, reader, review
 from gym_extensions.submissions.problem import Problem, count, cut, escape, problems as problems_of
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument, run_of
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import git, new_seeds, train_here, verify
+from gym_extensions.verification import git, new_seeds, train_here
 from gym_extensions.verification.episodes import Cell, played
 from gym_extensions.verification.limits import Limits, answers
+from gym_extensions.verification.logged_run import LoggedRun, logged_runs, repetition
 
 LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
 """Of the process that reads the files of a submission."""
@@ -204,7 +205,7 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
     A run publishes its policies, and was trained with versions of the packages, and about as many steps, as a
     run of the submission.
     """
-    documents = {name: run.document for name, run in verify.logged_runs(submission).items()}
+    documents = {name: run.document for name, run in logged_runs(submission).items()}
     own = [document for name, document in documents.items() if name not in donated]
     versions = [_agent_versions(document) for document in own]
     for name in sorted(donated):
@@ -228,7 +229,7 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
 
 def arithmetic_problems(submission: Submission, changed: Collection[str]) -> Iterator[Problem]:
     """New or changed runs, by their names, that were not logged in the present arithmetic."""
-    for name, run in verify.logged_runs(submission).items():
+    for name, run in logged_runs(submission).items():
         if name in changed and run.document.arithmetic != ARITHMETIC:
             message = f"Its document states the arithmetic {run.document.arithmetic}; it is {ARITHMETIC} now."
             hint = "Record it with an installed version of today (docs/rollout-log.md#arithmetic)."
@@ -251,7 +252,7 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     The cells are those whose SHA-256 with the digest of all files is lowest. An episode that differs is a
     problem, unless honest ones may differ on this machine (:meth:`LoggedRun.other_machine`).
     """
-    known = verify.logged_runs(submission)
+    known = logged_runs(submission)
     without = sum(run.document.policies is None for run in known.values())
     if submission.is_sampled:
         notes = ["The policies sample their actions, so no episode can be repeated."]
@@ -261,29 +262,27 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
         policies = run.document.policies
         if policies is not None and policies.url:
             notes = ["Policies that lie elsewhere are fetched after the merge."]
-        elif verify.is_first_arithmetic(submission, run):
+        elif run.is_first_arithmetic:
             old += 1
         elif policies is not None and (not donated or name in donated):
             runs.append(run)
     digest = new_seeds.files_digest({run.name: run.document.files for run in runs})
 
-    def draw(item: tuple[verify.LoggedRun, Cell]) -> str:
+    def draw(item: tuple[LoggedRun, Cell]) -> str:
         run, cell = item
         return sha256(f"{digest}/{run.name}/{cell.stage}/{cell.task}".encode()).hexdigest()
 
-    cells = [(run, cell) for run in runs for cell in run.prescribed]
+    cells = [(run, cell) for run in runs for cell in run.prescribed_cells]
     end = time.monotonic() + SAMPLE_SECONDS
     repeated = episodes = 0
     problems: list[Problem] = []
     for run, cell in sorted(cells, key=draw)[:SAMPLE]:
         if time.monotonic() > end:
             break
-        result = verify.repetition(
-            run, (cell,), next(played(run.request(submission, (cell,)), run.log.group))
-        )
+        result = repetition(run, [cell], next(played(run.request([cell]), run.log.group)))
         repeated, episodes = repeated + result.repeated, episodes + result.episodes
-        if result.difference and result.machine:
-            notes.append(f"{run.name}: {result.difference}. {result.machine}")
+        if result.difference and result.other_machine:
+            notes.append(f"{run.name}: {result.difference}. {result.other_machine}")
         elif result.difference:
             hint = "Store the policy of every stage, and log its first evaluation, on x86-64 Linux."
             problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))

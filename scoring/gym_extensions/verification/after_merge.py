@@ -9,12 +9,11 @@ from gym_extensions.submissions import review
 from gym_extensions.submissions.layout import DOCUMENT, LOG, MANIFEST, NETWORK, POLICIES, read_regular
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification.git import Repository
-from gym_extensions.verification.verify import logged_runs, settings_of
+from gym_extensions.verification.verify import settings_of
 
 TRAINED_AGAIN = ("smoke", "100k", "300k")
 """Budgets of which a job trains a run again: a run of the others takes hours."""
 MAX_RECORD_BYTES = 2**20
-AGAIN = "Write it again with: gym-extensions verify SUBMISSION --record DIR"
 
 
 def is_trained_again(submission: Submission) -> bool:
@@ -30,12 +29,14 @@ def undecided_runs(submission: Submission, *, again: bool = False) -> dict[str, 
 
     That its policies are too slow is a verdict, too; with ``again`` it is none.
     """
-    runs = {name: run for name, run in logged_runs(submission).items() if run.document.policies is not None}
-    digests = {name: run.document.digest for name, run in runs.items()}
-    found = review.decided(submission.review, settings_of(submission), digests) if runs else {}
-    slow = {name for name, parts in found.items() if all(part.undecided for part in parts)}
-    decided = found.keys() - (slow if again else ())
-    return {name: digest for name, digest in digests.items() if name not in decided}
+    published = {name: each for name, each in submission.documents.items() if each.policies is not None}
+    digests = {name: document.digest for name, document in published.items()}
+    verdicts = review.decided(submission.review, settings_of(submission), digests)
+    if again:
+        verdicts = {
+            name: parts for name, parts in verdicts.items() if not all(part.undecided for part in parts)
+        }
+    return {name: digest for name, digest in digests.items() if name not in verdicts}
 
 
 def merged_at(submission: Submission) -> int:
@@ -71,23 +72,27 @@ def take(submission: Submission, file: Path) -> None:
         BenchError: the file has anything but verifications of the submission's undecided runs as they are,
             each with seeds from the commit that fixed its runs.
     """
+
+    def refuse(message: str) -> BenchError:
+        hint = "Write it again with: gym-extensions verify SUBMISSION --record DIR"
+        return BenchError("bad-record", message, str(file), hint)
+
     try:
         found = review.review_of(read_regular(file, MAX_RECORD_BYTES))
     except (OSError, ValueError, RecursionError) as error:
-        raise BenchError("bad-record", f"It is not a verification: {error}.", str(file), AGAIN) from error
+        raise refuse(f"It is not a verification: {error}.") from error
     if not found.verifications or found.decisions:
-        raise BenchError("bad-record", "It has no verification, or decisions besides.", str(file), AGAIN)
-    runs, every = undecided_runs(submission), logged_runs(submission)
-    for each in found.verifications:
-        is_current = each.settings == settings_of(submission)
-        is_current &= each.files == {key: every[key].document.files for key in each.runs if key in every}
-        if not each.runs or not each.runs.items() <= runs.items() or not is_current:
-            message = "It is about other files, or about files that already have a verdict."
-            raise BenchError("bad-record", message, str(file), AGAIN)
-        if set(runs_by_commit(submission.path, each.runs)) != {each.value}:
-            raise BenchError("bad-record", "Its seeds do not follow from the merge commit.", str(file), AGAIN)
-        if each.retrained and not is_trained_again(submission):
-            raise BenchError("bad-record", "Jobs retrain only reference agents up to 300k.", str(file), AGAIN)
-        if not set(each.retrained) <= each.runs.keys():
-            raise BenchError("bad-record", "It says that other runs were trained again.", str(file), AGAIN)
+        raise refuse("It has no verification, or decisions besides.")
+    undecided, documents = undecided_runs(submission), submission.documents
+    for part in found.verifications:
+        is_undecided = bool(part.runs) and part.runs.items() <= undecided.items()
+        files = {name: documents[name].files for name in part.runs if name in documents}
+        if not is_undecided or (part.files, part.settings) != (files, settings_of(submission)):
+            raise refuse("It is about other files, or about files that already have a verdict.")
+        if set(runs_by_commit(submission.path, part.runs)) != {part.value}:
+            raise refuse("Its seeds do not follow from the merge commit.")
+        if part.retrained and not is_trained_again(submission):
+            raise refuse("Jobs retrain only reference agents up to 300k.")
+        if not set(part.retrained) <= part.runs.keys():
+            raise refuse("It says that other runs were trained again.")
     review.add_to_review(submission.path, found.verifications)

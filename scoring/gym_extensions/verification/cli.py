@@ -2,10 +2,12 @@
 
 import argparse
 import json
+import os
 import secrets
 import sys
 import tempfile
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -21,8 +23,9 @@ from gym_extensions.submissions.fetch import Fetcher, cache_folder
 from gym_extensions.submissions.problem import count, refuse_problems
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import after_merge, episodes, git
+from gym_extensions.verification.logged_run import logged_runs
 from gym_extensions.verification.new_seeds import require_value
-from gym_extensions.verification.verify import Report, logged_runs, settings_of, verify
+from gym_extensions.verification.verify import Report, settings_of, verify
 
 NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
 NO_RUNS = "it has no runs of its own; its code is trained after the merge."
@@ -44,7 +47,8 @@ def parser() -> argparse.ArgumentParser:
     )
     add = command.add_argument
     add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=SUBMISSION_HELP)
-    add("--groups", action="append", default=[], metavar="FILE", help="the TOML file of a custom group")
+    group = "the TOML file of a custom group"
+    add("--groups", action="append", default=[], type=os.path.abspath, metavar="FILE", help=group)
     digits = "hexadecimal digits (40 to 128) that determine the new seeds, such as a beacon's randomness"
     add("--seeds", metavar="HEX", help=digits)
     again = "also train one random run again (reference agents; with --record, budgets up to 300k)"
@@ -80,7 +84,7 @@ def positive(text: str) -> int:
 def verified(
     submission: Submission,
     value: str,
-    runs: Collection[str] | None,
+    names: Collection[str] | None,
     player: episodes.Player,
     options: argparse.Namespace,
 ) -> Report:
@@ -95,12 +99,10 @@ def verified(
         player.started, player.done = started, partial(progress.advance, task)
         fetcher = Fetcher(options.cache / "policies", options.public_only)
         is_trial = not (options.write or options.record)
-        return verify(submission, value, player, fetcher, runs, is_trial=is_trial)
+        return verify(submission, value, player, fetcher, names, is_trial=is_trial)
 
 
-def reports_on(
-    submission: Submission, value: str, files: Sequence[str], options: argparse.Namespace
-) -> Iterator[Report]:
+def reports_on(submission: Submission, value: str, options: argparse.Namespace) -> Iterator[Report]:
     """The report on each part of a submission that is verified with the same seeds.
 
     ``value`` determines the seeds; if it is empty, they follow from the commits that merged the runs. If the
@@ -110,29 +112,33 @@ def reports_on(
     Raises:
         BenchError: the submission cannot be verified at the moment, or not be trained again.
     """
+    if submission.problems:
+        yield Report(submission.name, submission.problems)
+        return
     parts: Mapping[str, Collection[str] | None] = {value: None}
-    if (options.write or options.record) and not submission.problems:
+    if options.write or options.record:
         undecided = after_merge.undecided_runs(submission, again=options.write)
-        parts = {value: undecided} if value else after_merge.runs_by_commit(submission.path, undecided)
-    is_strict = not options.record  # a job keeps what it verified
-    is_retrained = options.retrain and (is_strict or after_merge.is_trained_again(submission))
+        by_commit = {} if value else after_merge.runs_by_commit(submission.path, undecided)
+        parts = by_commit or {value: undecided}
+    is_job = bool(options.record)  # it keeps what it verified if nothing can be trained again
+    is_retrained = options.retrain and (not is_job or after_merge.is_trained_again(submission))
     if is_retrained:
         from gym_extensions.verification import retrain  # loads the agents
 
-        if is_strict:
+        if not is_job:
             retrain.require_reference_agent(submission)
     repository = git.Repository(submission.path)
-    player = episodes.Player(options.cache / "verify", files, options.jobs, options.hours)
-    for each, runs in parts.items() or [("", ())]:
-        if each != value and (found := repository.not_merged(each)):
-            yield Report(submission.name, (found,))
+    player = episodes.Player(options.cache / "verify", options.groups, options.jobs, options.hours)
+    for seeds, names in parts.items():
+        if seeds != value and (problem := repository.not_merged(seeds)):
+            yield Report(submission.name, (problem,))
             continue
-        report = verified(submission, each, runs, player, options)
+        report = verified(submission, seeds, names, player, options)
         if is_retrained:
             try:
                 report = retrain.retrained(submission, report)
             except BenchError as error:
-                if is_strict:
+                if not is_job:
                     raise
                 report = replace(report, retraining=f"not possible: {error}")
         yield report
@@ -148,43 +154,43 @@ def lines_of(report: Report) -> Iterator[str]:
         names, runs = ", ".join(report.without_policies[:3]), len(report.without_policies)
         more = "…" if runs > 3 else ""
         yield f"{report.name}: {count(runs, 'run')} without policies, claimed only: {names}{more}."
-    if first := not_run(report):
-        yield f"{report.name}: {count(len(first), 'run')} of the first arithmetic, which {OTHERS}."
+    if left_out := not_run(report):
+        yield f"{report.name}: {count(len(left_out), 'run')} of the first arithmetic, which {OTHERS}."
         command = f"python -m tools.record_again submissions/{report.name}"
         yield f"  Their level stays. To record them again: {command}"
-    found = report.verification
-    if found is None:
-        if not report.without_policies and not first:
+    record = report.verification
+    if record is None:
+        if not report.without_policies and not left_out:
             yield f"{report.name}: {NOTHING_LEFT}"
         return
-    size = count(len(found.runs), "run")
-    yield f"{report.name}: {found.undecided or ('verified' if found.passed else 'NOT verified')}, {size}."
+    size = count(len(record.runs), "run")
+    yield f"{report.name}: {record.undecided or ('verified' if record.passed else 'NOT verified')}, {size}."
     if report.retraining:
         yield f"  trained again: {report.retraining}"
     if report.means:
-        yield from results_of(report, found)
-    elif not found.undecided:
-        yield f"  the policies cannot be run: {found.difference}"
+        yield from results_of(report, record)
+    elif not record.undecided:
+        yield f"  the policies cannot be run: {record.difference}"
 
 
-def results_of(report: Report, found: review.Verification) -> Iterator[str]:
+def results_of(report: Report, record: review.Verification) -> Iterator[str]:
     """What the policies did, in words, a line each."""
     if report.runs:
-        how = review.how_repeated(found.runtime)
-        yield f"  repeated {how}: {found.repeated:,} of {found.episodes:,} episodes"
-    if len(report.runs) < len(found.runs):
-        old = f"{count(len(report.first_arithmetic), 'run')} of the first arithmetic, which {OTHERS}"
-        yield f"  not repeated: {old if report.first_arithmetic else 'the policies sample their actions'}"
+        how = review.how_repeated(record.runtime)
+        yield f"  repeated {how}: {record.repeated:,} of {record.episodes:,} episodes"
+    if len(report.runs) < len(record.runs):
+        first = f"{count(len(report.first_arithmetic), 'run')} of the first arithmetic, which {OTHERS}"
+        yield f"  not repeated: {first if report.first_arithmetic else 'the policies sample their actions'}"
     if report.twins:
         yield f"  one run twice: {report.twins}"
-    elif found.difference:
-        yield f"  first difference: {found.difference}"
-    for machine in dict.fromkeys(each.machine for each in report.runs.values() if each.machine):
+    elif record.difference:
+        yield f"  first difference: {record.difference}"
+    for machine in dict.fromkeys(each.other_machine for each in report.runs.values() if each.other_machine):
         yield f"  {machine} A difference neither raises nor lowers the level."
     yield from (f"  {log}: {returns}" for log, returns in report.means.items())
-    second = "" if found.second_p_value is None else f"; second draw: p = {found.second_p_value:.2g}"
+    second = "" if record.second_p_value is None else f"; second draw: p = {record.second_p_value:.2g}"
     refused = f"refused up to {review.NEW_SEEDS_ALPHA}"
-    yield f"  new seeds: p = {found.p_value:.2g}{second} ({refused}), from {found.value}"
+    yield f"  new seeds: p = {record.p_value:.2g}{second} ({refused}), from {record.value}"
 
 
 def is_verified(report: Report) -> bool:
@@ -199,51 +205,75 @@ def not_run(report: Report) -> set[str]:
 
 
 def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
-    """Does with one submission, which is read once, what the options ask for, and returns the exit status.
+    """Verifies a submission, or only fetches its policies, and returns the exit status.
 
     Raises:
-        BenchError: it is not possible at the moment, or the file to take is not of this submission.
+        BenchError: it is not possible at the moment.
     """
-    files = [str(Path(file).resolve()) for file in options.groups]
-    submission = reader.read(path, with_custom(files))
-    if options.take or options.fetch:
-        refuse_problems(submission.path, submission.problems)
-    if options.take:
-        after_merge.take(submission, options.take)
-        return 0
+    submission, is_stored = reader.read(path, with_custom(options.groups)), options.write or options.record
     if options.fetch:
+        refuse_problems(submission.path, submission.problems)
         fetcher, runs = Fetcher(options.cache / "policies", options.public_only), logged_runs(submission)
         for name in after_merge.undecided_runs(submission):
-            runs[name].request(submission, fetcher=fetcher)
+            runs[name].request(fetcher=fetcher)
         return 0
     if submission.code and not (submission.groups or submission.problems):
         trained = submission.trained
-        if trained is None or trained.runs.manifest is None or options.write or options.record:
+        if trained is None or trained.runs.manifest is None or is_stored:
             print(f"{submission.name}: {NO_RUNS}")
             return 0
         submission = replace(trained.runs, name=submission.name)
-    status, found = 0, []
-    for report in reports_on(submission, value, files, options):
+    status, records = 0, list[review.Verification]()
+    for report in reports_on(submission, value, options):
         print("\n".join(lines_of(report)))
         status |= not is_verified(report)
         if report.verification is None:
             continue
-        found.append(report.verification)
+        records.append(report.verification)
         if options.record:
-            write_text(
-                options.record / f"{submission.name}.toml",
-                review.review_text(review.Review(verifications=found)),
-            )
+            text = review.review_text(review.Review(verifications=records))
+            write_text(options.record / f"{submission.name}.toml", text)
         elif options.write:
             review.add_to_review(path, [report.verification])
-    if (options.write or options.record) and not submission.problems:
-        known = review.Review(verifications=[*submission.review.verifications, *found])
-        digests = {name: run.document.digest for name, run in logged_runs(submission).items()}
+    if is_stored and not submission.problems:
+        known = review.Review(verifications=[*submission.review.verifications, *records])
+        digests = {name: document.digest for name, document in submission.documents.items()}
         why = review.why_claimed(known, settings_of(submission), digests)
-        if why and not found:
+        if why and not records:
             print(f"  claimed: {why}")
         status |= bool(why)
     return status
+
+
+@contextmanager
+def leaving_out(name: str) -> Iterator[None]:
+    """Says on standard error that an error leaves a submission out, unless it is one of this machine."""
+    try:
+        yield
+    except BenchError as error:
+        if error.code in git.MACHINE_ERRORS:
+            raise
+        print(f"{name} is left out: {error}", file=sys.stderr)
+
+
+def due(folders: Sequence[Path]) -> list[str]:
+    """The names of the submissions with merged runs that have no verdict, the newest last."""
+    merged = dict[str, int]()
+    for submission in map(reader.read, folders):
+        with leaving_out(submission.name):
+            refuse_problems(submission.path, submission.problems)
+            merged[submission.name] = after_merge.merged_at(submission)
+    return sorted((name for name, time in merged.items() if time), key=merged.__getitem__)
+
+
+def require_writable(cache: Path) -> None:
+    """Raises ``BenchError`` if nothing can be written into the cache, before hours are spent."""
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=cache).close()
+    except OSError as error:
+        message, hint = f"It is not writable: {error.strerror or error}.", "Name another: --cache DIR."
+        raise BenchError("bad-cache", message, str(cache), hint) from error
 
 
 @reports_mistakes
@@ -252,32 +282,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     command = parser()
     options = command.parse_args(argv)
     folders = layout.submission_folders(options.submissions)
-    if options.take and len(folders) != 1:
-        command.error("--take is about one submission")
-    acts = ("seeds", "write", "record", "take", "fetch", "due")
-    is_trial = not any(getattr(options, name) for name in acts)
-    value = secrets.token_hex(32) if is_trial else ""
-    if options.seeds:
-        value = require_value(options.seeds, "--seeds")
     if options.due:
-        waiting = {}
-        for submission in map(reader.read, folders):
-            try:
-                refuse_problems(submission.path, submission.problems)
-                waiting[submission.name] = after_merge.merged_at(submission)
-            except BenchError as error:
-                if error.code in git.MACHINE_ERRORS:
-                    raise
-                print(f"{submission.name} is left out: {error}", file=sys.stderr)
-        print(json.dumps(sorted(filter(waiting.get, waiting), key=waiting.__getitem__)))
+        print(json.dumps(due(folders)))
         return 0
-    if not options.take:
-        try:
-            options.cache.mkdir(parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=options.cache).close()
-        except OSError as error:
-            message, hint = f"It is not writable: {error.strerror or error}.", "Name another: --cache DIR."
-            raise BenchError("bad-cache", message, str(options.cache), hint) from error
+    if options.take:
+        if len(folders) != 1:
+            command.error("--take is about one submission")
+        submission = reader.read(folders[0], with_custom(options.groups))
+        refuse_problems(submission.path, submission.problems)
+        after_merge.take(submission, options.take)
+        return 0
+    value = require_value(options.seeds, "--seeds") if options.seeds else ""
+    is_trial = not (value or options.write or options.record or options.fetch)
+    if is_trial:
+        value = secrets.token_hex(32)
+    require_writable(options.cache)
     status = 0
     for path in folders:
         try:

@@ -17,9 +17,9 @@ from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.submissions import poses as store
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.files import AnyPolicy
-from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import limits, verify
+from gym_extensions.verification import limits
 from gym_extensions.verification.episodes import Cell, RunRequest, limits_of, run_cell, stored_policies
+from gym_extensions.verification.logged_run import LoggedRun
 
 JOB = "gym_extensions.verification.pose_recorder:record"
 Array = NDArray[np.float64]
@@ -106,7 +106,7 @@ def motion(track: Sequence[Array], outcome: rollout.Outcome, timing: Timing) -> 
     return {**facts, "motion": store.motion_of(frames, timing.unit)}
 
 
-def poses_of(run: verify.LoggedRun, submission: Submission, fetcher: Fetcher | None = None) -> store.Poses:
+def poses_of(run: LoggedRun, fetcher: Fetcher) -> store.Poses:
     """The poses of a sequential run: an episode of every task right after its training and at the end.
 
     Policies that sample their actions are shown in an episode of their own, from the same start. Raises
@@ -116,9 +116,9 @@ def poses_of(run: verify.LoggedRun, submission: Submission, fetcher: Fetcher | N
     last = len(group.tasks)
     keys = sorted({key for index in range(last) for key in ((index + 1, index), (last, index))})
     cells = [run.prescribed_cell(*key) for key in keys]
-    if submission.is_sampled:
+    if run.submission.is_sampled:
         cells = [replace(cell, noise=cell.seeds[0]) for cell in cells]
-    request = run.request(submission, tuple(cells), fetcher)
+    request = run.request(cells, fetcher)
     returns = {key: [outcome.return_ for outcome in run.logged[key]] for key in keys}
     episodes = [shown_episode(returns[key]) for key in keys]
     call = {"run": msgspec.to_builtins(request), "episodes": episodes}
@@ -132,4 +132,6 @@ def poses_of(run: verify.LoggedRun, submission: Submission, fetcher: Fetcher | N
         end = None if index + 1 == last else clips[last, index]
         own = {"task": task.id, "after": clips[index + 1, index], "end": end}
         tasks.append(filled(store.TaskPoses, timing_of(task), **own))
-    return store.Poses(submission=submission.name, group=group.id, run=run.document.run, tasks=tuple(tasks))
+    return store.Poses(
+        submission=run.submission.name, group=group.id, run=run.document.run, tasks=tuple(tasks)
+    )

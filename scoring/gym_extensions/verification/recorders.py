@@ -25,8 +25,8 @@ from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.problem import refuse_problems
 from gym_extensions.submissions.run import ARITHMETIC, RunDocument
-from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification import episodes, limits, pose_recorder, verify
+from gym_extensions.verification import episodes, limits, pose_recorder
+from gym_extensions.verification.logged_run import LoggedRun, logged_runs
 from gym_extensions.versions import version
 
 LANDSCAPE_JOB, DIAGNOSTICS_JOB = (f"{__name__}:{job}" for job in ("measure", "diagnose"))
@@ -45,17 +45,17 @@ def _rounded(value: Any, digits: str) -> Any:
     return float(format(value, digits)) if isinstance(value, float) else value
 
 
-def _published(submission: Path, group: TaskGroup) -> dict[str, tuple[verify.LoggedRun, Submission]]:
-    """The runs of a group that publish their policies, by name, each with the submission that has its files.
+def _published(submission: Path, group: TaskGroup) -> dict[str, LoggedRun]:
+    """The runs of a group that publish their policies, by name.
 
     Raises the first problem.
     """
     found = reader.read(submission, only=[group.name])
     refuse_problems(submission, found.problems)
     return {
-        name: (run, source)
+        name: run
         for source in found.sources
-        for name, run in verify.logged_runs(source).items()
+        for name, run in logged_runs(source).items()
         if run.document.policies
     }
 
@@ -83,16 +83,15 @@ def write_poses(
 
     def written(submission: Path, group: TaskGroup) -> str:
         published = _published(submission, group).values()
-        first = next((pair for pair in published if pair[0].log.protocol == "sequential"), None)
-        if first is None:
+        run = next((each for each in published if each.log.protocol == "sequential"), None)
+        if run is None:
             return f"{submission.name}, {group.name}: no sequential run publishes its policies."
-        run, found = first
         known, tasks = poses.load_submission(submission).get(group.id), range(len(group.tasks))
         means = {key: fmean(each.return_ for each in cell) for key, cell in run.logged.items()}
         stages_ = tuple(tuple(means[stage, task] for task in tasks) for stage in range(len(group.tasks) + 1))
         if not again and known is not None and known.shows((run.document.run,), (stages_,)):
             return f"{submission.name}, {group.name}: up to date."
-        recorded = pose_recorder.poses_of(run, found, fetcher)
+        recorded = pose_recorder.poses_of(run, fetcher)
         path = recorded.write(submission / layout.POSES / f"{group.name}.json")
         return f"{path}: run {run.document.run}."
 
@@ -134,7 +133,7 @@ def landscape_of(
     """
     names = [layout.run_key(group.name, landscapes.PROTOCOL, run) for run in documents]
     published = _published(submission, group)
-    requests = [run.request(found, fetcher=fetcher) for run, found in map(published.__getitem__, names)]
+    requests = [published[name].request(fetcher=fetcher) for name in names]
     with ThreadPoolExecutor(jobs) as pool:
         calls = ({"run": msgspec.to_builtins(request)} for request in requests)
         answers = pool.map(lambda call: list(limits.answers(LANDSCAPE_JOB, call, LIMITS)), calls)
@@ -233,7 +232,7 @@ def write_diagnostics(
             return [f"{submission.name}, {group.name}: no run publishes its policies."]
         if not again and len(diagnostics.load(submission, group)) == len(published):
             return [f"{submission.name}, {group.name}: up to date."]
-        requests = [run.request(found, fetcher=fetcher) for run, found in published.values()]
+        requests = [run.request(fetcher=fetcher) for run in published.values()]
         answers = limits.answers(DIAGNOSTICS_JOB, {"runs": msgspec.to_builtins(requests)}, limits.Limits())
         runs, lines = dict[str, diagnostics.DiagnosedRun](), list[str]()
         for request, answer in zip(requests, answers, strict=True):

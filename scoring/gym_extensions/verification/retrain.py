@@ -22,10 +22,11 @@ from gym_extensions.envs.rollout import Outcome
 from gym_extensions.errors import BenchError, working
 from gym_extensions.metrics.statistics import holm, subtract, summary, zero_mean_p
 from gym_extensions.submissions.layout import MANIFEST
-from gym_extensions.submissions.log import Log, log_of, read_log
+from gym_extensions.submissions.log import log_of, read_log
 from gym_extensions.submissions.run import RunDocument
 from gym_extensions.submissions.submission import Submission
-from gym_extensions.verification.verify import LoggedRun, Report, differing, logged_cells, logged_runs
+from gym_extensions.verification.logged_run import LoggedRun, differing, logged_runs
+from gym_extensions.verification.verify import Report
 from gym_extensions.versions import blas_kernels, processor, version_or_none
 
 Cells = dict[tuple[int, int], list[Outcome]]
@@ -58,16 +59,14 @@ def compare_cells(logged: Cells, again: Cells) -> Reproduction:
     """
     if logged == again:
         return Reproduction(True, 0, len(logged))
-    keys = sorted({*logged, *again})
-
-    def p_value(first: list[Outcome], second: list[Outcome]) -> float:
-        if not first or not second:
-            return 0.0
-        old, new = (summary([each.return_ for each in part]) for part in (first, second))
-        return zero_mean_p(subtract(old, new))
-
-    p_values = np.array([p_value(logged.get(key, []), again.get(key, [])) for key in keys])
-    return Reproduction(False, int(holm(p_values).sum()), len(keys))
+    p_values = []
+    for cell in sorted({*logged, *again}):
+        if cell in logged and cell in again:
+            old, new = (summary([each.return_ for each in part[cell]]) for part in (logged, again))
+            p_values.append(zero_mean_p(subtract(old, new)))
+        else:
+            p_values.append(0.0)
+    return Reproduction(False, int(holm(np.array(p_values)).sum()), len(p_values))
 
 
 def require_reference_agent(submission: Submission) -> None:
@@ -76,13 +75,12 @@ def require_reference_agent(submission: Submission) -> None:
     Raises ``BenchError`` if the training was not recorded, the agent is none of this project, or its extra is
     missing.
     """
-    if not submission.problems:
-        agent = reference_agent(submission)
-        if not all(each.steps_counted for each in submission.documents.values()):
-            message = "It has policies that were trained elsewhere, so its training cannot be repeated."
-            hint = "Verify without --retrain."
-            raise BenchError("not-reproducible", message, str(submission.path), hint)
-        algorithms.factory(agent)
+    agent = reference_agent(submission)
+    if not all(each.steps_counted for each in submission.documents.values()):
+        message = "It has policies that were trained elsewhere, so its training cannot be repeated."
+        hint = "Verify without --retrain."
+        raise BenchError("not-reproducible", message, str(submission.path), hint)
+    algorithms.factory(agent)
 
 
 def reference_agent(submission: Submission) -> str:
@@ -98,21 +96,22 @@ def reference_agent(submission: Submission) -> str:
     return name
 
 
-def retrain(submission: Submission, log: Log, run: int, out: Path) -> Path:
+def retrain(run: LoggedRun, out: Path) -> Path:
     """Trains a run again into the new submission ``out``, and returns the path of its log.
 
     Evaluations during training are not repeated: they change no result, because these agents can be saved.
 
     Raises ``BenchError`` if the agent is another one today, or has other settings.
     """
-    manifest, path = submission.manifest, submission.path / MANIFEST
+    agent, manifest = reference_agent(run.submission), run.submission.manifest
     assert manifest is not None, "it has no problems"
-    what = reference_agent(submission), log.group, log.protocol, manifest.protocol.budget, run
+    what = run.log.group, run.log.protocol, manifest.protocol.budget, run.document.run
     num_envs: Any = manifest.hyperparameters.get("num_envs")
+    path = run.submission.path / MANIFEST
     out.mkdir()
     shutil.copyfile(path, out / MANIFEST)  # with it in place, another agent or setting is refused
     try:
-        (made,) = train(*what, out=out, jobs=Parallel(num_envs=num_envs), progress=False)
+        (made,) = train(agent, *what, out=out, jobs=Parallel(num_envs=num_envs), progress=False)
     except BenchError as error:
         if error.code != "mixed-submission":
             raise
@@ -121,7 +120,7 @@ def retrain(submission: Submission, log: Log, run: int, out: Path) -> Path:
     return made
 
 
-def train_again(submission: Submission, run: LoggedRun) -> Reproduction:
+def train_again(run: LoggedRun) -> Reproduction:
     """Trains a run again in a temporary folder and compares it with the log.
 
     The last bits of large matrix products depend on the number of threads, which no document states: workers
@@ -130,16 +129,16 @@ def train_again(submission: Submission, run: LoggedRun) -> Reproduction:
     Raises:
         BenchError: the agent is none of this project, is another one today, or has other settings.
     """
-    log, number = run.log, run.document.run
-    algorithms.factory(reference_agent(submission))  # loads its libraries before their threads are limited
+    algorithms.factory(
+        reference_agent(run.submission)
+    )  # loads its libraries before their threads are limited
     all_threads = max((each["num_threads"] for each in threadpool_info()), default=1)
     found = []
     for threads in dict.fromkeys((1, all_threads)):
         with tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch, threadpool_limits(threads):
-            out = Path(scratch) / "again"
-            path = retrain(submission, log, number, out)
-            again = log_of({number: read_log(path)}, log.protocol, log.group)
-        found.append(compare_cells(run.logged, logged_cells(again, number)))
+            rows = read_log(retrain(run, Path(scratch) / "again"))
+        log = log_of({run.document.run: rows}, run.log.protocol, run.log.group)
+        found.append(compare_cells(run.logged, replace(run, log=log).logged))
         if found[-1].is_same:
             break
     return min(found, key=lambda each: (not each.is_same, each.differing))
@@ -176,7 +175,7 @@ def retrained(submission: Submission, report: Report) -> Report:
     name = drawn_run(found.runs, found.value)
     run = logged_runs(submission)[name]
     with working(f"training {name} of {submission.name} again"):
-        result, elsewhere = train_again(submission, run), made_elsewhere(run.document)
+        result, elsewhere = train_again(run), made_elsewhere(run.document)
     if result.is_same or (result.agrees and elsewhere):
         kind = "the same episodes" if result.is_same else f"all {result.cells} means within noise"
         found = replaced(found, retrained=[name])
