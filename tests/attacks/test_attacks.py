@@ -335,7 +335,7 @@ def stop_of(submission: Path) -> str:
     if not report.means:
         return POLICIES
     is_refused = found.second_p_value is not None and max(found.p_value, found.second_p_value) <= 0.004
-    is_other = any(each.difference and not each.other_machine for each in report.runs.values())
+    is_other = any(each.difference and not each.other_machine for each in report.repetitions.values())
     return REPETITION if is_other else NEW_SEEDS if is_refused else TWINS if report.twins else "?"
 
 

@@ -32,5 +32,5 @@ def request_with_submission(project: Path) -> Path:
 @pytest.fixture
 def no_judge(monkeypatch: pytest.MonkeyPatch) -> None:
     """Judges no submission: for what is decided before or after that."""
-    judgement = {"level": "claimed", "repeated": 380, "episodes": 400, "notes": ["`@alice` <img>"]}
-    monkeypatch.setattr(gate, "answers", lambda *_: iter([judgement]))
+    found = {"level": "claimed", "repeated": 380, "episodes": 400, "notes": ["`@alice` <img>"]}
+    monkeypatch.setattr(gate, "answers", lambda _, call, __: iter([call["report"] | found]))

@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from gym_extensions.curation import gate
 from gym_extensions.curation.gate_report import comment
 from gym_extensions.submissions.run import read_run, write_run
 from gym_extensions.verification import git as plumbing
@@ -207,8 +208,11 @@ def test_a_submission_that_is_replaced_by_a_link_is_refused(project: Path) -> No
     assert ("stray-file", "submissions/old") in rules(checked(project))
 
 
-def test_a_submission_that_reaches_a_limit_is_refused(request_with_submission: Path) -> None:
-    report = checked(request_with_submission, limits=Limits(wall_seconds=0))
+def test_a_submission_that_reaches_a_limit_is_refused(
+    request_with_submission: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gate, "READING", Limits(wall_seconds=0))
+    report = checked(request_with_submission)
     assert [rule for rule, _ in rules(report)] == ["too-slow"]
 
 

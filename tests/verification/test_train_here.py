@@ -42,7 +42,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     make_repository(folder / "main")
     files = {"agent/agent.py": CODE, "submission.toml": manifest}
     merge(folder / "main", {f"submissions/new/{name}": text for name, text in files.items()})
-    number, training = train_here.present(read(submission), "")
+    number, training = train_here.version_and_record(read(submission), "")
     assert number == 1
     origin = Origin(seeds=training.seeds)
     train("random", GROUP, "sequential", "smoke", [0, 1], out=folder / "trained/1", origin=origin)
@@ -191,7 +191,7 @@ def test_code_that_changed_is_the_next_version_and_due(
 ) -> None:
     submission = take(folder)
     merge(folder / "main", {"submissions/new/agent/agent.py": "make = 1\n"})
-    number, training = train_here.present(read(submission), "")
+    number, training = train_here.version_and_record(read(submission), "")
     assert (number, training.runs) == (2, {})
     assert maintain(["train-here", str(submission), "--due"]) == 0
     assert capsys.readouterr().out == '["new"]\n'
@@ -201,23 +201,23 @@ def test_another_entry_of_the_same_code_is_the_next_version(folder: Path) -> Non
     text = (take(folder) / "submission.toml").read_text(encoding="utf-8")
     other = text.replace('"agent.py:make"', '"agent.py:other"')
     found = merge(folder / "main", {"submissions/new/submission.toml": other})
-    number, training = train_here.present(read(folder / "main/submissions/new"), "")
+    number, training = train_here.version_and_record(read(folder / "main/submissions/new"), "")
     assert (number, training.commit) == (2, found)
     merge(folder / "main", {"submissions/new/submission.toml": f"# spelled better\n{other}"})
-    assert train_here.present(read(folder / "main/submissions/new"), "")[1].commit == found
+    assert train_here.version_and_record(read(folder / "main/submissions/new"), "")[1].commit == found
 
 
 def test_half_a_run_is_due_again_and_a_broken_record_is_not_written_over(folder: Path) -> None:
     submission = take(folder)
     (submission / f"trained/1/{RUN}.csv").unlink()
     assert read(submission).problems
-    assert train_here.present(read(submission), "")[0] == 1
+    assert train_here.version_and_record(read(submission), "")[0] == 1
     (submission / "agent/agent.py").write_text("make = 1\n", encoding="utf-8")
     assert train_here.is_due(read(submission), train_here.wanted_runs(5))
     (submission / "trained/1.toml").write_text("rank = 1\n", encoding="utf-8")
     assert not train_here.is_due(read(submission), train_here.wanted_runs(5))
     with pytest.raises(BenchError, match=r"trained/1\.toml"):
-        train_here.present(read(submission), "")
+        train_here.version_and_record(read(submission), "")
 
 
 def test_a_trial_changes_nothing_and_is_not_taken(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -287,7 +287,7 @@ def test_code_that_is_not_committed_has_no_seeds(folder: Path) -> None:
     submission = folder / "main/submissions/new"
     (submission / "agent/agent.py").write_text("make = 1\n", encoding="utf-8")
     with pytest.raises(BenchError, match="not committed"):
-        train_here.present(read(submission), "")
+        train_here.version_and_record(read(submission), "")
 
 
 @pytest.mark.parametrize(("head", "inputs"), [("deterministic", 5), ("gaussian", 21)])
@@ -299,4 +299,4 @@ def test_what_a_policy_raises_when_it_acts_is_an_error_of_its_agent(head: str, i
 
 def test_a_submission_without_code_says_what_to_add(folder: Path) -> None:
     with refused("no-agent", "no code", "agent/"):
-        train_here.present(read(folder / "smoke"), "")
+        train_here.version_and_record(read(folder / "smoke"), "")

@@ -103,7 +103,7 @@ def maintain_parser() -> argparse.ArgumentParser:
         add("--again", action="store_true", help="also measure what is up to date")
         verification.add_options(part)
     train = parts.add_parser(
-        train_here.COMMAND,
+        "train-here",
         help="train the code of a submission in a box",
         description="Train the code of a submission in a box, on seeds that follow from the commit that "
         "merged it, and write the runs into the submission. An interrupted command can be repeated.",
@@ -135,7 +135,7 @@ def maintain(argv: Sequence[str] | None = None) -> int:
 
         return references(arguments[1:])
     options = maintain_parser().parse_args(arguments)
-    if options.command == train_here.COMMAND:
+    if options.command == "train-here":
         return _train_here(options)
     if options.command == "decide":
         for option, text in (("--by", options.by), ("--reason", options.reason)):
@@ -161,13 +161,8 @@ def _train_here(options: argparse.Namespace) -> int:
         wanted, due = train_here.wanted_runs(options.runs, options.protocol, options.groups), []
         for each in map(reader.read, _existing([options.submission])):
             if train_here.is_due(each, wanted):
-                try:
-                    train_here.present(each, value)
-                except BenchError as error:
-                    if error.code in git.MACHINE_ERRORS:
-                        raise
-                    print(f"{each.name} is left out: {error}", file=sys.stderr)
-                else:
+                with verification.leaving_out(each.name):
+                    train_here.version_and_record(each, value)
                     due.append(each.name)
         print(json.dumps(due))
         return 0

@@ -23,20 +23,14 @@ from gym_extensions.submissions.run import ARITHMETIC, RunDocument, run_of
 from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import git, new_seeds, train_here
 from gym_extensions.verification.episodes import Cell, played
-from gym_extensions.verification.limits import Limits, answers
+from gym_extensions.verification.limits import READING, answers
 from gym_extensions.verification.logged_run import LoggedRun, logged_runs, repetition
 
-LIMITS = Limits(cpu_seconds=600, wall_seconds=600)
-"""Of the process that reads the files of a submission."""
-JOB = "gym_extensions.curation.gate:judge"
+JOB = f"{__name__}:judge"
 SAMPLE = 20
 """Cells of 20 episodes that are repeated."""
 SAMPLE_SECONDS = 240.0
 """No further cell is started after this time."""
-JUDGED = ("level", "repeated", "episodes", "without_policies", "scores", "notes")
-"""What that process says of a submission for the report, besides its problems."""
-Judgement = dict[str, Any]
-"""What is found out about a submission: some of ``JUDGED``, and the ``problems``."""
 
 
 def check_pull_request(
@@ -44,7 +38,6 @@ def check_pull_request(
     base: str,
     head: str = "HEAD",
     number: int | None = None,
-    limits: Limits = LIMITS,
     *,
     try_code: bool = False,
 ) -> reports.GateReport:
@@ -67,8 +60,8 @@ def check_pull_request(
         name = next(iter(pull_request.submissions), "")
         known = name if layout.NAME.fullmatch(name) else ""
         report = replace(report, kind=pull_request.kind, submission=known)
-        problems = problems_of("pull request", pull_request, rules=pull_request_rules.RULES)
-        return _closed(report, problems) if problems else _judged(report, pull_request, limits, try_code)
+        report = _closed(report, problems_of("pull request", pull_request, rules=pull_request_rules.RULES))
+        return report if report.problems else _judged(report, pull_request, try_code)
     except BenchError as error:
         if error.code in git.MACHINE_ERRORS:
             raise
@@ -93,6 +86,7 @@ def opened(repository: git.Repository, base: str, head: str) -> pull_request_rul
 
 
 def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.GateReport:
+    """The report with its verdict, which follows from the problems."""
     return replace(
         report,
         verdict="refused" if problems else "review" if report.kind == "edit" else "passed",
@@ -102,8 +96,13 @@ def _closed(report: reports.GateReport, problems: Sequence[Problem]) -> reports.
     )
 
 
+def _noted(report: reports.GateReport, notes: Sequence[str]) -> reports.GateReport:
+    """The report with as many notes, and as much of each, as it may have."""
+    return replace(report, notes=tuple(cut(escape(note)) for note in notes[: reports.MAX_PROBLEMS]))
+
+
 def _judged(
-    report: reports.GateReport, pull_request: pull_request_rules.PullRequest, limits: Limits, try_code: bool
+    report: reports.GateReport, pull_request: pull_request_rules.PullRequest, try_code: bool
 ) -> reports.GateReport:
     """The report with what the files are worth, found out in a process with limits."""
     files = pull_request.files_of(report.submission)
@@ -113,19 +112,17 @@ def _judged(
         for file, content in zip(files, contents, strict=True):
             write_bytes(Path(scratch, file.path.partition("/")[2]), content)
         folder = Path(scratch, report.submission)
-        runs = {"donated": pull_request.donated_runs, "changed": pull_request.changed_runs}
-        (answer,) = answers(JOB, {"folder": str(folder), **runs}, limits)
-        trains = bool(answer.get("entry")) and pull_request.changes_code(report.submission)
-        if try_code and trains and not answer.get("problems"):
-            answer["notes"] = [train_here.repeats(folder, answer["entry"]), *answer.get("notes", ())]
-    judged = {name: answer[name] for name in JUDGED if name in answer}
-    judged["trains"] = trains
-    notes = [*changed_values(pull_request), *judged.get("notes", ())]
+        call = {"folder": str(folder), "report": msgspec.to_builtins(report)}
+        call |= {"donated": pull_request.donated_runs, "changed": pull_request.changed_runs}
+        (answer,) = answers(JOB, call, READING)
+        report = msgspec.convert(answer, reports.GateReport)
+        report = replace(report, trains=report.trains and pull_request.changes_code(report.submission))
+        is_tried = try_code and report.trains and not report.problems
+        tried = [train_here.repeats(folder)] if is_tried else []
+    notes = [*changed_values(pull_request), *tried, *report.notes]
     if missing := sum(title is None for title in pull_request.base_titles.values()):
         notes.append(f"Not compared: the titles of {count(missing, 'submission')}, which this clone lacks.")
-    judged["notes"] = [cut(escape(note)) for note in notes[: reports.MAX_PROBLEMS]]
-    report = msgspec.convert(msgspec.to_builtins(report) | judged, reports.GateReport)
-    return _closed(report, msgspec.convert(answer.get("problems", ()), list[Problem]))
+    return _noted(report, notes)
 
 
 def changed_values(pull_request: pull_request_rules.PullRequest) -> Iterator[str]:
@@ -172,9 +169,10 @@ def _digest(path: str, data: bytes) -> str:
 
 
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:
-    """The job of the process with limits: reads and scores a submission, and repeats a sample of its
-    episodes.
+    """The job of the process with limits: the report after a submission was read and scored, and a sample of
+    its episodes repeated.
     """
+    report = msgspec.convert(call["report"], reports.GateReport)
     submission, donated = reader.read(Path(call["folder"]), policies=True), frozenset(call["donated"])
     card = score(submission, load_references())
     problems = card.problems or (
@@ -182,21 +180,19 @@ def judge(call: Mapping[str, Any]) -> Iterator[Any]:
         *arithmetic_problems(submission, call["changed"]),
     )
     if problems:
-        found: Judgement = {"problems": problems}
+        report = _closed(report, problems)
     elif card.level == review.REPORTED:
-        found = {"level": review.REPORTED, "notes": card.notes}
+        report = _noted(replace(report, level="reported"), card.notes)
     else:
-        found = repeated_sample(submission, donated)
-        scores = []
+        report, scores = repeated_sample(report, submission, donated), list[reports.GateScore]()
         for group, protocols in card.groups.items():
             for protocol, each in protocols.items():
                 name = METRICS[protocol][0].name
                 value, facts = each.metrics[name], (each.budget, len(each.runs), name)
                 scores.append(reports.GateScore(group, protocol, *facts, value.mean, value.low, value.high))
-        found |= {"level": review.CLAIMED, "scores": scores, "notes": [*found["notes"], *card.notes]}
-        if submission.manifest and submission.manifest.agent:
-            found["entry"] = submission.manifest.agent.entry
-    yield msgspec.to_builtins(found)
+        report = replace(report, trains=bool(submission.code), scores=tuple(scores))
+        report = _noted(report, [*report.notes, *card.notes])
+    yield msgspec.to_builtins(report)
 
 
 def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Problem]:
@@ -205,11 +201,10 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
     A run publishes its policies, and was trained with versions of the packages, and about as many steps, as a
     run of the submission.
     """
-    documents = {name: run.document for name, run in logged_runs(submission).items()}
-    own = [document for name, document in documents.items() if name not in donated]
+    own = [document for name, document in submission.documents.items() if name not in donated]
     versions = [_agent_versions(document) for document in own]
     for name in sorted(donated):
-        document = documents[name]
+        document = submission.documents[name]
         if document.policies is None:
             hint = "Train it with `gym-extensions train`, which writes them."
             yield Problem("no-policies", name, "A donated run needs its policies.", hint)
@@ -222,16 +217,15 @@ def donation_problems(submission: Submission, donated: Set[str]) -> Iterator[Pro
         elif steps and not 0.95 < document.steps / max(1, *steps) < 1.05:
             message = f"It states {document.steps} training steps; other runs have up to {max(steps)}."
         if message:
-            hint = "Train it with the versions and the steps (within 5 %) "
-            hint += "that the submission's documents state."
+            hint = "Train it with the versions and steps (within 5 %) that the submission's documents state."
             yield Problem("other-agent-version", name, message, hint)
 
 
 def arithmetic_problems(submission: Submission, changed: Collection[str]) -> Iterator[Problem]:
     """New or changed runs, by their names, that were not logged in the present arithmetic."""
-    for name, run in logged_runs(submission).items():
-        if name in changed and run.document.arithmetic != ARITHMETIC:
-            message = f"Its document states the arithmetic {run.document.arithmetic}; it is {ARITHMETIC} now."
+    for name, document in submission.documents.items():
+        if name in changed and document.arithmetic != ARITHMETIC:
+            message = f"Its document states the arithmetic {document.arithmetic}; it is {ARITHMETIC} now."
             hint = "Record it with an installed version of today (docs/rollout-log.md#arithmetic)."
             yield Problem("first-arithmetic", name, message, hint)
 
@@ -246,24 +240,28 @@ def _agent_versions(document: RunDocument) -> dict[str, str]:
     return {"gym_extensions": minor, "gymnasium": used.gymnasium, "mujoco": used.mujoco} | document.packages
 
 
-def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
-    """Repeats a sample of the logged episodes in this process; of a donation, those of the donated runs.
+def repeated_sample(
+    report: reports.GateReport, submission: Submission, donated: Set[str]
+) -> reports.GateReport:
+    """The report after a sample of the logged episodes was repeated in this process; of a donation, of the
+    donated runs.
 
     The cells are those whose SHA-256 with the digest of all files is lowest. An episode that differs is a
     problem, unless honest ones may differ on this machine (:meth:`LoggedRun.other_machine`).
     """
     known = logged_runs(submission)
     without = sum(run.document.policies is None for run in known.values())
+    report = replace(report, level="claimed", without_policies=without)
     if submission.is_sampled:
-        notes = ["The policies sample their actions, so no episode can be repeated."]
-        return {"without_policies": without, "notes": notes if without < len(known) else []}
-    runs, notes, old = [], list[str](), 0
+        note = "The policies sample their actions, so no episode can be repeated."
+        return replace(report, notes=(note,) if without < len(known) else ())
+    runs, notes, first_arithmetic = [], list[str](), 0
     for name, run in known.items():
         policies = run.document.policies
         if policies is not None and policies.url:
             notes = ["Policies that lie elsewhere are fetched after the merge."]
         elif run.is_first_arithmetic:
-            old += 1
+            first_arithmetic += 1
         elif policies is not None and (not donated or name in donated):
             runs.append(run)
     digest = new_seeds.files_digest({run.name: run.document.files for run in runs})
@@ -279,14 +277,14 @@ def repeated_sample(submission: Submission, donated: Set[str]) -> Judgement:
     for run, cell in sorted(cells, key=draw)[:SAMPLE]:
         if time.monotonic() > end:
             break
-        result = repetition(run, [cell], next(played(run.request([cell]), run.log.group)))
-        repeated, episodes = repeated + result.repeated, episodes + result.episodes
-        if result.difference and result.other_machine:
-            notes.append(f"{run.name}: {result.difference}. {result.other_machine}")
-        elif result.difference:
+        found = repetition(run, [cell], next(played(run.request([cell]), run.log.group)))
+        repeated, episodes = repeated + found.repeated, episodes + found.episodes
+        if found.difference and found.other_machine:
+            notes.append(f"{run.name}: {found.difference}. {found.other_machine}")
+        elif found.difference:
             hint = "Store the policy of every stage, and log its first evaluation, on x86-64 Linux."
-            problems.append(Problem("not-repeated", run.name, f"{result.difference}.", hint))
-    if old:
-        notes.append(f"{old} unchanged runs of the first arithmetic are not repeated.")
-    counts = {"repeated": repeated, "episodes": episodes, "without_policies": without}
-    return {**counts, "problems": problems, "notes": notes}
+            problems.append(Problem("not-repeated", run.name, f"{found.difference}.", hint))
+    if first_arithmetic:
+        notes.append(f"{first_arithmetic} unchanged runs of the first arithmetic are not repeated.")
+    report = replace(report, repeated=repeated, episodes=episodes, notes=tuple(notes))
+    return _closed(report, problems)

@@ -175,17 +175,19 @@ def lines_of(report: Report) -> Iterator[str]:
 
 def results_of(report: Report, record: review.Verification) -> Iterator[str]:
     """What the policies did, in words, a line each."""
-    if report.runs:
+    if report.repetitions:
         how = review.how_repeated(record.runtime)
         yield f"  repeated {how}: {record.repeated:,} of {record.episodes:,} episodes"
-    if len(report.runs) < len(record.runs):
+    if len(report.repetitions) < len(record.runs):
         first = f"{count(len(report.first_arithmetic), 'run')} of the first arithmetic, which {OTHERS}"
         yield f"  not repeated: {first if report.first_arithmetic else 'the policies sample their actions'}"
     if report.twins:
         yield f"  one run twice: {report.twins}"
     elif record.difference:
         yield f"  first difference: {record.difference}"
-    for machine in dict.fromkeys(each.other_machine for each in report.runs.values() if each.other_machine):
+    for machine in dict.fromkeys(
+        each.other_machine for each in report.repetitions.values() if each.other_machine
+    ):
         yield f"  {machine} A difference neither raises nor lowers the level."
     yield from (f"  {log}: {returns}" for log, returns in report.means.items())
     second = "" if record.second_p_value is None else f"; second draw: p = {record.second_p_value:.2g}"

@@ -49,6 +49,10 @@ class Limits:
     wall_seconds: int = 7200
 
 
+READING = Limits(cpu_seconds=600, wall_seconds=600)
+"""Of a process that reads the files of a submission."""
+
+
 def apply_limits(limits: Limits) -> None:
     """Limits this process for the rest of its life, and refuses sockets and child processes.
 

@@ -5,7 +5,7 @@ gate calls :func:`repeats` before the merge.
 """
 
 import tempfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from datetime import UTC, datetime
 from fnmatch import fnmatch
 from pathlib import Path
@@ -32,7 +32,6 @@ from gym_extensions.submissions.submission import Submission
 from gym_extensions.verification import git, limits
 from gym_extensions.versions import version
 
-COMMAND, SEQUENTIAL, FLOOR = "train-here", "sequential", "zero"
 AGENT_ERRORS = frozenset(
     [
         *("agent-cpu", "agent-ended", "agent-failed", "agent-frames", "agent-output", "agent-slow"),
@@ -47,7 +46,7 @@ CORE_GROUPS = tuple(group.name for group in GROUPS.values() if group.id in CORES
 
 
 def wanted_runs(
-    runs: int, protocol: str = SEQUENTIAL, groups: Collection[str] = CORE_GROUPS
+    runs: int, protocol: str = "sequential", groups: Collection[str] = CORE_GROUPS
 ) -> dict[str, tuple[str, str, int]]:
     """The group, protocol and number of the runs 0 to ``runs`` − 1 of every group, by their names.
 
@@ -69,11 +68,12 @@ def is_due(submission: Submission, wanted: Collection[str]) -> bool:
     if problems_of(submission) or not submission.code or is_withdrawn(submission.review.decisions):
         return False
     trained = submission.trained
-    is_current = trained is not None and trained.training.agent == submission.code
-    return not (trained and is_current and trained.training.runs.keys() >= set(wanted))
+    if trained is None or trained.training.agent != submission.code:
+        return True
+    return not trained.training.runs.keys() >= set(wanted)
 
 
-def present(submission: Submission, value: str) -> tuple[int, Training]:
+def version_and_record(submission: Submission, value: str) -> tuple[int, Training]:
     """The number of the version of a submission's code, and its record, which is new if it has none.
 
     Raises ``BenchError`` if the submission has problems or no code, or was trained with another value.
@@ -103,7 +103,7 @@ def train_here(
     runs: int,
     value: str = "",
     *,
-    protocol: str = SEQUENTIAL,
+    protocol: str = "sequential",
     groups: Collection[str] = CORE_GROUPS,
     trial: Path | None = None,
     jobs: int = 1,
@@ -126,36 +126,26 @@ def train_here(
         BenchError: no box can be started, the code is not committed, or something else than the agent failed.
     """
     wanted = wanted_runs(runs, protocol, groups)
-    number, training = present(submission, value)
+    number, training = version_and_record(submission, value)
     folder, budget = submission.path / TRAINED / str(number), STANDARD_BUDGET
     if trial:
         training, folder, budget = replace(training, runs={}, failed={}), trial / str(number), "smoke"
     assert submission.manifest and submission.manifest.agent, "it has code"
     code = f"{submission.path / AGENT}/{submission.manifest.agent.entry}"
     factory = cli.isolated(code, [*groups], [protocol], budget)
-    titles = {f"{group} {protocol}-run{run}": key for key, (group, _, run) in wanted.items()}
+    titles = {f"{group} {protocol}-run{run}": name for name, (group, _, run) in wanted.items()}
 
     def missing() -> list[str]:
-        return [key for key in wanted if not (folder / f"{key}{LOG}").exists()]
-
-    def keep(failed: Mapping[str, str], digests: dict[str, str] | None = None) -> None:
-        """Adds to the record, to which a command with another protocol may have added in the meantime."""
-        nonlocal training
-        record, cut = folder.with_suffix(".toml"), {key: problem.cut(why) for key, why in failed.items()}
-        with written.lock_runs(folder, ["record"], seconds=60):
-            known = training_of(record.read_bytes()) if record.exists() else training
-            training = replace(known, runs=known.runs | (digests or {}), failed=known.failed | cut)
-            write_text(record, training_text(training))
+        return [name for name in wanted if not (folder / f"{name}{LOG}").exists()]
 
     def listen(event: Event) -> None:
         if isinstance(event, JobFailed) and event.code in AGENT_ERRORS:
-            keep({titles[event.job]: event.cause})
+            _record(folder, training, failed={titles[event.job]: event.cause})
 
     def replace_failed() -> None:
-        for key in training.failed.keys() & missing():
-            _write_floor(folder, wanted[key], budget, training.seeds, submission.path / MANIFEST)
+        for name in _record(folder, training).failed.keys() & missing():
+            _write_floor(folder, wanted[name], budget, training.seeds, submission.path / MANIFEST)
 
-    keep({})
     replace_failed()
     error: BenchError | None = None
     try:
@@ -169,15 +159,38 @@ def train_here(
             )
     except BenchError as raised:
         if raised.code in AGENT_ERRORS:  # no job began
-            keep(dict.fromkeys(missing(), str(raised)))
+            _record(folder, training, failed=dict.fromkeys(missing(), str(raised)))
         elif raised.code != workers.JOBS_FAILED:
             raise
         error = raised
     replace_failed()
-    digests = {key: read_run(folder / f"{key}{DOCUMENT}").digest for key in wanted if key not in missing()}
-    keep({}, digests)
-    if error and missing():
+    unfinished = missing()
+    finished = [name for name in wanted if name not in unfinished]
+    digests = {name: read_run(folder / f"{name}{DOCUMENT}").digest for name in finished}
+    training = _record(folder, training, runs=digests)
+    if error and unfinished:
         raise error
+    return training
+
+
+def _record(
+    folder: Path,
+    training: Training,
+    runs: dict[str, str] | None = None,
+    failed: dict[str, str] | None = None,
+) -> Training:
+    """Adds to the record of the runs in a folder, which is ``training`` if there is none, and returns it.
+
+    A command with another protocol may have added to it in the meantime.
+    """
+    path, causes = (
+        folder.with_suffix(".toml"),
+        {name: problem.cut(why) for name, why in (failed or {}).items()},
+    )
+    with written.lock_runs(folder, ["record"], seconds=60):
+        known = training_of(path.read_bytes()) if path.exists() else training
+        training = replace(known, runs=known.runs | (runs or {}), failed=known.failed | causes)
+        write_text(path, training_text(training))
     return training
 
 
@@ -190,7 +203,7 @@ def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: 
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "floor"
         origin = baselines.Origin(seeds=seeds)
-        (log,) = baselines.train(FLOOR, group, protocol, budget, run, out=out, progress=False, origin=origin)
+        (log,) = baselines.train("zero", group, protocol, budget, run, out=out, progress=False, origin=origin)
         if not (folder / MANIFEST).exists():
             tables = written.read_manifest(manifest)
             tables["protocol"]["budget"] = budget
@@ -201,8 +214,6 @@ def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: 
 
 
 JOB = f"{__name__}:judge"
-LIMITS = limits.Limits(cpu_seconds=600, wall_seconds=600)
-"""Of the process that reads what the other job wrote."""
 
 
 def judge(request: dict[str, Any]) -> Iterator[Any]:
@@ -224,11 +235,11 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     Raises ``BenchError`` if it is of another version of the code, if its seeds do not follow from the merge
     commit and the value, if it breaks a rule, or if it changes a run or a failure that is known.
     """
-    number, known = present(submission, value)
+    number, known = version_and_record(submission, value)
     record, source = folder / f"{number}.toml", folder / str(number)
 
     def refuse(message: str) -> BenchError:
-        hint = f"Write it again with: gym-extensions maintain {COMMAND} SUBMISSION"
+        hint = "Write it again with: gym-extensions maintain train-here SUBMISSION"
         return BenchError("bad-training", message, str(record), hint)
 
     try:
@@ -237,10 +248,9 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
         raise refuse(f"It is not a record: {error}.") from error
     if training.seeds != known.seeds:
         raise refuse("Its seeds do not follow from the merge commit, the value and the code.")
-    for old, new in ((known.runs, training.runs), (known.failed, training.failed)):
-        if not old.items() <= new.items():
-            raise refuse("It changes a run that is known.")
-    (found,) = limits.answers(JOB, {"folder": str(source.resolve())}, LIMITS)
+    if not (known.runs.items() <= training.runs.items() and known.failed.items() <= training.failed.items()):
+        raise refuse("It changes a run that is known.")
+    (found,) = limits.answers(JOB, {"folder": str(source.resolve())}, limits.READING)
     if found["problems"]:
         raise refuse(f"It breaks a rule: {found['problems'][0]}")
     if found["budget"] != STANDARD_BUDGET:
@@ -259,19 +269,22 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     write_text(target / record.name, training_text(replace(training, runs=digests)))
 
 
-def repeats(folder: Path, entry: str) -> str:
-    """Trains code twice with the budget for trials, and says in words whether the bytes are the same.
+def repeats(folder: Path) -> str:
+    """Trains the code of a submission twice with the budget for trials, and says in words whether the bytes
+    are the same.
 
     Raises ``BenchError`` if no box can be started, the agent fails, or the manifest states another one.
     """
-    factory = cli.isolated(f"{folder / AGENT}/{entry}", [*CORE_GROUPS], [SEQUENTIAL], "smoke")
+    stated = written.read_manifest(folder / MANIFEST)
+    code = f"{folder / AGENT}/{stated['agent']['entry']}"
+    factory = cli.isolated(code, [*CORE_GROUPS], ["sequential"], "smoke")
     with tempfile.TemporaryDirectory() as scratch:
         first, second = Path(scratch, "first"), Path(scratch, "second")
         for name in CORE_GROUPS:  # one job alone raises its own error
             for out in (first, second):
-                baselines.train(factory, name, SEQUENTIAL, "smoke", 0, out=out, progress=False)
+                baselines.train(factory, name, "sequential", "smoke", 0, out=out, progress=False)
             made = written.read_manifest(first / MANIFEST)
-            made["protocol"]["budget"] = written.read_manifest(folder / MANIFEST)["protocol"]["budget"]
+            made["protocol"]["budget"] = stated["protocol"]["budget"]
             written.require_same(folder / MANIFEST, made)  # what it states is what the code says
             if (stage := _first_difference(first, second, name)) is not None:
                 return f"Trained twice, it differs from stage {stage} of {name}: its runs cannot be repeated."
@@ -280,9 +293,9 @@ def repeats(folder: Path, entry: str) -> str:
 
 def _first_difference(first: Path, second: Path, name: str) -> int | None:
     """The first stage whose episodes or policies differ; None if none does."""
-    path = layout.run_file(name, SEQUENTIAL, 0, LOG)
+    path = layout.run_file(name, "sequential", 0, LOG)
     one, other = (read_log(folder / path) for folder in (first, second))
-    arrays = [read_arrays(folder, GROUPS[name], SEQUENTIAL, 0) for folder in (first, second)]
+    arrays = [read_arrays(folder, GROUPS[name], "sequential", 0) for folder in (first, second)]
     for stage in range(len(GROUPS[name].tasks) + 1):
         start = f"{policy_name((stage, None))}/"
         own = [{key: each for key, each in part.items() if key.startswith(start)} for part in arrays]

@@ -33,7 +33,7 @@ class Report:
 
     Args:
         verification: the record; None with problems, or without a run that can be verified.
-        runs: how each run was repeated, by name; none of policies that sample, or of the first arithmetic.
+        repetitions: of each run by name; none of policies that sample, or of the first arithmetic.
         means: the mean returns in each log and on new seeds, in words, by ``group/protocol``.
         without_policies: names of the runs that publish none.
         twins: which run has nearly the policies of another one, in words; empty if none has.
@@ -44,7 +44,7 @@ class Report:
     name: str
     problems: tuple[problem.Problem, ...] = ()
     verification: review.Verification | None = None
-    runs: Mapping[str, Repetition] = field(default_factory=dict)
+    repetitions: Mapping[str, Repetition] = field(default_factory=dict)
     means: Mapping[str, str] = field(default_factory=dict)
     without_policies: tuple[str, ...] = ()
     twins: str = ""
@@ -136,9 +136,8 @@ def _played(
         wanted = [replace(request, cells=tuple(cells[name])) for name, request in requests.items()]
         return dict(zip(requests, player.play(wanted), strict=True))
 
-    draw = new_seeds.Draw(
-        new_seeds.files_digest({name: run.document.files for name, run in runs.items()}), value
-    )
+    digest = new_seeds.files_digest({name: run.document.files for name, run in runs.items()})
+    draw = new_seeds.Draw(digest, value)
     prescribed = {name: run.prescribed_cells if run.is_repeatable else () for name, run in runs.items()}
     first = play({name: (*prescribed[name], *run.new_cells(draw)) for name, run in runs.items()})
     new = {name: played.outcomes[len(prescribed[name]) :] for name, played in first.items()}
@@ -176,7 +175,7 @@ def _played(
         passed=not is_refuted and new_seeds.agrees(deciding_p_value),
     )
     means = {} if failure else _means(runs, new)
-    return Report(submission.name, verification=record, runs=repetitions, twins=twins, means=means)
+    return Report(submission.name, verification=record, repetitions=repetitions, twins=twins, means=means)
 
 
 def _failure(found: Mapping[str, Played]) -> str:
