@@ -7,7 +7,6 @@ from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ from gym_extensions.submissions.policies import files as stored, onnx
 from gym_extensions.submissions.run import ARITHMETIC
 from gym_extensions.verification.limits import TOO_SLOW, Limits, answers, end_all
 
-JOB = "gym_extensions.verification.episodes:play"
+JOB = f"{__name__}:play"
 BAD_POLICIES = "bad-policies"
 BASE_SECONDS, SECONDS_PER_CELL, HOURS = 120, 60, 4.0
 """Processor time of a process, more for each of its cells on average, and of all processes of a submission. A
@@ -237,41 +236,45 @@ class Player:
         one = replace(request, folder="", file="", cells=() if cell is None else (cell,))
         return self.folder / f"{sha256(msgspec.json.encode([one, self._machine])).hexdigest()}.json"
 
+    def _kept(self, request: RunRequest) -> dict[Cell | None, Played]:
+        """What is kept of the cells of a run, or without cells of its policies (None)."""
+        kept = dict[Cell | None, Played]()
+        for cell in () if request.group in self._foreign else request.cells or (None,):
+            with suppress(OSError, ValueError):  # it is not there, or was not written to its end
+                kept[cell] = msgspec.json.decode(self._file(request, cell).read_bytes(), type=Played)
+        return kept
+
     def play(self, requests: Sequence[RunRequest]) -> list[Played]:
         """The outcomes of each run, as they are kept, or made now.
 
         Raises ``BenchError`` if a process reached a limit or failed, or the hours are used up.
         """
         self.started(sum(len(request.cells) for request in requests))
-        found: list[dict[Cell | None, Played]] = [{} for _ in requests]
-        missing = []
-        for place, (request, known) in enumerate(zip(requests, found, strict=True)):
-            for cell in () if request.group in self._foreign else request.cells or (None,):
-                with suppress(OSError, ValueError):  # it is not there, or was not written to its end
-                    known[cell] = msgspec.json.decode(self._file(request, cell).read_bytes(), type=Played)
-            rest = tuple(cell for cell in request.cells if cell not in known)
-            if rest or not known:
-                missing.append((place, replace(request, cells=rest)))
-            self.done(len(request.cells) - len(rest))
-        batches = []
-        for _, members in groupby(missing, key=lambda item: item[1].group):
-            runs = list(members)
-            size = -(-len(runs) // self.jobs)
-            batches += [runs[start : start + size] for start in range(0, len(runs), size)]
+        found = [self._kept(request) for request in requests]
+        missing = list[tuple[int, RunRequest]]()
+        for number, request in enumerate(requests):
+            cells = tuple(cell for cell in request.cells if cell not in found[number])
+            if cells or not found[number]:
+                missing.append((number, replace(request, cells=cells)))
+            self.done(len(request.cells) - len(cells))
+        batches = list[list[tuple[int, RunRequest]]]()
+        for group in dict.fromkeys(request.group for _, request in missing):
+            runs = [(number, request) for number, request in missing if request.group == group]
+            batches += [runs[first :: self.jobs] for first in range(min(self.jobs, len(runs)))]
         left = 3600 * self.hours - (processor_seconds() - self._before)
         if batches and left <= 0:
             raise BenchError(TOO_SLOW, f"{self.hours:g} hours of processor time were used up.")
         base = min(BASE_SECONDS, left / max(1, len(batches)))
-        cells = sum(len(request.cells) for _, request in missing)
-        each = min(SECONDS_PER_CELL, (left - base * len(batches)) / max(1, cells))
+        count = sum(len(request.cells) for _, request in missing)
+        each = min(SECONDS_PER_CELL, (left - base * len(batches)) / max(1, count))
 
         def work(batch: Sequence[tuple[int, RunRequest]]) -> None:
             own = [request for _, request in batch]
             call = {"runs": msgspec.to_builtins(own), "groups": list(self.groups)}
             waiting = [iter(request.cells or (None,)) for request in own]
-            for number, answer in answers(JOB, call, limits_of(own, base, each)):
-                (place, request), cell = batch[number], next(waiting[number])
-                found[place][cell] = part = msgspec.convert(answer, Played)
+            for place, answer in answers(JOB, call, limits_of(own, base, each)):
+                (number, request), cell = batch[place], next(waiting[place])
+                found[number][cell] = part = msgspec.convert(answer, Played)
                 if not part.problem and request.group not in self._foreign:  # a problem may be mended
                     files.write_bytes(self._file(request, cell), msgspec.json.encode(part))
                 self.done(len(request.cells) if part.problem else 1)
@@ -294,9 +297,8 @@ def _joined(request: RunRequest, parts: Mapping[Cell | None, Played]) -> Played:
         return Played(problem=problem)
     outcomes = tuple(parts[cell].outcomes[0] for cell in request.cells)
     runtime = next((part.runtime for part in parts.values() if part.runtime), "")
-    return Played(
-        outcomes, "", runtime, next((part.sketches for part in parts.values() if part.sketches), {})
-    )
+    sketches = next((part.sketches for part in parts.values() if part.sketches), {})
+    return Played(outcomes, "", runtime, sketches)
 
 
 def limits_of(

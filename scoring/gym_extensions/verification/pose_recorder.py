@@ -21,7 +21,7 @@ from gym_extensions.verification import limits
 from gym_extensions.verification.episodes import Cell, RunRequest, limits_of, run_cell, stored_policies
 from gym_extensions.verification.logged_run import LoggedRun
 
-JOB = "gym_extensions.verification.pose_recorder:record"
+JOB = f"{__name__}:record"
 Array = NDArray[np.float64]
 
 

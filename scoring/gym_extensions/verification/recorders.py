@@ -4,7 +4,7 @@ Poses are the motion of logged episodes. A landscape is measured in worlds betwe
 training, diagnostics on the published observations of the tasks.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import fmean
@@ -24,12 +24,11 @@ from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.diagnostics import Diagnosis, diagnose_run
 from gym_extensions.submissions.policies.files import AnyPolicy
 from gym_extensions.submissions.problem import refuse_problems
-from gym_extensions.submissions.run import ARITHMETIC, RunDocument
+from gym_extensions.submissions.run import ARITHMETIC
 from gym_extensions.verification import episodes, limits, pose_recorder
 from gym_extensions.verification.logged_run import LoggedRun, logged_runs
 from gym_extensions.versions import version
 
-LANDSCAPE_JOB, DIAGNOSTICS_JOB = (f"{__name__}:{job}" for job in ("measure", "diagnose"))
 LIMITS = limits.Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
 """Of the process that measures the landscape of one run."""
 RETURN, DIAGNOSIS = ".1f", ".5g"
@@ -60,14 +59,22 @@ def _published(submission: Path, group: TaskGroup) -> dict[str, LoggedRun]:
     }
 
 
-def _with_runs(submissions: Sequence[Path], groups: Sequence[TaskGroup]) -> list[tuple[Path, TaskGroup]]:
-    """The submissions with each of the groups of which they have runs."""
-    pairs = ((submission, group) for submission in submissions for group in groups)
-    return [
+def _written(
+    submissions: Sequence[Path],
+    groups: Sequence[TaskGroup],
+    jobs: int,
+    write: Callable[[Path, TaskGroup], Sequence[str]],
+) -> Iterator[str]:
+    """What ``write`` says about each submission and group of which it has runs, ``jobs`` at once."""
+    pairs = [
         (submission, group)
-        for submission, group in pairs
+        for submission in submissions
+        for group in groups
         if (submission / group.name).is_dir() or any(submission.glob(f"{layout.TRAINED}/*/{group.name}"))
     ]
+    with ThreadPoolExecutor(jobs) as pool:
+        for lines in pool.map(lambda pair: write(*pair), pairs):
+            yield from lines
 
 
 def write_poses(
@@ -81,23 +88,21 @@ def write_poses(
     """
     wanted = [group_named(name) for name in names] or list(GROUPS.values())
 
-    def written(submission: Path, group: TaskGroup) -> str:
+    def write(submission: Path, group: TaskGroup) -> list[str]:
         published = _published(submission, group).values()
         run = next((each for each in published if each.log.protocol == "sequential"), None)
         if run is None:
-            return f"{submission.name}, {group.name}: no sequential run publishes its policies."
+            return [f"{submission.name}, {group.name}: no sequential run publishes its policies."]
         known, tasks = poses.load_submission(submission).get(group.id), range(len(group.tasks))
         means = {key: fmean(each.return_ for each in cell) for key, cell in run.logged.items()}
-        stages_ = tuple(tuple(means[stage, task] for task in tasks) for stage in range(len(group.tasks) + 1))
-        if not again and known is not None and known.shows((run.document.run,), (stages_,)):
-            return f"{submission.name}, {group.name}: up to date."
+        matrix = tuple(tuple(means[stage, task] for task in tasks) for stage in range(len(group.tasks) + 1))
+        if not again and known is not None and known.shows((run.document.run,), (matrix,)):
+            return [f"{submission.name}, {group.name}: up to date."]
         recorded = pose_recorder.poses_of(run, fetcher)
         path = recorded.write(submission / layout.POSES / f"{group.name}.json")
-        return f"{path}: run {run.document.run}."
+        return [f"{path}: run {run.document.run}."]
 
-    there = _with_runs(submissions, wanted)
-    with ThreadPoolExecutor(jobs) as pool:
-        yield from pool.map(lambda pair: written(*pair), there)
+    return _written(submissions, wanted, jobs, write)
 
 
 def returns_of(group: TaskGroup, policy: AnyPolicy, axis: Axis, stage: int, run: int) -> list[list[float]]:
@@ -124,25 +129,25 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
 
 
 def landscape_of(
-    submission: Path, group: TaskGroup, documents: Mapping[int, RunDocument], fetcher: Fetcher, jobs: int
+    submission: Path, group: TaskGroup, runs: Iterable[int], fetcher: Fetcher, jobs: int
 ) -> landscapes.Landscape:
     """The landscape of runs of a submission on a group with axes, measured now, ``jobs`` runs at once.
 
     Raises ``BenchError`` if the submission has problems, policies cannot be read or run, or a limit was
     reached.
     """
-    names = [layout.run_key(group.name, landscapes.PROTOCOL, run) for run in documents]
+    names = [layout.run_key(group.name, landscapes.PROTOCOL, run) for run in runs]
     published = _published(submission, group)
     requests = [published[name].request(fetcher=fetcher) for name in names]
     with ThreadPoolExecutor(jobs) as pool:
         calls = ({"run": msgspec.to_builtins(request)} for request in requests)
-        answers = pool.map(lambda call: list(limits.answers(LANDSCAPE_JOB, call, LIMITS)), calls)
-        runs = np.array(list(answers))  # (runs, axes · stages, points, episodes)
+        answers = pool.map(lambda call: list(limits.answers(f"{__name__}:measure", call, LIMITS)), calls)
+        returns = np.array(list(answers))  # (runs, axes · stages, points, episodes)
     along = axes(group)
     return landscapes.Landscape(
         group=group.id,
         episodes=landscapes.EPISODES,
-        policies={str(run): each.policies.sha256 for run, each in documents.items() if each.policies},
+        policies={str(request.run): request.policies for request in requests},
         versions={
             **engine(),
             "numpy": version("numpy"),
@@ -156,7 +161,7 @@ def landscape_of(
                 returns=_rounded(part.mean(axis=-1).tolist(), RETURN),
                 deviations=_rounded(part.std(axis=-1).tolist(), RETURN),
             )
-            for axis, part in zip(along, np.split(runs, len(along), axis=1), strict=True)
+            for axis, part in zip(along, np.split(returns, len(along), axis=1), strict=True)
         ),
     )
 
@@ -225,7 +230,7 @@ def write_diagnostics(
             message = f"No observations of {group.name} are published."
             raise BenchError("no-states", message, "--groups", "Run: python -m tools.environments")
 
-    def written(submission: Path, group: TaskGroup) -> list[str]:
+    def write(submission: Path, group: TaskGroup) -> list[str]:
         """Writes the diagnostics of one group and returns the lines about it."""
         published = _published(submission, group)
         if not published:
@@ -233,7 +238,9 @@ def write_diagnostics(
         if not again and len(diagnostics.load(submission, group)) == len(published):
             return [f"{submission.name}, {group.name}: up to date."]
         requests = [run.request(fetcher=fetcher) for run in published.values()]
-        answers = limits.answers(DIAGNOSTICS_JOB, {"runs": msgspec.to_builtins(requests)}, limits.Limits())
+        answers = limits.answers(
+            f"{__name__}:diagnose", {"runs": msgspec.to_builtins(requests)}, limits.Limits()
+        )
         runs, lines = dict[str, diagnostics.DiagnosedRun](), list[str]()
         for request, answer in zip(requests, answers, strict=True):
             if isinstance(answer, str):
@@ -246,7 +253,4 @@ def write_diagnostics(
             lines.append(f"{found.write(diagnostics.path_of(submission, group))}: {len(runs)} runs.")
         return lines
 
-    there = _with_runs(submissions, wanted)
-    with ThreadPoolExecutor(jobs) as pool:
-        for lines in pool.map(written, *zip(*there, strict=True)) if there else ():
-            yield from lines
+    return _written(submissions, wanted, jobs, write)
