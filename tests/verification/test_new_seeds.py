@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 from gym_extensions.verification import new_seeds
-from gym_extensions.verification.new_seeds import TaskReturns, compare
+from gym_extensions.verification.new_seeds import CellReturns, compare
 
 Array = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, tuple[int, ...]], Array]
 
-RUNS = [run for run in range(5) for _ in range(2)]
-STAGES = [stage for _ in range(5) for stage in range(2)]
+RUNS, STAGES = np.divmod(np.arange(10), 2)
 """The runs and stages of the ten cells of a task."""
 
 
@@ -35,11 +34,12 @@ def best_cell_of_five(rng: np.random.Generator, shape: tuple[int, ...]) -> Array
     return np.stack([returns[best[cell], cell] for cell in range(shape[0])])
 
 
-def p_value(logged: Draw, seed: int, fresh: Draw = honest, tasks: int = 5) -> float:
+def p_value(logged: Draw, seed: int, new: Draw = honest, tasks: int = 5) -> float:
     rng = np.random.default_rng(seed)
     shape = (len(RUNS), 20)
-    submission = [TaskReturns(RUNS, STAGES, logged(rng, shape), fresh(rng, shape)) for _ in range(tasks)]
-    return compare(submission, rng)
+    returns = [(logged(rng, shape), new(rng, shape)) for _ in range(tasks)]
+    cells = (np.concatenate(parts) for parts in zip(*returns, strict=True))
+    return compare(CellReturns(np.tile(RUNS, tasks), np.tile(STAGES, tasks), *cells), rng)
 
 
 def test_honest_submissions_pass() -> None:
@@ -54,7 +54,7 @@ def test_selected_episodes_and_cells_are_refused(attack: Draw) -> None:
 
 
 def test_lower_logged_returns_pass() -> None:
-    assert p_value(honest, 0, fresh=best_of_two) == 1.0
+    assert p_value(honest, 0, new=best_of_two) == 1.0
 
 
 def test_one_invented_run_of_five_is_refused() -> None:
@@ -85,7 +85,7 @@ def test_seeds_that_are_easy_for_all_policies_are_no_evidence() -> None:
     def shared(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
         return rng.standard_normal((1, shape[1])) + 0.1 * rng.standard_normal(shape)
 
-    p_values = [p_value(shared, seed, fresh=shared, tasks=2) for seed in range(40)]
+    p_values = [p_value(shared, seed, new=shared, tasks=2) for seed in range(40)]
     assert sum(p <= NEW_SEEDS_ALPHA for p in p_values) <= 1
     assert sum(p <= 0.1 for p in p_values) <= 10
 
@@ -95,14 +95,9 @@ def test_noise_that_an_agent_draws_in_all_tasks_is_no_evidence() -> None:
 
     def submission(seed: int) -> float:
         rng = np.random.default_rng(seed)
-        noise = rng.standard_normal((5, 20))
-        tasks = [
-            TaskReturns(
-                range(5), [0] * 5, noise + 0.5 * rng.standard_normal((5, 20)), rng.standard_normal((5, 20))
-            )
-            for _ in range(5)
-        ]
-        return compare(tasks, rng)
+        noise, shape = np.tile(rng.standard_normal((5, 20)), (5, 1)), (25, 20)
+        logged, new = noise + 0.5 * rng.standard_normal(shape), rng.standard_normal(shape)
+        return compare(CellReturns(np.tile(np.arange(5), 5), np.zeros(25, np.int64), logged, new), rng)
 
     p_values = [submission(seed) for seed in range(40)]
     assert sum(p <= NEW_SEEDS_ALPHA for p in p_values) <= 1
@@ -110,14 +105,12 @@ def test_noise_that_an_agent_draws_in_all_tasks_is_no_evidence() -> None:
 
 
 def test_constant_returns_pass() -> None:
-    constant = np.full((2, 20), -100.0)
-    rng = np.random.default_rng(0)
-    assert compare([TaskReturns([0, 1], [0, 1], constant, constant)], rng) == 1.0
-    assert compare([], rng) == 1.0
+    constant, labels = np.full((2, 20), -100.0), np.arange(2)
+    assert compare(CellReturns(labels, labels, constant, constant), np.random.default_rng(0)) == 1.0
 
 
 def test_invented_returns_of_a_constant_policy_are_refused() -> None:
-    logged, fresh = np.full((2, 20), 5.0), np.full((2, 20), 4.0)
-    result = compare([TaskReturns([0, 1], [0, 1], logged, fresh)], np.random.default_rng(0))
+    logged, new, labels = np.full((2, 20), 5.0), np.full((2, 20), 4.0), np.arange(2)
+    result = compare(CellReturns(labels, labels, logged, new), np.random.default_rng(0))
     assert result == pytest.approx(new_seeds.STATISTICS / (new_seeds.PERMUTATIONS + 1))
     assert not new_seeds.agrees(result)

@@ -11,12 +11,10 @@ better of two evaluations of every episode, of all cells or of the last stage al
 evaluations of every cell.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
-from gym_extensions.verification.new_seeds import TaskReturns, agrees, compare
+from gym_extensions.verification.new_seeds import CellReturns, agrees, compare
 from tools import argument_parser
 
 Array = NDArray[np.float64]
@@ -42,27 +40,29 @@ def draw(rng: np.random.Generator, kind: str, spread: float, seed: float, cells:
 
 def submission(
     rng: np.random.Generator, attack: str, kind: str, seed: float
-) -> Iterator[tuple[TaskReturns, TaskReturns]]:
-    """The returns of each task of a submission with two draws. The log is honest or selected."""
+) -> tuple[CellReturns, CellReturns]:
+    """The returns of a submission with two draws. The log is honest or selected."""
     runs, stages = np.divmod(np.arange(RUNS * (TASKS + 1)), TASKS + 1)
+    tasks = []
     for _ in range(TASKS):
         returns = draw(rng, kind, SPREAD[attack], seed, len(runs))
         logged = returns[:, :, :EPISODES]
-        first = logged[0]
+        selected = logged[0]
         if attack in BEST_OF_TWO:
             changed = (stages == TASKS) | (attack == BEST_OF_TWO[0])
-            first = np.where(changed[:, None], np.maximum(logged[0], logged[1]), logged[0])
+            selected = np.where(changed[:, None], np.maximum(logged[0], logged[1]), logged[0])
         elif attack == "best cell of five":
             best = logged.mean(axis=2).argmax(axis=0)
-            first = logged[best, np.arange(len(runs))]
-        fresh = np.split(returns[0, :, EPISODES:], 2, axis=1)
-        labels = runs.tolist(), stages.tolist()
-        yield TaskReturns(*labels, first, fresh[0]), TaskReturns(*labels, first, fresh[1])
+            selected = logged[best, np.arange(len(runs))]
+        tasks.append((selected, *np.split(returns[0, :, EPISODES:], 2, axis=1)))
+    logged, *draws = (np.concatenate(parts) for parts in zip(*tasks, strict=True))
+    first, second = (CellReturns(np.tile(runs, TASKS), np.tile(stages, TASKS), logged, new) for new in draws)
+    return first, second
 
 
 def refusals(rng: np.random.Generator, attack: str, kind: str, seed: float) -> tuple[bool, bool]:
     """Whether the first draw refuses a submission, and whether both do."""
-    first, second = zip(*submission(rng, attack, kind, seed), strict=True)
+    first, second = submission(rng, attack, kind, seed)
     if agrees(compare(first, rng)):
         return False, False
     return True, not agrees(compare(second, rng))

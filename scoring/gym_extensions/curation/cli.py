@@ -148,9 +148,8 @@ def maintain(argv: Sequence[str] | None = None) -> int:
         review.add_to_review(submission, decisions=[review.Decision(action=options.decision, **stated)])
         return 0
     fetcher = fetch.Fetcher(options.cache / "policies", options.public_only)
-    write = getattr(recorders, f"write_{options.command}")
-    submissions, chosen = _existing(options.submissions), (options.jobs, options.again)
-    for line in write(submissions, options.groups, fetcher, *chosen):
+    what = options.command, _existing(options.submissions), options.groups
+    for line in recorders.write(*what, fetcher, options.jobs, again=options.again):
         print(line, flush=True)
     return 0
 

@@ -137,9 +137,9 @@ def changed_values(pull_request: pull_request_rules.PullRequest) -> Iterator[str
     contents = (pull_request.repository.blobs([side[path] for path in edited]) for side in sides)
     places = dict[tuple[bool, tuple[str, ...]], list[str]]()
     for path, *both in zip(edited, *contents, strict=True):
-        old, new = (_flat_values(path, data) for data in both)
+        (old, old_digest), (new, new_digest) = (_values(path, data) for data in both)
         changed = sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
-        lapses = len({_digest(path, data) for data in both}) > 1
+        lapses = old_digest != new_digest
         places.setdefault((lapses, tuple(changed)), []).append(path.split("/", 2)[2])
     for (lapses, names), paths in places.items():
         others = f" and {count(len(paths) - 1, 'other document')}" if len(paths) > 1 else ""
@@ -147,25 +147,19 @@ def changed_values(pull_request: pull_request_rules.PullRequest) -> Iterator[str
         yield f"Changed in {paths[0]}{others}: {', '.join(names) or 'the spelling'}.{again}"
 
 
-def _flat_values(path: str, data: bytes) -> dict[str, Any]:
-    """The values of a manifest or document by ``key`` or ``section.key``; none of a broken file."""
+def _values(path: str, data: bytes) -> tuple[dict[str, Any], str]:
+    """The values of a manifest or document by ``key`` or ``section.key``, and the digest that a verification
+    is about; nothing of a broken file."""
     try:
-        tables = manifest.parse(data) if path.endswith(layout.MANIFEST) else json.loads(data)
+        if path.endswith(layout.MANIFEST):
+            tables = manifest.parse(data)
+            digest = manifest.manifest_of(tables).digest
+        else:
+            tables, digest = json.loads(data), run_of(data).digest
     except (ValueError, RecursionError):
-        return {}
-    if not isinstance(tables, dict):
-        return {}
+        return {}, ""
     parts = ((name, part if isinstance(part, dict) else {"": part}) for name, part in tables.items())
-    return {f"{name}.{key}".rstrip("."): value for name, part in parts for key, value in part.items()}
-
-
-def _digest(path: str, data: bytes) -> str:
-    """What a verification is about: the digest of a manifest or document; empty of a broken file."""
-    try:
-        is_manifest = path.endswith(layout.MANIFEST)
-        return (manifest.manifest_of(manifest.parse(data)) if is_manifest else run_of(data)).digest
-    except (ValueError, RecursionError):
-        return ""
+    return {f"{name}.{key}".rstrip("."): value for name, part in parts for key, value in part.items()}, digest
 
 
 def judge(call: Mapping[str, Any]) -> Iterator[Any]:

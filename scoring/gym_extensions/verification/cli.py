@@ -27,10 +27,7 @@ from gym_extensions.verification.logged_run import logged_runs
 from gym_extensions.verification.new_seeds import require_value
 from gym_extensions.verification.verify import Report, settings_of, verify
 
-NOTHING_LEFT = "no run with policies is left to verify; each is verified once."
-NO_RUNS = "it has no runs of its own; its code is trained after the merge."
 OTHERS = "other processors do not repeat"
-SUBMISSION_HELP = "a submission's folder, or a folder of submissions"
 EPILOG = """\
 Without --seeds, --write and --record verify the runs that have no verdict yet, with seeds from the commit \
 that merged them. Exit status: 0 all submissions are verified, 1 one is not or has problems, 2 wrong usage."""
@@ -46,7 +43,8 @@ def parser() -> argparse.ArgumentParser:
         epilog=EPILOG,
     )
     add = command.add_argument
-    add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=SUBMISSION_HELP)
+    folders = "a submission's folder, or a folder of submissions"
+    add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=folders)
     group = "the TOML file of a custom group"
     add("--groups", action="append", default=[], type=os.path.abspath, metavar="FILE", help=group)
     digits = "hexadecimal digits (40 to 128) that determine the new seeds, such as a beacon's randomness"
@@ -125,8 +123,8 @@ def reports_on(submission: Submission, value: str, options: argparse.Namespace) 
     if is_retrained:
         from gym_extensions.verification import retrain  # loads the agents
 
-        if not is_job:
-            retrain.require_reference_agent(submission)
+        if not is_job:  # before hours are spent
+            retrain.reference_agent(submission)
     repository = git.Repository(submission.path)
     player = episodes.Player(options.cache / "verify", options.groups, options.jobs, options.hours)
     for seeds, names in parts.items():
@@ -161,7 +159,7 @@ def lines_of(report: Report) -> Iterator[str]:
     record = report.verification
     if record is None:
         if not report.without_policies and not left_out:
-            yield f"{report.name}: {NOTHING_LEFT}"
+            yield f"{report.name}: no run with policies is left to verify; each is verified once."
         return
     size = count(len(record.runs), "run")
     yield f"{report.name}: {record.undecided or ('verified' if record.passed else 'NOT verified')}, {size}."
@@ -222,7 +220,7 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
     if submission.code and not (submission.groups or submission.problems):
         trained = submission.trained
         if trained is None or trained.runs.manifest is None or is_stored:
-            print(f"{submission.name}: {NO_RUNS}")
+            print(f"{submission.name}: it has no runs of its own; its code is trained after the merge.")
             return 0
         submission = replace(trained.runs, name=submission.name)
     status, records = 0, list[review.Verification]()

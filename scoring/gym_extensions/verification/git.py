@@ -71,8 +71,13 @@ class Repository:
         limited = () if sys.platform == "win32" else ("sh", "-c", LIMIT, f"{MAX_MEMORY // 1024}")
         return [*limited, "git", *OPTIONS, "-C", str(self.folder), *arguments]
 
-    def run(self, *arguments: str, statuses: Collection[int] = (0,)) -> bytes:
-        """The output of a git command; raises ``BenchError`` unless it ends with one of these statuses."""
+    def run(
+        self, *arguments: str, statuses: Collection[int] = (0,), refusal: BenchError | None = None
+    ) -> bytes:
+        """The output of a git command.
+
+        Raises ``BenchError``, if given this one, unless it ends with one of these statuses.
+        """
         command = self._command(*arguments)
         try:
             result = subprocess.run(command, input=b"", capture_output=True, check=False, env=_environment())
@@ -87,7 +92,7 @@ class Repository:
         if result.returncode not in statuses:
             self._explain(errors)
             where = f"git {arguments[0]} in {self.folder}"
-            raise BenchError("git-failed", errors.splitlines()[-1], where)
+            raise refusal or BenchError("git-failed", errors.splitlines()[-1], where)
         return result.stdout
 
     def _explain(self, errors: str) -> None:
@@ -105,24 +110,17 @@ class Repository:
     @cached_property
     def top(self) -> Path:
         """The top folder of the work tree. Raises ``BenchError`` if the folder is in none."""
-        try:
-            return Path(os.fsdecode(self.run("rev-parse", "--show-toplevel").removesuffix(b"\n")))
-        except BenchError as error:
-            if error.code != "git-failed":
-                raise
-            hint = "Run the command in a clone of the repository."
-            raise BenchError("no-repository", "It is not a git work tree.", str(self.folder), hint) from None
+        hint = "Run the command in a clone of the repository."
+        refusal = BenchError("no-repository", "It is not a git work tree.", str(self.folder), hint)
+        folder = self.run("rev-parse", "--show-toplevel", refusal=refusal)
+        return Path(os.fsdecode(folder.removesuffix(b"\n")))
 
     def commit(self, name: str) -> str:
         """The id of the commit that a branch, tag or id names. Raises ``BenchError`` if there is none."""
-        try:
-            id_ = self.run("rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
-        except BenchError as error:
-            if error.code != "git-failed":
-                raise
-            hint = "Name a branch, a tag or a commit of this clone; `git fetch` may be needed."
-            raise BenchError("unknown-commit", f"There is no commit {name!r}.", hint=hint) from None
-        return id_.decode().strip()
+        hint = "Name a branch, a tag or a commit of this clone; `git fetch` may be needed."
+        refusal = BenchError("unknown-commit", f"There is no commit {name!r}.", hint=hint)
+        words = ("--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
+        return self.run("rev-parse", *words, refusal=refusal).decode().strip()
 
     def tree(self, commit: str, *folders: str, sizes: bool = False) -> tuple[TreeEntry, ...]:
         """All files of a commit below folders (the whole tree by default), with full paths.

@@ -21,7 +21,6 @@ from typing import Any
 
 from gym_extensions.errors import BenchError
 
-MODULE = "gym_extensions.verification.limits"
 MEBIBYTE = 2**20
 KEPT_VARIABLES = (
     *("PATH", "HOME", "TMPDIR", "NUMBA_CACHE_DIR", "LD_LIBRARY_PATH", "SYSTEMROOT", "USERPROFILE", "TEMP"),
@@ -106,7 +105,7 @@ def answers(job: str, request: dict[str, Any], limits: Limits) -> Iterator[Any]:
         tempfile.TemporaryFile() as errors,
         tempfile.TemporaryDirectory() as folder,
         subprocess.Popen(
-            [sys.executable, "-I", "-m", MODULE],
+            [sys.executable, "-I", "-m", __name__],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=errors,

@@ -36,11 +36,10 @@ class LoggedRun:
         """The logged outcomes by stage and index of the task, sorted as in the log."""
         cells = defaultdict[tuple[int, int], list[rollout.Outcome]](list)
         rows = self.log.rows[self.log.rows["run"] == self.document.run]
-        names = ("stage", "position", "length", "return", "terminated", "success")
-        columns = (rows[name].tolist() for name in names)
-        for stage, task, length, return_, terminated, success in zip(*columns, strict=True):
-            outcome = rollout.Outcome(length, return_, terminated, None if success < 0 else bool(success))
-            cells[stage, task].append(outcome)
+        for row in rows.to_dict("records"):
+            success = None if row["success"] < 0 else bool(row["success"])
+            outcome = rollout.Outcome(row["length"], row["return"], row["terminated"], success)
+            cells[row["stage"], row["position"]].append(outcome)
         return dict(cells)
 
     @property
@@ -82,11 +81,6 @@ class LoggedRun:
     def is_first_arithmetic(self) -> bool:
         """Whether its episodes are repeated only by the arithmetic of the machine that logged them."""
         return self.document.arithmetic != ARITHMETIC and not self.submission.is_sampled
-
-    @property
-    def is_repeatable(self) -> bool:
-        """Whether its episodes can be repeated here: its policies are deterministic, in this arithmetic."""
-        return self.document.arithmetic == ARITHMETIC and not self.submission.is_sampled
 
     def other_machine(self, runtime: str) -> str:
         """Why honest episodes of the run may differ on this machine; empty if they may not.

@@ -12,7 +12,7 @@ both kinds are equal, so the test is then exact in the limit of many episodes.
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +24,7 @@ from gym_extensions.errors import BenchError
 from gym_extensions.submissions.review import NEW_SEEDS_ALPHA
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 VALUE = re.compile(r"[0-9a-f]{40,128}")
 PERMUTATIONS = 4999
@@ -33,17 +34,17 @@ ROUNDING = 1e-9
 """Statistics that differ by less are equal."""
 
 
-class TaskReturns(NamedTuple):
-    """The returns of the cells of one task: logged (cells, prescribed seeds), and fresh (cells, new seeds).
+class CellReturns(NamedTuple):
+    """The returns of cells: logged (cells, prescribed seeds), and new (cells, new seeds).
 
-    ``runs`` has the run of each cell, as an index over all runs of all logs of the submission, ``stages`` its
-    stage.
+    ``runs`` (cells,) has the run of each cell, as an index over all runs of all logs of the submission,
+    ``stages`` (cells,) its stage.
     """
 
-    runs: Sequence[int]
-    stages: Sequence[int]
+    runs: Integers
+    stages: Integers
     logged: Array
-    fresh: Array
+    new: Array
 
 
 def agrees(p_value: float) -> bool:
@@ -86,37 +87,26 @@ def files_digest(runs: Mapping[str, str]) -> str:
     return hashlib.sha256("".join(f"{name} {runs[name]}\n" for name in sorted(runs)).encode()).hexdigest()
 
 
-def compare(tasks: Sequence[TaskReturns], rng: np.random.Generator) -> float:
+def compare(cells: CellReturns, rng: np.random.Generator) -> float:
     """The one-sided p value of the logged returns of all cells against the new ones.
 
     A cell's difference is the difference of its two means over the standard deviation of its returns. The
     statistics are the sum over all cells, the largest sum over the cells of a run and that over those of a
     stage, divided by the square root of their number, and the largest of a cell. The p value is the smallest
-    of the four times four (Bonferroni). All tasks have the same numbers of logged and new episodes.
+    of the four times four (Bonferroni).
     """
-    if not tasks:
-        return 1.0
-    logged, fresh = tasks[0].logged.shape[1], tasks[0].fresh.shape[1]
-    data = np.concatenate([np.full(logged, 1 / logged), np.full(fresh, -1 / fresh)])
+    logged, new = cells.logged.shape[1], cells.new.shape[1]
+    data = np.concatenate([np.full(logged, 1 / logged), np.full(new, -1 / new)])
     exchanged = rng.permuted(np.tile(data, (PERMUTATIONS, 1)), axis=1)
-    weights = np.concatenate([data[None], exchanged])
-    differences = np.concatenate([_differences(task, weights) for task in tasks])
+    weights = np.concatenate([data[None], exchanged])  # (1 + permutations, episodes): the first is the data
+    returns = np.concatenate([cells.logged, cells.new], axis=1)
+    deviation = returns.std(axis=1, keepdims=True)
+    is_constant = deviation <= ROUNDING * np.maximum(1.0, np.abs(returns).max(axis=1, keepdims=True))
+    standardized = np.where(is_constant, 0.0, returns / np.where(is_constant, 1.0, deviation))
+    differences = standardized @ weights.T  # (cells, 1 + permutations)
     statistics = [differences.sum(axis=0), differences.max(axis=0)]
-    for name in ("runs", "stages"):
-        labels = np.concatenate([getattr(task, name) for task in tasks])
+    for labels in (cells.runs, cells.stages):
         parts = (differences[labels == label] for label in np.unique(labels))
         statistics.append(np.max([part.sum(axis=0) / np.sqrt(len(part)) for part in parts], axis=0))
     p_values = [float((values >= values[0] - ROUNDING).mean()) for values in statistics]
     return min(1.0, STATISTICS * min(p_values))
-
-
-def _differences(task: TaskReturns, weights: Array) -> Array:
-    """The difference of every cell (cells, 1 + permutations); the first column is that of the data.
-
-    A weight belongs to a logged or new episode: (1 + permutations, episodes).
-    """
-    returns = np.concatenate([task.logged, task.fresh], axis=1)
-    deviation = returns.std(axis=1, keepdims=True)
-    is_constant = deviation <= ROUNDING * np.maximum(1.0, np.abs(returns).max(axis=1, keepdims=True))
-    standardized = np.where(is_constant, 0.0, returns / np.where(is_constant, 1.0, deviation))
-    return standardized @ weights.T

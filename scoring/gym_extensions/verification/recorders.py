@@ -4,7 +4,7 @@ Poses are the motion of logged episodes. A landscape is measured in worlds betwe
 training, diagnostics on the published observations of the tasks.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import fmean
@@ -33,6 +33,11 @@ LIMITS = limits.Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
 """Of the process that measures the landscape of one run."""
 RETURN, DIAGNOSIS = ".1f", ".5g"
 """Digits of stored numbers; later ones of diagnostics depend on the machine's linear algebra."""
+REFUSALS = {
+    "landscapes": ("no-worlds", "{} varies no quantity.", "Choose a gravity, body or wall group."),
+    "diagnostics": ("no-states", "No observations of {} are published.", "Run: python -m tools.environments"),
+}
+"""The error for a group that cannot be measured: its code, message and hint."""
 
 
 def _rounded(value: Any, digits: str) -> Any:
@@ -59,50 +64,68 @@ def _published(submission: Path, group: TaskGroup) -> dict[str, LoggedRun]:
     }
 
 
-def _written(
+def write(
+    kind: str,
     submissions: Sequence[Path],
-    groups: Sequence[TaskGroup],
+    names: Sequence[str],
+    fetcher: Fetcher,
     jobs: int,
-    write: Callable[[Path, TaskGroup], Sequence[str]],
+    *,
+    again: bool,
 ) -> Iterator[str]:
-    """What ``write`` says about each submission and group of which it has runs, ``jobs`` at once."""
+    """Writes the documents of submissions that are not up to date, or ``again``; yields a line about each.
+
+    ``kind`` is ``poses``, ``landscapes`` or ``diagnostics``. ``names`` are those of groups; all that can be
+    measured if empty. ``jobs`` processes work at once.
+
+    Raises:
+        BenchError: a group is unknown or cannot be measured, a submission has problems, policies cannot be
+            run, or a limit was reached. What was finished before is kept.
+    """
+    measurable = {
+        "poses": [*GROUPS.values()],
+        "landscapes": [group for group in GROUPS.values() if axes(group)],
+        "diagnostics": [group for group in GROUPS.values() if states(group.task_ids)],
+    }[kind]
+    groups = [group_named(name) for name in names] or measurable
+    for group in groups:
+        if group not in measurable:
+            code, message, hint = REFUSALS[kind]
+            raise BenchError(code, message.format(group.name), "--groups", hint)
     pairs = [
         (submission, group)
         for submission in submissions
         for group in groups
         if (submission / group.name).is_dir() or any(submission.glob(f"{layout.TRAINED}/*/{group.name}"))
     ]
-    with ThreadPoolExecutor(jobs) as pool:
-        for lines in pool.map(lambda pair: write(*pair), pairs):
+
+    def write_one(pair: tuple[Path, TaskGroup]) -> list[str]:
+        if kind == "poses":
+            return write_poses(*pair, fetcher, again=again)
+        if kind == "diagnostics":
+            return write_diagnostics(*pair, fetcher, again=again)
+        return write_landscape(*pair, fetcher, jobs, again=again)
+
+    # A landscape measures its runs at once.
+    with ThreadPoolExecutor(1 if kind == "landscapes" else jobs) as pool:
+        for lines in pool.map(write_one, pairs):
             yield from lines
 
 
-def write_poses(
-    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
-) -> Iterator[str]:
-    """Records the poses of submissions that are not up to date, or ``again``; yields a line about each.
-
-    They are those of the first sequential run that publishes its policies. ``names`` are those of groups; all
-    published ones if empty. Raises ``BenchError`` if a group is unknown, a submission has problems, or
-    policies cannot be run. What was finished before is kept.
-    """
-    wanted = [group_named(name) for name in names] or list(GROUPS.values())
-
-    def write(submission: Path, group: TaskGroup) -> list[str]:
-        published = _published(submission, group).values()
-        run = next((each for each in published if each.log.protocol == "sequential"), None)
-        if run is None:
-            return [f"{submission.name}, {group.name}: no sequential run publishes its policies."]
-        known, tasks = poses.load_submission(submission).get(group.id), range(len(group.tasks))
-        means = {key: fmean(each.return_ for each in cell) for key, cell in run.logged.items()}
-        matrix = tuple(tuple(means[stage, task] for task in tasks) for stage in range(len(group.tasks) + 1))
-        if not again and known is not None and known.shows((run.document.run,), (matrix,)):
-            return [f"{submission.name}, {group.name}: up to date."]
-        recorded = pose_recorder.poses_of(run, fetcher)
-        path = recorded.write(submission / layout.POSES / f"{group.name}.json")
-        return [f"{path}: run {run.document.run}."]
-
-    return _written(submissions, wanted, jobs, write)
+def write_poses(submission: Path, group: TaskGroup, fetcher: Fetcher, *, again: bool) -> list[str]:
+    """Records the first sequential run that publishes its policies, and says so in a line."""
+    where, published = f"{submission.name}, {group.name}", _published(submission, group).values()
+    run = next((each for each in published if each.log.protocol == "sequential"), None)
+    if run is None:
+        return [f"{where}: no sequential run publishes its policies."]
+    known, tasks = poses.load_submission(submission).get(group.id), range(len(group.tasks))
+    means = {key: fmean(each.return_ for each in cell) for key, cell in run.logged.items()}
+    matrix = tuple(tuple(means[stage, task] for task in tasks) for stage in range(len(group.tasks) + 1))
+    if not again and known is not None and known.shows((run.document.run,), (matrix,)):
+        return [f"{where}: up to date."]
+    recorded = pose_recorder.poses_of(run, fetcher)
+    path = recorded.write(submission / layout.POSES / f"{group.name}.json")
+    return [f"{path}: run {run.document.run}."]
 
 
 def returns_of(group: TaskGroup, policy: AnyPolicy, axis: Axis, stage: int, run: int) -> list[list[float]]:
@@ -166,35 +189,19 @@ def landscape_of(
     )
 
 
-def write_landscapes(
-    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
-) -> Iterator[str]:
-    """Measures the landscapes of submissions that are not up to date, or ``again``; yields a line about each.
-
-    ``names`` are those of groups; all groups with axes if empty.
-
-    Raises:
-        BenchError: a group is unknown or has no worlds between its tasks, or a measurement fails. What was
-            finished before is kept.
-    """
-    wanted = [group_named(name) for name in names] or [each for each in GROUPS.values() if axes(each)]
-    for group in wanted:
-        if not axes(group):
-            hint = "Choose a gravity, body or wall group."
-            raise BenchError("no-worlds", f"{group.name} varies no quantity.", "--groups", hint)
-    for submission in submissions:
-        for group in wanted:
-            where = f"{submission.name}, {group.name}"
-            if not (documents := landscapes.measured_runs(submission, group)):
-                continue
-            if not again and isinstance(landscapes.load(submission, group), landscapes.Landscape):
-                yield f"{where}: up to date."
-            elif any(document.policies is None for document in documents.values()):
-                yield f"{where}: {landscapes.NO_POLICIES}"
-            else:
-                found = landscape_of(submission, group, documents, fetcher, jobs)
-                path = found.write(landscapes.path_of(submission, group))
-                yield f"{path}: {len(found.runs)} runs."
+def write_landscape(
+    submission: Path, group: TaskGroup, fetcher: Fetcher, jobs: int, *, again: bool
+) -> list[str]:
+    """Measures the landscape of a group with axes, and says so in a line; none without runs to measure."""
+    where, documents = f"{submission.name}, {group.name}", landscapes.measured_runs(submission, group)
+    if not documents:
+        return []
+    if not again and isinstance(landscapes.load(submission, group), landscapes.Landscape):
+        return [f"{where}: up to date."]
+    if any(document.policies is None for document in documents.values()):
+        return [f"{where}: {landscapes.NO_POLICIES}"]
+    found = landscape_of(submission, group, documents, fetcher, jobs)
+    return [f"{found.write(landscapes.path_of(submission, group))}: {len(found.runs)} runs."]
 
 
 def diagnose(call: Mapping[str, Any]) -> Iterator[Any]:
@@ -211,46 +218,27 @@ def diagnose(call: Mapping[str, Any]) -> Iterator[Any]:
             yield error.message
 
 
-def write_diagnostics(
-    submissions: Sequence[Path], names: Sequence[str], fetcher: Fetcher, jobs: int, again: bool
-) -> Iterator[str]:
-    """Writes the diagnostics of submissions that are not up to date, or ``again``; yields a line about each.
+def write_diagnostics(submission: Path, group: TaskGroup, fetcher: Fetcher, *, again: bool) -> list[str]:
+    """Computes the diagnostics of a group, and returns the lines about it.
 
-    ``names`` are those of groups; all groups with published observations if empty. A run whose policies do
-    not fit the observations gets a line that says so, and no diagnostics.
-
-    Raises:
-        BenchError: a group is unknown or its tasks have no published observations, a submission has problems,
-            or a limit was reached. What was finished before is kept.
+    A run whose policies do not fit the observations gets a line that says so, and no diagnostics.
     """
-    observed = [each for each in GROUPS.values() if states(each.task_ids)]
-    wanted = [group_named(name) for name in names] or observed
-    for group in wanted:
-        if group not in observed:
-            message = f"No observations of {group.name} are published."
-            raise BenchError("no-states", message, "--groups", "Run: python -m tools.environments")
-
-    def write(submission: Path, group: TaskGroup) -> list[str]:
-        """Writes the diagnostics of one group and returns the lines about it."""
-        published = _published(submission, group)
-        if not published:
-            return [f"{submission.name}, {group.name}: no run publishes its policies."]
-        if not again and len(diagnostics.load(submission, group)) == len(published):
-            return [f"{submission.name}, {group.name}: up to date."]
-        requests = [run.request(fetcher=fetcher) for run in published.values()]
-        answers = limits.answers(
-            f"{__name__}:diagnose", {"runs": msgspec.to_builtins(requests)}, limits.Limits()
-        )
-        runs, lines = dict[str, diagnostics.DiagnosedRun](), list[str]()
-        for request, answer in zip(requests, answers, strict=True):
-            if isinstance(answer, str):
-                lines.append(f"{submission.name}, {request.name}: {answer}")
-            else:
-                diagnoses = msgspec.convert(answer, tuple[Diagnosis, ...])
-                runs[request.name] = diagnostics.DiagnosedRun(request.policies, diagnoses)
-        if runs:
-            found = diagnostics.Diagnostics(group=group.id, states=VERSION, runs=runs)
-            lines.append(f"{found.write(diagnostics.path_of(submission, group))}: {len(runs)} runs.")
-        return lines
-
-    return _written(submissions, wanted, jobs, write)
+    published = _published(submission, group)
+    if not published:
+        return [f"{submission.name}, {group.name}: no run publishes its policies."]
+    if not again and len(diagnostics.load(submission, group)) == len(published):
+        return [f"{submission.name}, {group.name}: up to date."]
+    requests = [run.request(fetcher=fetcher) for run in published.values()]
+    call = {"runs": msgspec.to_builtins(requests)}
+    runs, lines = dict[str, diagnostics.DiagnosedRun](), list[str]()
+    answers = limits.answers(f"{__name__}:diagnose", call, limits.Limits())
+    for request, answer in zip(requests, answers, strict=True):
+        if isinstance(answer, str):
+            lines.append(f"{submission.name}, {request.name}: {answer}")
+        else:
+            diagnoses = msgspec.convert(answer, tuple[Diagnosis, ...])
+            runs[request.name] = diagnostics.DiagnosedRun(request.policies, diagnoses)
+    if runs:
+        found = diagnostics.Diagnostics(group=group.id, states=VERSION, runs=runs)
+        lines.append(f"{found.write(diagnostics.path_of(submission, group))}: {len(runs)} runs.")
+    return lines

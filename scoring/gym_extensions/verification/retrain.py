@@ -69,22 +69,12 @@ def compare_cells(logged: Cells, again: Cells) -> Reproduction:
     return Reproduction(False, int(holm(np.array(p_values)).sum()), len(p_values))
 
 
-def require_reference_agent(submission: Submission) -> None:
-    """Refuses a submission that cannot be trained again, before hours are spent on its verification.
+def reference_agent(submission: Submission) -> str:
+    """The agent of this project that trained a submission, after its libraries were loaded.
 
-    Raises ``BenchError`` if the training was not recorded, the agent is none of this project, or its extra is
+    Raises ``BenchError`` if there is none, the training was not recorded, or the extra of the agent is
     missing.
     """
-    agent = reference_agent(submission)
-    if not all(each.steps_counted for each in submission.documents.values()):
-        message = "It has policies that were trained elsewhere, so its training cannot be repeated."
-        hint = "Verify without --retrain."
-        raise BenchError("not-reproducible", message, str(submission.path), hint)
-    algorithms.factory(agent)
-
-
-def reference_agent(submission: Submission) -> str:
-    """The reference agent that the manifest names. Raises ``BenchError`` if it names none."""
     assert submission.manifest is not None, "it has no problems"
     name, where = submission.manifest.protocol.algorithm, str(submission.path / MANIFEST)
     if submission.manifest.reported:
@@ -93,6 +83,10 @@ def reference_agent(submission: Submission) -> str:
     if name not in algorithms.names():
         hint = "Train the submission's own agent by hand."
         raise BenchError("not-reproducible", f"The algorithm {name!r} is not a reference agent.", where, hint)
+    if not all(each.steps_counted for each in submission.documents.values()):
+        message = "It has policies that were trained elsewhere, so its training cannot be repeated."
+        raise BenchError("not-reproducible", message, str(submission.path), "Verify without --retrain.")
+    algorithms.factory(name)
     return name
 
 

@@ -140,10 +140,10 @@ def train_here(
 
     def listen(event: Event) -> None:
         if isinstance(event, JobFailed) and event.code in AGENT_ERRORS:
-            _record(folder, training, failed={titles[event.job]: event.cause})
+            _recorded(folder, replace(training, failed={titles[event.job]: problem.cut(event.cause)}))
 
     def replace_failed() -> None:
-        for name in _record(folder, training).failed.keys() & missing():
+        for name in _recorded(folder, training).failed.keys() & missing():
             _write_floor(folder, wanted[name], budget, training.seeds, submission.path / MANIFEST)
 
     replace_failed()
@@ -159,7 +159,7 @@ def train_here(
             )
     except BenchError as raised:
         if raised.code in AGENT_ERRORS:  # no job began
-            _record(folder, training, failed=dict.fromkeys(missing(), str(raised)))
+            _recorded(folder, replace(training, failed=dict.fromkeys(missing(), problem.cut(str(raised)))))
         elif raised.code != workers.JOBS_FAILED:
             raise
         error = raised
@@ -167,29 +167,22 @@ def train_here(
     unfinished = missing()
     finished = [name for name in wanted if name not in unfinished]
     digests = {name: read_run(folder / f"{name}{DOCUMENT}").digest for name in finished}
-    training = _record(folder, training, runs=digests)
+    training = _recorded(folder, replace(training, runs=digests))
     if error and unfinished:
         raise error
     return training
 
 
-def _record(
-    folder: Path,
-    training: Training,
-    runs: dict[str, str] | None = None,
-    failed: dict[str, str] | None = None,
-) -> Training:
-    """Adds to the record of the runs in a folder, which is ``training`` if there is none, and returns it.
+def _recorded(folder: Path, training: Training) -> Training:
+    """Adds the runs and failures of a training to the record of its folder, and returns the record.
 
     A command with another protocol may have added to it in the meantime.
     """
-    path, causes = (
-        folder.with_suffix(".toml"),
-        {name: problem.cut(why) for name, why in (failed or {}).items()},
-    )
+    path = folder.with_suffix(".toml")
     with written.lock_runs(folder, ["record"], seconds=60):
-        known = training_of(path.read_bytes()) if path.exists() else training
-        training = replace(known, runs=known.runs | (runs or {}), failed=known.failed | causes)
+        if path.exists():
+            known = training_of(path.read_bytes())
+            training = replace(known, runs=known.runs | training.runs, failed=known.failed | training.failed)
         write_text(path, training_text(training))
     return training
 

@@ -1,7 +1,6 @@
 """Verifies a submission: repeats logged episodes with the stored policies, and runs these on new seeds."""
 
 import contextlib
-from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -138,15 +137,18 @@ def _played(
 
     digest = new_seeds.files_digest({name: run.document.files for name, run in runs.items()})
     draw = new_seeds.Draw(digest, value)
-    prescribed = {name: run.prescribed_cells if run.is_repeatable else () for name, run in runs.items()}
+    prescribed = {
+        name: () if submission.is_sampled or run.is_first_arithmetic else run.prescribed_cells
+        for name, run in runs.items()
+    }
     first = play({name: (*prescribed[name], *run.new_cells(draw)) for name, run in runs.items()})
     new = {name: played.outcomes[len(prescribed[name]) :] for name, played in first.items()}
     failure = _failure(first)
 
     repetitions, refuting, excused = dict[str, Repetition](), list[str](), list[str]()
-    for name, run in runs.items():
-        if run.is_repeatable:
-            repetitions[name] = found = repetition(run, prescribed[name], first[name])
+    for name, cells in prescribed.items():
+        if cells:
+            repetitions[name] = found = repetition(runs[name], cells, first[name])
             if found.difference and found.other_machine:
                 excused.append(f"{name}: {found.difference} [{found.other_machine}]")
             elif found.difference:
@@ -209,17 +211,16 @@ def _twins(
     return ""
 
 
-def _other_runs(submission: Submission, runs: Collection[str]) -> dict[str, RunRequest]:
-    """Requests for the policies with which those of runs, by their names, are compared, without cells.
+def _other_runs(submission: Submission, runs: Mapping[str, LoggedRun]) -> dict[str, RunRequest]:
+    """Requests for the policies with which those of runs are compared, without cells.
 
     They are of the other runs of the same logs, by name, and of the runs on the same tasks in order that the
     submissions beside this one have, by ``submission/group/protocol/runN``. What cannot be read is left out.
     """
-    known, folder = logged_runs(submission), submission.path.resolve()
-    logs = {known[name].log.path for name in runs}
+    logs, folder = {run.log.path for run in runs.values()}, submission.path.resolve()
     found = {
         name: run.request()
-        for name, run in known.items()
+        for name, run in logged_runs(submission).items()
         if name not in runs and run.log.path in logs
         if run.document.policies is not None and not run.document.policies.url
     }
@@ -233,7 +234,7 @@ def _other_runs(submission: Submission, runs: Collection[str]) -> dict[str, RunR
             if document.digest == digest and document.policies and not document.policies.url:
                 found[f"{source.relative_to(folder.parent).as_posix()}/{name}"] = RunRequest(
                     *(str(source), group, protocol, document.run, document.policies.sha256),
-                    observes_task=True,  # it is another matter whether it may
+                    observes_task=True,  # here it does not matter whether it may
                     cells=(),
                 )
     return found
@@ -256,17 +257,16 @@ NewOutcomes = Mapping[str, Sequence[Sequence[Outcome]]]
 
 
 def _p_value(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, new: NewOutcomes) -> float:
-    """That of the logged returns against those on new seeds, task by task."""
-    cells = defaultdict[tuple[str, int], list[tuple[int, int, list[float], list[float]]]](list)
+    """That of the logged returns against those on new seeds."""
+    numbers, stages, logged, played = [], [], [], []
     for number, (name, run) in enumerate(runs.items()):
-        for ((stage, task), logged), outcomes in zip(run.logged.items(), new[name], strict=True):
-            returns = [each.return_ for each in logged], [each.return_ for each in outcomes]
-            cells[run.log.group.id, task].append((number, stage, *returns))
-    tasks = []
-    for part in cells.values():
-        numbers, stages, before, now = zip(*part, strict=True)
-        tasks.append(new_seeds.TaskReturns(numbers, stages, np.array(before), np.array(now)))
-    return new_seeds.compare(tasks, np.random.default_rng(draw.seed("permutations")))
+        for ((stage, _), prescribed), outcomes in zip(run.logged.items(), new[name], strict=True):
+            numbers.append(number)
+            stages.append(stage)
+            logged.append([each.return_ for each in prescribed])
+            played.append([each.return_ for each in outcomes])
+    cells = new_seeds.CellReturns(*map(np.array, (numbers, stages, logged, played)))
+    return new_seeds.compare(cells, np.random.default_rng(draw.seed("permutations")))
 
 
 def _means(runs: Mapping[str, LoggedRun], new: NewOutcomes) -> dict[str, str]:
