@@ -127,14 +127,10 @@ def _judged(
 
 def changed_values(pull_request: pull_request_rules.PullRequest) -> Iterator[str]:
     """What an edit changes in the manifest and in documents of runs: the names of the keys, in words."""
-    sides = [
-        {file.path: file.object_id for file in files if file.path in pull_request.paths}
-        for files in (pull_request.base_files, pull_request.head_files)
-    ]
-    edited = [
-        path for path in sides[0] if path in sides[1] and path.endswith((layout.MANIFEST, layout.DOCUMENT))
-    ]
-    contents = (pull_request.repository.blobs([side[path] for path in edited]) for side in sides)
+    sides = pull_request.base_files, pull_request.head_files
+    described = (path for path in pull_request.paths if path.endswith((layout.MANIFEST, layout.DOCUMENT)))
+    edited = [path for path in described if all(path in files for files in sides)]
+    contents = (pull_request.repository.blobs([files[path].object_id for path in edited]) for files in sides)
     places = dict[tuple[bool, tuple[str, ...]], list[str]]()
     for path, *both in zip(edited, *contents, strict=True):
         (old, old_digest), (new, new_digest) = (_values(path, data) for data in both)

@@ -21,7 +21,6 @@ from gym_extensions.submissions.characters import skeleton
 from gym_extensions.submissions.problem import Finding, Rule, count, rule as registered
 from gym_extensions.verification import git
 
-SUBMISSIONS = "submissions"
 REGULAR = "100644"
 LINK = "120000"
 RUN_FILE = re.compile(
@@ -73,19 +72,19 @@ class PullRequest:
         return tuple(sorted(changes, key=lambda change: change.path))
 
     @cached_property
-    def base_files(self) -> tuple[git.TreeEntry, ...]:
-        """The files of submissions on the branch that it is for."""
-        return self.repository.tree(self.base, SUBMISSIONS)
+    def base_files(self) -> dict[str, git.TreeEntry]:
+        """The files of submissions on the branch that it is for, by path."""
+        return {file.path: file for file in self.repository.tree(self.base, "submissions")}
 
     @cached_property
-    def head_files(self) -> tuple[git.TreeEntry, ...]:
-        """The files of submissions in its last commit."""
-        return self.repository.tree(self.head, SUBMISSIONS)
+    def head_files(self) -> dict[str, git.TreeEntry]:
+        """The files of submissions in its last commit, by path."""
+        return {file.path: file for file in self.repository.tree(self.head, "submissions")}
 
     @cached_property
     def base_titles(self) -> dict[str, str | None]:
         """The titles of submissions on the branch that it is for, by :meth:`titles_of`."""
-        return self.titles_of(self.base_files)
+        return self.titles_of(self.base_files.values())
 
     def titles_of(self, files: Iterable[git.TreeEntry]) -> dict[str, str | None]:
         """The title in every readable manifest by its path; None where a partial clone lacks the file."""
@@ -117,10 +116,10 @@ class PullRequest:
         It donates runs if it only adds files of runs that an existing submission of an agent of this project
         did not have.
         """
-        matches = [RUN_FILE.fullmatch(change.path) for change in self.changes if change.status == "A"]
-        if len(self.submissions) != 1 or len(matches) < len(self.changes) or not all(matches):
+        adds_runs = all(change.status == "A" and RUN_FILE.fullmatch(change.path) for change in self.changes)
+        if len(self.submissions) != 1 or not adds_runs:
             return ()
-        data = self.repository.file(self.start, f"{SUBMISSIONS}/{self.submissions[0]}/{layout.MANIFEST}")
+        data = self.repository.file(self.start, f"submissions/{self.submissions[0]}/{layout.MANIFEST}")
         try:
             protocol = manifest.manifest_of(manifest.parse(data or b"")).protocol
         except ValueError:  # also that of msgspec
@@ -142,8 +141,7 @@ class PullRequest:
             return "none"
         if self.donated_runs:
             return "donation"
-        known = _submissions(file.path for file in self.base_files)
-        return "edit" if self.submissions[0] in known else "submission"
+        return "edit" if self.submissions[0] in _submissions(self.base_files) else "submission"
 
     @cached_property
     def paths(self) -> tuple[str, ...]:
@@ -152,12 +150,12 @@ class PullRequest:
 
     def changes_code(self, submission: str) -> bool:
         """Whether it brings or changes the code of a submission: agent/, or the entry in the manifest."""
-        folder, code = f"{SUBMISSIONS}/{submission}", self.repository.code
+        folder, code = f"submissions/{submission}", self.repository.code
         return code(self.start, folder) != code(self.head, folder)
 
     def files_of(self, submission: str) -> tuple[git.TreeEntry, ...]:
         """The files of a submission with their sizes: in its last commit; of a donation, after its merge."""
-        folder = f"{SUBMISSIONS}/{submission}"
+        folder = f"submissions/{submission}"
         files = self.repository.tree(self.head, folder, sizes=True)
         if not self.donated_runs:
             return files
@@ -167,12 +165,12 @@ class PullRequest:
 
 def _submissions(paths: Iterable[str]) -> set[str]:
     parts = (path.split("/") for path in paths)
-    return {names[1] for names in parts if names[0] == SUBMISSIONS and len(names) > 2}
+    return {names[1] for names in parts if names[0] == "submissions" and len(names) > 2}
 
 
 def is_data(path: str) -> bool:
     """Whether a path is in the folder of submissions, in any letter case."""
-    return path.split("/", maxsplit=1)[0].casefold() == SUBMISSIONS
+    return path.split("/", maxsplit=1)[0].casefold() == "submissions"
 
 
 RULES: dict[str, Rule] = {}
@@ -213,7 +211,7 @@ def stray_file(pull_request: PullRequest) -> Iterator[Finding]:
     """Every file belongs to a submission, also a policy that beats an expert (docs/experts.md)."""
     for path in pull_request.paths:
         names = path.split("/")
-        if is_data(path) and not (names[0] == SUBMISSIONS and len(names) > 2):
+        if is_data(path) and not (names[0] == "submissions" and len(names) > 2):
             hint = "Move it into the folder of the submission, or leave it out."
             yield Finding(path, "The file belongs to no submission.", hint)
 
@@ -234,9 +232,9 @@ def own_merge(pull_request: PullRequest) -> Iterator[Finding]:
     """No merge commit of the pull request brings the submission's changes. (Seeds follow from the commit that
     merges them, and after a fast-forward it would be one that its author made.)"""
     run, span = pull_request.repository.run, f"{pull_request.base}..{pull_request.head}"
-    manifests = (f"{SUBMISSIONS}/{name}/{layout.MANIFEST}" for name in pull_request.submissions)
+    manifests = (f"submissions/{name}/{layout.MANIFEST}" for name in pull_request.submissions)
     fixing = {*pull_request.paths, *manifests}
-    merges = run("rev-list", "--first-parent", "--merges", span, "--", f":(top){SUBMISSIONS}")
+    merges = run("rev-list", "--first-parent", "--merges", span, "--", ":(top)submissions")
     for merge in merges.decode().split():
         changed = run("diff-tree", "-r", "-z", "--name-only", f"{merge}^1", merge)
         for path in sorted(fixing.intersection(map(os.fsdecode, changed.split(b"\0"))))[:1]:
@@ -249,11 +247,10 @@ def donated_twice(pull_request: PullRequest) -> Iterator[Finding]:
     """A donated run is not on the base: a run is deterministic, and the first one stands."""
     if not pull_request.donated_runs:
         return
-    theirs = {file.path: file.object_id for file in pull_request.base_files}
-    ours = {file.path: file.object_id for file in pull_request.head_files}
+    theirs, ours = pull_request.base_files, pull_request.head_files
     for path in pull_request.paths:
         if path in theirs:
-            how = "the same" if theirs[path] == ours[path] else "other"
+            how = "the same" if theirs[path].object_id == ours[path].object_id else "other"
             message = f"The run was donated meanwhile, with {how} content."
             differ = "If they differ, open an issue with both documents: one machine is wrong."
             yield Finding(path, message, f"Donate another run. {differ}")
@@ -285,14 +282,13 @@ def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
     """No two paths differ only in letter case or Unicode spelling, among all submissions."""
     spellings: dict[str, str] = {}
     changed = {change.path for change in pull_request.changes}
-    for submission in (*pull_request.base_files, *pull_request.head_files):
-        names = submission.path.split("/")
+    for path in (*pull_request.base_files, *pull_request.head_files):
+        names = path.split("/")
         for depth in range(1, len(names) + 1):
-            path = "/".join(names[:depth])
-            first = spellings.setdefault(unicodedata.normalize("NFKC", path).casefold(), path)
-            if first != path and submission.path in changed:
-                message = f"{path} and {first} differ only in letter case."
-                yield Finding(submission.path, message, "Rename it.")
+            part = "/".join(names[:depth])
+            first = spellings.setdefault(unicodedata.normalize("NFKC", part).casefold(), part)
+            if first != part and path in changed:
+                yield Finding(path, f"{part} and {first} differ only in letter case.", "Rename it.")
                 break
 
 
@@ -311,7 +307,7 @@ def deleted_file(pull_request: PullRequest) -> Iterator[Finding]:
     """No file is deleted or renamed, but files of agent/ if others of it remain. (A maintainer's decision
     withdraws a submission.)"""
     code, head = pull_request.repository.code, pull_request.head
-    with_code = {name for name in pull_request.submissions if code(head, f"{SUBMISSIONS}/{name}")}
+    with_code = {name for name in pull_request.submissions if code(head, f"submissions/{name}")}
     for change in pull_request.changes:
         match = CODE.match(change.source or change.path)
         if match and match[1] in with_code:
@@ -329,7 +325,7 @@ def next_version(pull_request: PullRequest) -> Iterator[Finding]:
     trained, and the best of many would be luck."""
     repository = pull_request.repository
     for name in pull_request.submissions:
-        folder = f"{SUBMISSIONS}/{name}"
+        folder = f"submissions/{name}"
         is_new = pull_request.changes_code(name)
         if is_new and (before := repository.code_commit(pull_request.base, folder)):
             seconds = time.time() - float(repository.run("show", "-s", "--format=%ct", before))
@@ -344,14 +340,15 @@ def copied_run(pull_request: PullRequest) -> Iterator[Finding]:
     """No log of tasks that are learned one after another, and no policies of its runs, equal those of another
     one of the same protocol, byte for byte. (Training on one task alone, or on all together, gives the same
     bytes for methods that differ only between tasks.)"""
-    matches = ((file, LEARNED_IN_ORDER.fullmatch(file.path)) for file in pull_request.base_files)
-    theirs = {(file.object_id, match[1]): file.path for file, match in matches if match}
-    changed = {change.path for change in pull_request.changes}
-    for file in pull_request.head_files:
-        match = LEARNED_IN_ORDER.fullmatch(file.path)
-        original = theirs.get((file.object_id, match[1])) if match else None
-        if original not in (None, file.path) and file.path in changed:
-            yield Finding(file.path, f"It is the same as {original}.", "Submit your own runs.")
+    theirs = {}
+    for path, file in pull_request.base_files.items():
+        if match := LEARNED_IN_ORDER.fullmatch(path):
+            theirs[file.object_id, match[1]] = path
+    for path in (change.path for change in pull_request.changes if change.path in pull_request.head_files):
+        if match := LEARNED_IN_ORDER.fullmatch(path):
+            original = theirs.get((pull_request.head_files[path].object_id, match[1]), path)
+            if original != path:
+                yield Finding(path, f"It is the same as {original}.", "Submit your own runs.")
 
 
 @rule
@@ -363,7 +360,7 @@ def same_title(pull_request: PullRequest) -> Iterator[Finding]:
         for path, title in pull_request.base_titles.items()
         if title and path.split("/")[1] not in pull_request.submissions
     }
-    own = (file for file in pull_request.head_files if file.path in pull_request.paths)
+    own = (file for path, file in pull_request.head_files.items() if path in pull_request.paths)
     for path, title in pull_request.titles_of(own).items():
         if title and (other := others.get(skeleton(title))):
             yield Finding(path, f"The title looks like that of {other}.", "Choose another one.")
