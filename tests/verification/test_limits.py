@@ -77,36 +77,37 @@ def crash(call: dict[str, str]) -> Iterator[str]:
 @pytest.mark.parametrize(
     ("end", "code"), [("mistake", "a-code"), ("fault", "fault-of-the-verifier"), ("limit", "limit-reached")]
 )
-def test_a_mistake_of_the_verifier_is_not_called_a_limit(end: str, code: str, module: str) -> None:
+@pytest.mark.usefixtures("with_tests")
+def test_a_mistake_of_the_verifier_is_not_called_a_limit(end: str, code: str) -> None:
     with pytest.raises(BenchError) as error:
-        list(answers(f"{module}:crash", {"end": end}, Limits()))
+        list(answers(crash, {"end": end}, Limits()))
     assert error.value.code == code
 
 
-def test_the_process_gets_no_token_of_its_environment(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("with_tests")
+def test_the_process_gets_no_token_of_its_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GH_TOKEN", "secret")
-    assert list(answers(f"{module}:crash", {"end": ""}, Limits())) == ["no token"]
+    assert list(answers(crash, {"end": ""}, Limits())) == ["no token"]
 
 
 @pytest.mark.parametrize(
     ("end", "limits"), [("sleep", Limits(wall_seconds=2)), ("spin", Limits(cpu_seconds=1))]
 )
-def test_a_process_that_takes_too_long_is_ended(module: str, end: str, limits: Limits) -> None:
+@pytest.mark.usefixtures("with_tests")
+def test_a_process_that_takes_too_long_is_ended(end: str, limits: Limits) -> None:
     with pytest.raises(BenchError) as error:
-        list(answers(f"{module}:crash", {"end": end}, limits))
+        list(answers(crash, {"end": end}, limits))
     assert error.value.code == "too-slow"
 
 
 @pytest.fixture
-def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The name by which the process imports this file."""
-    path = Path(__file__)
+def with_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lets the process import this file."""
     program = (
-        f"import sys; sys.path.insert(0, {str(path.parent)!r}); "
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parents[2])!r}); "
         "from gym_extensions.verification.limits import main; main()"
     )
     wrapper = tmp_path / "python"
     wrapper.write_text(f"#!/bin/sh\nexec {sys.executable} -I -c {shlex.quote(program)}\n")
     wrapper.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(wrapper))
-    return path.stem

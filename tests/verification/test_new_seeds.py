@@ -112,5 +112,5 @@ def test_constant_returns_pass() -> None:
 def test_invented_returns_of_a_constant_policy_are_refused() -> None:
     logged, new, labels = np.full((2, 20), 5.0), np.full((2, 20), 4.0), np.arange(2)
     result = compare(CellReturns(labels, labels, logged, new), np.random.default_rng(0))
-    assert result == pytest.approx(new_seeds.STATISTICS / (new_seeds.PERMUTATIONS + 1))
+    assert result == pytest.approx(4 / (new_seeds.PERMUTATIONS + 1))
     assert not new_seeds.agrees(result)

@@ -26,7 +26,6 @@ from gym_extensions.verification.episodes import Cell, played
 from gym_extensions.verification.limits import READING, answers
 from gym_extensions.verification.logged_run import LoggedRun, logged_runs, repetition
 
-JOB = f"{__name__}:judge"
 SAMPLE = 20
 """Cells of 20 episodes that are repeated."""
 SAMPLE_SECONDS = 240.0
@@ -114,7 +113,7 @@ def _judged(
         folder = Path(scratch, report.submission)
         call = {"folder": str(folder), "report": msgspec.to_builtins(report)}
         call |= {"donated": pull_request.donated_runs, "changed": pull_request.changed_runs}
-        (answer,) = answers(JOB, call, READING)
+        (answer,) = answers(judge, call, READING)
         report = msgspec.convert(answer, reports.GateReport)
         report = replace(report, trains=report.trains and pull_request.changes_code(report.submission))
         is_tried = try_code and report.trains and not report.problems

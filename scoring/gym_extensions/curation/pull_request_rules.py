@@ -21,8 +21,6 @@ from gym_extensions.submissions.characters import skeleton
 from gym_extensions.submissions.problem import Finding, Rule, count, rule as registered
 from gym_extensions.verification import git
 
-REGULAR = "100644"
-LINK = "120000"
 RUN_FILE = re.compile(
     rf"submissions/[^/]+/([^/]+/(?:{'|'.join(PROTOCOLS)})/run\d+)\.(?:csv|json|npz|stage[^/]+\.onnx)"
 )
@@ -296,8 +294,8 @@ def case_collision(pull_request: PullRequest) -> Iterator[Finding]:
 def file_mode(pull_request: PullRequest) -> Iterator[Finding]:
     """Files are regular and not executable (mode 100644). Symbolic links and submodules are refused."""
     for change in pull_request.changes:
-        if change.status != "D" and change.mode != REGULAR:
-            kind = {LINK: "a symbolic link", git.SUBMODULE: "a submodule"}.get(change.mode, "executable")
+        if change.status != "D" and change.mode != "100644":
+            kind = {"120000": "a symbolic link", git.SUBMODULE: "a submodule"}.get(change.mode, "executable")
             hint = "Add the files themselves, without permission to execute (`git update-index --chmod=-x`)."
             yield Finding(change.path, f"It is {kind}.", hint)
 

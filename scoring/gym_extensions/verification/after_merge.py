@@ -13,7 +13,6 @@ from gym_extensions.verification.verify import settings_of
 
 TRAINED_AGAIN = ("smoke", "100k", "300k")
 """Budgets of which a job trains a run again: a run of the others takes hours."""
-MAX_RECORD_BYTES = 2**20
 
 
 def is_trained_again(submission: Submission) -> bool:
@@ -78,7 +77,7 @@ def take(submission: Submission, file: Path) -> None:
         return BenchError("bad-record", message, str(file), hint)
 
     try:
-        found = review.review_of(read_regular(file, MAX_RECORD_BYTES))
+        found = review.review_of(read_regular(file, max_bytes=2**20))
     except (OSError, ValueError, RecursionError) as error:
         raise refuse(f"It is not a verification: {error}.") from error
     if not found.verifications or found.decisions:

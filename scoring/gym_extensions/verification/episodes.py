@@ -25,8 +25,6 @@ from gym_extensions.submissions.policies import files as stored, onnx
 from gym_extensions.submissions.run import ARITHMETIC
 from gym_extensions.verification.limits import TOO_SLOW, Limits, answers, end_all
 
-JOB = f"{__name__}:play"
-BAD_POLICIES = "bad-policies"
 BASE_SECONDS, SECONDS_PER_CELL, HOURS = 120, 60, 4.0
 """Processor time of a process, more for each of its cells on average, and of all processes of a submission. A
 cell of 20 long episodes takes a few seconds. The step of review.yml is longer than the hours."""
@@ -145,9 +143,9 @@ def stored_policies(request: RunRequest, group: TaskGroup) -> dict[stored.Key, s
     policies = stored.policies_of(arrays, group, request.protocol)
     rows = max((policy.num_tasks for policy in policies.values()), default=0)
     if rows and not request.observes_task:
-        raise BenchError(BAD_POLICIES, "A policy depends on the task, which the agent does not observe.")
+        raise BenchError("bad-policies", "A policy depends on the task, which the agent does not observe.")
     if rows > len(group.tasks):
-        raise BenchError(BAD_POLICIES, f"A policy has arrays for {rows} tasks of {len(group.tasks)}.")
+        raise BenchError("bad-policies", f"A policy has arrays for {rows} tasks of {len(group.tasks)}.")
     return policies
 
 
@@ -272,7 +270,7 @@ class Player:
             own = [request for _, request in batch]
             call = {"runs": msgspec.to_builtins(own), "groups": list(self.groups)}
             waiting = [iter(request.cells or (None,)) for request in own]
-            for place, answer in answers(JOB, call, limits_of(own, base, each)):
+            for place, answer in answers(play, call, limits_of(own, base, each)):
                 (number, request), cell = batch[place], next(waiting[place])
                 found[number][cell] = part = msgspec.convert(answer, Played)
                 if not part.problem and request.group not in self._foreign:  # a problem may be mended

@@ -14,7 +14,7 @@ import sys
 import tempfile
 import threading
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -90,10 +90,10 @@ def end_all() -> None:
         process.kill()
 
 
-def answers(job: str, request: dict[str, Any], limits: Limits) -> Iterator[Any]:
+def answers(job: Callable[[Any], Iterator[Any]], request: Mapping[str, Any], limits: Limits) -> Iterator[Any]:
     """The answers of a job that runs in a process with limits, as they come. Leaving the loop ends it.
 
-    The job is a ``"module:function"`` of this package, from a request to an iterator, all of JSON values.
+    The job is a function of a module, from a request to an iterator, all of JSON values.
 
     Raises:
         BenchError: raised by the job; ``too-slow``, if its time was used up; ``limit-reached``, if another
@@ -117,7 +117,8 @@ def answers(job: str, request: dict[str, Any], limits: Limits) -> Iterator[Any]:
         timer = threading.Timer(limits.wall_seconds, process.kill)
         timer.start()
         try:
-            yield from _conversation(process, {"job": job, "request": request, "limits": asdict(limits)})
+            call = {"module": job.__module__, "job": job.__name__, "request": request}
+            yield from _conversation(process, {**call, "limits": asdict(limits)})
             if process.wait() != 0:
                 is_slow = not timer.is_alive() or process.returncode == -getattr(signal, "SIGXCPU", 0)
                 errors.seek(0)
@@ -154,9 +155,8 @@ def _conversation(process: subprocess.Popen[bytes], request: dict[str, Any]) -> 
 def main() -> None:
     """Reads a request, limits this process, runs the job, and writes its answers."""
     call = json.load(sys.stdin.buffer)
-    module, _, name = call["job"].partition(":")
     # Libraries may start programs while they are imported.
-    job = getattr(importlib.import_module(module), name)
+    job = getattr(importlib.import_module(call["module"]), call["job"])
     apply_limits(Limits(**call["limits"]))
     try:
         for answer in job(call["request"]):

@@ -21,7 +21,6 @@ from gym_extensions.verification import limits
 from gym_extensions.verification.episodes import Cell, RunRequest, limits_of, run_cell, stored_policies
 from gym_extensions.verification.logged_run import LoggedRun
 
-JOB = f"{__name__}:record"
 Array = NDArray[np.float64]
 
 
@@ -123,7 +122,7 @@ def poses_of(run: LoggedRun, fetcher: Fetcher) -> store.Poses:
     episodes = [shown_episode(returns[key]) for key in keys]
     call = {"run": msgspec.to_builtins(request), "episodes": episodes}
     clips: dict[tuple[int, int], store.Clip] = {}
-    found = limits.answers(JOB, call, limits_of([request]))
+    found = limits.answers(record, call, limits_of([request]))
     for key, episode, values in zip(keys, episodes, found, strict=True):
         rounded = tuple(round(value, 2) for value in returns[key])
         clips[key] = store.Clip(stage=key[0], episode=episode, returns=rounded, **values)

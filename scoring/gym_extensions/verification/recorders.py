@@ -29,8 +29,6 @@ from gym_extensions.verification import episodes, limits, pose_recorder
 from gym_extensions.verification.logged_run import LoggedRun, logged_runs
 from gym_extensions.versions import version
 
-LIMITS = limits.Limits(cpu_seconds=3600, wall_seconds=4 * 3600)
-"""Of the process that measures the landscape of one run."""
 RETURN, DIAGNOSIS = ".1f", ".5g"
 """Digits of stored numbers; later ones of diagnostics depend on the machine's linear algebra."""
 REFUSALS = {
@@ -162,9 +160,10 @@ def landscape_of(
     names = [layout.run_key(group.name, landscapes.PROTOCOL, run) for run in runs]
     published = _published(submission, group)
     requests = [published[name].request(fetcher=fetcher) for name in names]
+    limit = limits.Limits(cpu_seconds=3600, wall_seconds=4 * 3600)  # of the process for one run
     with ThreadPoolExecutor(jobs) as pool:
         calls = ({"run": msgspec.to_builtins(request)} for request in requests)
-        answers = pool.map(lambda call: list(limits.answers(f"{__name__}:measure", call, LIMITS)), calls)
+        answers = pool.map(lambda call: list(limits.answers(measure, call, limit)), calls)
         returns = np.array(list(answers))  # (runs, axes · stages, points, episodes)
     along = axes(group)
     return landscapes.Landscape(
@@ -231,7 +230,7 @@ def write_diagnostics(submission: Path, group: TaskGroup, fetcher: Fetcher, *, a
     requests = [run.request(fetcher=fetcher) for run in published.values()]
     call = {"runs": msgspec.to_builtins(requests)}
     runs, lines = dict[str, diagnostics.DiagnosedRun](), list[str]()
-    answers = limits.answers(f"{__name__}:diagnose", call, limits.Limits())
+    answers = limits.answers(diagnose, call, limits.Limits())
     for request, answer in zip(requests, answers, strict=True):
         if isinstance(answer, str):
             lines.append(f"{submission.name}, {request.name}: {answer}")

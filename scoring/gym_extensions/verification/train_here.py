@@ -206,9 +206,6 @@ def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: 
             write_bytes(folder / path.relative_to(out), path.read_bytes())
 
 
-JOB = f"{__name__}:judge"
-
-
 def judge(request: dict[str, Any]) -> Iterator[Any]:
     """The job of that process: problems and budget of a folder of runs, and each one's digest and command."""
     runs = reader.read(Path(request["folder"]), policies=True)
@@ -243,7 +240,7 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
         raise refuse("Its seeds do not follow from the merge commit, the value and the code.")
     if not (known.runs.items() <= training.runs.items() and known.failed.items() <= training.failed.items()):
         raise refuse("It changes a run that is known.")
-    (found,) = limits.answers(JOB, {"folder": str(source.resolve())}, limits.READING)
+    (found,) = limits.answers(judge, {"folder": str(source.resolve())}, limits.READING)
     if found["problems"]:
         raise refuse(f"It breaks a rule: {found['problems'][0]}")
     if found["budget"] != STANDARD_BUDGET:
