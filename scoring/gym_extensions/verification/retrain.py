@@ -33,16 +33,12 @@ Cells = dict[tuple[int, int], list[Outcome]]
 
 
 class Reproduction(NamedTuple):
-    """Whether a run that was trained again has the same episodes, or how many of its cells differ."""
+    """Whether a run that was trained again has the same episodes, else how many of its cells differ by more
+    than evaluation noise."""
 
     is_same: bool
     differing: int
     cells: int
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the episodes are the same, or all mean returns agree within evaluation noise."""
-        return self.differing == 0
 
 
 def drawn_run(names: Iterable[str], value: str) -> str:
@@ -123,19 +119,18 @@ def train_again(run: LoggedRun) -> Reproduction:
     Raises:
         BenchError: the agent is none of this project, is another one today, or has other settings.
     """
-    algorithms.factory(
-        reference_agent(run.submission)
-    )  # loads its libraries before their threads are limited
+    reference_agent(run.submission)  # loads its libraries before their threads are limited
     all_threads = max((each["num_threads"] for each in threadpool_info()), default=1)
-    found = []
+    results = []
     for threads in dict.fromkeys((1, all_threads)):
         with tempfile.TemporaryDirectory(prefix="gym-extensions-") as scratch, threadpool_limits(threads):
             rows = read_log(retrain(run, Path(scratch) / "again"))
         log = log_of({run.document.run: rows}, run.log.protocol, run.log.group)
-        found.append(compare_cells(run.logged, replace(run, log=log).logged))
-        if found[-1].is_same:
-            break
-    return min(found, key=lambda each: (not each.is_same, each.differing))
+        result = compare_cells(run.logged, replace(run, log=log).logged)
+        if result.is_same:
+            return result
+        results.append(result)
+    return min(results, key=lambda result: result.differing)
 
 
 def made_elsewhere(document: RunDocument) -> str:
@@ -163,23 +158,23 @@ def retrained(submission: Submission, report: Report) -> Report:
     another machine, also if all means agree. Means that differ though it was made on a machine like this one
     refute the submission. Anything else neither raises nor lowers the level.
     """
-    found = report.verification
-    if found is None or not found.passed:
+    record = report.verification
+    if record is None or not record.passed:
         return report
-    name = drawn_run(found.runs, found.value)
+    name = drawn_run(record.runs, record.value)
     run = logged_runs(submission)[name]
     with working(f"training {name} of {submission.name} again"):
         result, elsewhere = train_again(run), made_elsewhere(run.document)
-    if result.is_same or (result.agrees and elsewhere):
+    if result.is_same or (elsewhere and not result.differing):
         kind = "the same episodes" if result.is_same else f"all {result.cells} means within noise"
-        found = replaced(found, retrained=[name])
-        return replace(report, verification=found, retraining=f"{name}: {kind}")
-    if result.agrees:
+        record = replaced(record, retrained=[name])
+        return replace(report, verification=record, retraining=f"{name}: {kind}")
+    if not result.differing:
         text = f"{name}: NOT the same episodes, on a machine and versions that should give the same bytes"
         text += f"; all {result.cells} means are within noise; not reproduced"
         return replace(report, retraining=text)
     text = f"{name}: {result.differing} of {result.cells} means differ after training again"
     if elsewhere:
         return replace(report, retraining=f"{text}; made elsewhere ({elsewhere}), which refutes nothing")
-    found = replaced(found, passed=False, difference=text)
-    return replace(report, verification=found, retraining=text)
+    record = replaced(record, passed=False, difference=text)
+    return replace(report, verification=record, retraining=text)

@@ -142,9 +142,8 @@ def _played(
         for name, run in runs.items()
     }
     first = play({name: (*prescribed[name], *run.new_cells(draw)) for name, run in runs.items()})
-    new = {name: played.outcomes[len(prescribed[name]) :] for name, played in first.items()}
-    failure = _failure(first)
 
+    failure = _failure(first)
     repetitions, refuting, excused = dict[str, Repetition](), list[str](), list[str]()
     for name, cells in prescribed.items():
         if cells:
@@ -156,13 +155,11 @@ def _played(
     twins = _twins(submission, runs, first, player)
     is_refuted = bool(failure or refuting or twins)
 
-    p_value, second_p_value = 0.0 if failure else _p_value(runs, draw, new), None
+    p_value, second_p_value = _p_value(runs, draw, first), None
     if not is_refuted and not new_seeds.agrees(p_value):
         second_draw = replace(draw, number=2)
         second = play({name: run.new_cells(second_draw) for name, run in runs.items()})
-        outcomes = {name: played.outcomes for name, played in second.items()}
-        failure = _failure(second)
-        second_p_value = 0.0 if failure else _p_value(runs, second_draw, outcomes)
+        failure, second_p_value = _failure(second), _p_value(runs, second_draw, second)
     deciding_p_value = p_value if second_p_value is None else second_p_value
 
     record = _record(
@@ -171,12 +168,12 @@ def _played(
         repeated=sum(each.repeated for each in repetitions.values()),
         difference=next(filter(None, (failure, twins, *refuting, *excused)), ""),  # what decides is first
         runtime=next((played.runtime for played in first.values() if played.runtime), ""),
-        cells=sum(map(len, new.values())),
+        cells=sum(len(run.logged) for name, run in runs.items() if not first[name].problem),
         p_value=p_value,
         second_p_value=second_p_value,
         passed=not is_refuted and new_seeds.agrees(deciding_p_value),
     )
-    means = {} if failure else _means(runs, new)
+    means = {} if failure else _means(runs, first)
     return Report(submission.name, verification=record, repetitions=repetitions, twins=twins, means=means)
 
 
@@ -252,30 +249,34 @@ def _checked_runs(submission: Path) -> Iterator[tuple[Path, str, str]]:
             yield from ((record.with_suffix(""), *run) for run in runs.items())
 
 
-NewOutcomes = Mapping[str, Sequence[Sequence[Outcome]]]
-"""The outcomes of all cells of a run on new seeds, by its name."""
+def _new_outcomes(run: LoggedRun, played: Played) -> Sequence[Sequence[Outcome]]:
+    """The outcomes of all cells of a run on new seeds, which were played last."""
+    return played.outcomes[-len(run.logged) :]
 
 
-def _p_value(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, new: NewOutcomes) -> float:
-    """That of the logged returns against those on new seeds."""
-    numbers, stages, logged, played = [], [], [], []
+def _p_value(runs: Mapping[str, LoggedRun], draw: new_seeds.Draw, played: Mapping[str, Played]) -> float:
+    """That of the logged returns against those on new seeds; 0 if policies fail."""
+    if _failure(played):
+        return 0.0
+    numbers, stages, logged, new = [], [], [], []
     for number, (name, run) in enumerate(runs.items()):
-        for ((stage, _), prescribed), outcomes in zip(run.logged.items(), new[name], strict=True):
+        pairs = zip(run.logged.items(), _new_outcomes(run, played[name]), strict=True)
+        for ((stage, _), prescribed), outcomes in pairs:
             numbers.append(number)
             stages.append(stage)
             logged.append([each.return_ for each in prescribed])
-            played.append([each.return_ for each in outcomes])
-    cells = new_seeds.CellReturns(*map(np.array, (numbers, stages, logged, played)))
+            new.append([each.return_ for each in outcomes])
+    cells = new_seeds.CellReturns(*map(np.array, (numbers, stages, logged, new)))
     return new_seeds.compare(cells, np.random.default_rng(draw.seed("permutations")))
 
 
-def _means(runs: Mapping[str, LoggedRun], new: NewOutcomes) -> dict[str, str]:
+def _means(runs: Mapping[str, LoggedRun], played: Mapping[str, Played]) -> dict[str, str]:
     """The mean returns in each log and on new seeds, in words, by ``group/protocol``."""
     found = {}
     for log in dict.fromkeys(run.log.path for run in runs.values()):
-        names = [name for name, run in runs.items() if run.log.path == log]
-        logged = [cell for name in names for cell in runs[name].logged.values()]
-        played = [cell for name in names for cell in new[name]]
-        before, now = (fmean(each.return_ for cell in cells for each in cell) for cells in (logged, played))
-        found[log] = f"mean return {before:.1f} in the log, {now:.1f} on new seeds ({len(played)} cells)"
+        of_log = {name: run for name, run in runs.items() if run.log.path == log}
+        logged = [cell for run in of_log.values() for cell in run.logged.values()]
+        new = [cell for name, run in of_log.items() for cell in _new_outcomes(run, played[name])]
+        before, now = (fmean(each.return_ for cell in cells for each in cell) for cells in (logged, new))
+        found[log] = f"mean return {before:.1f} in the log, {now:.1f} on new seeds ({len(new)} cells)"
     return found
