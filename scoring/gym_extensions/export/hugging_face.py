@@ -43,7 +43,7 @@ def write_repositories(
     Raises:
         BenchError: a path or group does not exist, a submission has problems, or there is nothing to write.
     """
-    cards = pipeline.valid_scorecards(submissions, pipeline.make_scorer(only=groups)) if submissions else {}
+    cards = pipeline.valid_scorecards(submissions, pipeline.make_scorer(only=groups))
     written = []
     if with_experts:
         write_experts(folder / "models" / "experts")

@@ -4,7 +4,7 @@ Poses are the motion of logged episodes. A landscape is measured in worlds betwe
 training, diagnostics on the published observations of the tasks.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import fmean
@@ -96,17 +96,13 @@ def write(
         for group in groups
         if (submission / group.name).is_dir() or any(submission.glob(f"{layout.TRAINED}/*/{group.name}"))
     ]
-
-    def write_one(pair: tuple[Path, TaskGroup]) -> list[str]:
-        if kind == "poses":
-            return write_poses(*pair, fetcher, again=again)
-        if kind == "diagnostics":
-            return write_diagnostics(*pair, fetcher, again=again)
-        return write_landscape(*pair, fetcher, jobs, again=again)
-
-    # A landscape measures its runs at once.
-    with ThreadPoolExecutor(1 if kind == "landscapes" else jobs) as pool:
-        for lines in pool.map(write_one, pairs):
+    writers: dict[str, Callable[..., list[str]]] = {
+        "poses": write_poses,
+        "landscapes": write_landscape,
+        "diagnostics": write_diagnostics,
+    }
+    with ThreadPoolExecutor(jobs) as pool:
+        for lines in pool.map(lambda pair: writers[kind](*pair, fetcher, again=again), pairs):
             yield from lines
 
 
@@ -150,9 +146,9 @@ def measure(call: Mapping[str, Any]) -> Iterator[Any]:
 
 
 def landscape_of(
-    submission: Path, group: TaskGroup, runs: Iterable[int], fetcher: Fetcher, jobs: int
+    submission: Path, group: TaskGroup, runs: Iterable[int], fetcher: Fetcher
 ) -> landscapes.Landscape:
-    """The landscape of runs of a submission on a group with axes, measured now, ``jobs`` runs at once.
+    """The landscape of runs of a submission on a group with axes, measured now, one run after another.
 
     Raises ``BenchError`` if the submission has problems, policies cannot be read or run, or a limit was
     reached.
@@ -161,10 +157,9 @@ def landscape_of(
     published = _published(submission, group)
     requests = [published[name].request(fetcher=fetcher) for name in names]
     limit = limits.Limits(cpu_seconds=3600, wall_seconds=4 * 3600)  # of the process for one run
-    with ThreadPoolExecutor(jobs) as pool:
-        calls = ({"run": msgspec.to_builtins(request)} for request in requests)
-        answers = pool.map(lambda call: list(limits.answers(measure, call, limit)), calls)
-        returns = np.array(list(answers))  # (runs, axes · stages, points, episodes)
+    calls = ({"run": msgspec.to_builtins(request)} for request in requests)
+    # (runs, axes · stages, points, episodes)
+    returns = np.array([list(limits.answers(measure, call, limit)) for call in calls])
     along = axes(group)
     return landscapes.Landscape(
         group=group.id,
@@ -188,9 +183,7 @@ def landscape_of(
     )
 
 
-def write_landscape(
-    submission: Path, group: TaskGroup, fetcher: Fetcher, jobs: int, *, again: bool
-) -> list[str]:
+def write_landscape(submission: Path, group: TaskGroup, fetcher: Fetcher, *, again: bool) -> list[str]:
     """Measures the landscape of a group with axes, and says so in a line; none without runs to measure."""
     where, documents = f"{submission.name}, {group.name}", landscapes.measured_runs(submission, group)
     if not documents:
@@ -199,7 +192,7 @@ def write_landscape(
         return [f"{where}: up to date."]
     if any(document.policies is None for document in documents.values()):
         return [f"{where}: {landscapes.NO_POLICIES}"]
-    found = landscape_of(submission, group, documents, fetcher, jobs)
+    found = landscape_of(submission, group, documents, fetcher)
     return [f"{found.write(landscapes.path_of(submission, group))}: {len(found.runs)} runs."]
 
 
