@@ -20,7 +20,6 @@ from gym_extensions.submissions.policies import files, mlp, mlp_arrays
 from gym_extensions.submissions.submission import runs_folder
 
 TEXTS = Path(__file__).with_name("zoo.toml")
-KEYS = ["submission", "group", "protocol", "run"]
 NAMES = ("activation", "output_activation", "squash", "head")
 VALUES = "values"
 """The column of the weights."""
@@ -49,7 +48,9 @@ def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] =
         raise BenchError("nothing-to-export", "There are no policies.", "", "Name submissions with policies.")
     paths = {path.name: path for path in find_submissions(submissions)}
     rows: list[Network] = []
-    for (name, id_, protocol, run), part in frame.groupby(KEYS, sort=False):
+    for (name, id_, protocol, run), part in frame.groupby(
+        ["submission", "group", "protocol", "run"], sort=False
+    ):
         found = networks(paths[str(name)], group(str(id_)), str(protocol), int(str(run)))
         rows += found or [("", "", None)] * len(part)
     frame = frame.assign(
@@ -59,17 +60,17 @@ def write_zoo(folder: Path, submissions: Sequence[Path], groups: Sequence[str] =
     )
     vectors = {digest: vector for _, digest, vector in rows if digest}
     weights = pd.DataFrame(vectors.items(), columns=["sha256", VALUES], dtype=object)
-    columns = {"policies": [*frames.columns_of(policies), *texts["policies"]]}
-    columns |= {name: texts[name] for name in ("returns", "weights")}
-    tables = [datasets.Table(f"{name}.parquet", each) for name, each in columns.items()]
-    for table, content in zip(tables, (frame, returns_of(frame), weights), strict=True):
+    texts["policies"] = [*frames.columns_of(policies), *texts["policies"]]
+    contents = {"policies": frame, "returns": returns_of(frame), "weights": weights}
+    tables = [datasets.Table(f"{name}.parquet", texts[name]) for name in contents]
+    for table, content in zip(tables, contents.values(), strict=True):
         write_parquet(folder / table.path, content, table.columns)
     responsible = texts["responsible"]
     datasets.write_metadata(folder, "gym-extensions-zoo", texts["description"], tables, responsible)
     counts = {name: frame[name[:-1]].nunique() for name in ("submissions", "groups")}
     text = [table.text() for table in tables]
     card = texts["card"].format(policies=len(frame), columns=text, **counts, **responsible)
-    configs = [{"config_name": name, "data_files": f"{name}.parquet"} for name in columns]
+    configs = [{"config_name": name, "data_files": f"{name}.parquet"} for name in contents]
     write_text(folder / "README.md", datasets.front_matter(configs=configs) + card)
     return [table.path for table in tables]
 

@@ -262,15 +262,15 @@ class Player:
         left = 3600 * self.hours - (processor_seconds() - self._before)
         if batches and left <= 0:
             raise BenchError(TOO_SLOW, f"{self.hours:g} hours of processor time were used up.")
-        base = min(BASE_SECONDS, left / max(1, len(batches)))
+        per_process = min(BASE_SECONDS, left / max(1, len(batches)))
         count = sum(len(request.cells) for _, request in missing)
-        each = min(SECONDS_PER_CELL, (left - base * len(batches)) / max(1, count))
+        per_cell = min(SECONDS_PER_CELL, (left - per_process * len(batches)) / max(1, count))
 
         def work(batch: Sequence[tuple[int, RunRequest]]) -> None:
             own = [request for _, request in batch]
             call = {"runs": msgspec.to_builtins(own), "groups": list(self.groups)}
             waiting = [iter(request.cells or (None,)) for request in own]
-            for place, answer in answers(play, call, limits_of(own, base, each)):
+            for place, answer in answers(play, call, limits_of(own, per_process, per_cell)):
                 (number, request), cell = batch[place], next(waiting[place])
                 found[number][cell] = part = msgspec.convert(answer, Played)
                 if not part.problem and request.group not in self._foreign:  # a problem may be mended
@@ -300,8 +300,8 @@ def _joined(request: RunRequest, parts: Mapping[Cell | None, Played]) -> Played:
 
 
 def limits_of(
-    requests: Sequence[RunRequest], base: float = BASE_SECONDS, each: float = SECONDS_PER_CELL
+    requests: Sequence[RunRequest], per_process: float = BASE_SECONDS, per_cell: float = SECONDS_PER_CELL
 ) -> Limits:
     """Limits of the process that runs these requests: seconds for itself, and for each cell on average."""
-    seconds = round(base + each * sum(len(request.cells) for request in requests))
+    seconds = round(per_process + per_cell * sum(len(request.cells) for request in requests))
     return Limits(cpu_seconds=seconds, wall_seconds=4 * seconds)
