@@ -183,10 +183,9 @@ def results_of(report: Report, record: review.Verification) -> Iterator[str]:
         yield f"  one run twice: {report.twins}"
     elif record.difference:
         yield f"  first difference: {record.difference}"
-    for machine in dict.fromkeys(
-        each.other_machine for each in report.repetitions.values() if each.other_machine
-    ):
-        yield f"  {machine} A difference neither raises nor lowers the level."
+    for other_machine in dict.fromkeys(each.other_machine for each in report.repetitions.values()):
+        if other_machine:
+            yield f"  {other_machine} A difference neither raises nor lowers the level."
     yield from (f"  {log}: {returns}" for log, returns in report.means.items())
     second = "" if record.second_p_value is None else f"; second draw: p = {record.second_p_value:.2g}"
     refused = f"refused up to {review.NEW_SEEDS_ALPHA}"

@@ -70,7 +70,7 @@ def is_due(submission: Submission, wanted: Collection[str]) -> bool:
     trained = submission.trained
     if trained is None or trained.training.agent != submission.code:
         return True
-    return not trained.training.runs.keys() >= set(wanted)
+    return not set(wanted) <= trained.training.runs.keys()
 
 
 def version_and_record(submission: Submission, value: str) -> tuple[int, Training]:
