@@ -22,6 +22,7 @@ from tools.findings.tables import (
     LEARNED,
     LOST,
     VERDICTS,
+    WORDS,
     Forgetting,
     Value,
     of_edition,
@@ -30,7 +31,6 @@ from tools.findings.tables import (
 Row = TypeVar("Row", bound=msgspec.Struct)
 OPEN, SEPARATED = "open", "separated"
 ALONE = "each task alone"
-WORDS = {FINAL: "at the end", LEARNED: "learned", LOST: "forgetting"}
 
 
 def stored(path: Path, kind: type[Row], state: Callable[[], Sequence[Row]], *, is_open: bool) -> list[Row]:
@@ -73,9 +73,7 @@ class Statement(msgspec.Struct, frozen=True):
 
     def turned(self) -> "Statement":
         """The same about the second name minus the first."""
-        mean, low, high = self.value
-        value = Value(-mean, -high, -low)
-        return msgspec.structs.replace(self, of=self.of[::-1], value=value, runs=self.runs[::-1])
+        return msgspec.structs.replace(self, of=self.of[::-1], value=-self.value, runs=self.runs[::-1])
 
     def __str__(self) -> str:
         runs = " and ".join(map(str, dict.fromkeys(self.runs)))
@@ -116,7 +114,7 @@ def statements(
     for row in forgetting:
         if row.group in CORE:
             verdict = SEPARATED if row.significant else OPEN
-            state((FINE_TUNING,), LOST, row.group.name, row.values[2], verdict)
+            state((FINE_TUNING,), LOST, row.group.name, row.metrics[LOST], verdict)
     for gain in gains:
         both = (of_edition("cloning", board.edition), FINE_TUNING)
         state(both, FINAL, gain.group, gain.gain, by_interval(gain.gain))

@@ -18,7 +18,7 @@ from gym_extensions.scoring.ranking.core_board import PLANNED, PLANNED_RUNS, cor
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import core_logs, core_score
 from tools.findings.claims import GroupRuns, core_runs
-from tools.findings.tables import FINAL, FINE_TUNING, LOST, Value, against
+from tools.findings.tables import FINE_TUNING, LOST, WORDS, Value, against
 
 CONFIRMED, CONTRADICTED, OPEN = "confirmed", "contradicted", "open"
 SIGNS = {"H1": 1, "H2": -1, "H3": -1, "H4": -1, "H5": 1, "H6": -1}
@@ -27,7 +27,6 @@ MARGIN = 0.10
 """All upper limits of H8 have to lie below it."""
 FORGETTING = tuple(name for name in CORES[CORE] if not name.startswith("hopper-body"))
 """The groups of H7. Holm's procedure is over all groups of the core."""
-WORDS = {FINAL: "at the end", LOST: "forgetting"}
 
 
 class Verdict(msgspec.Struct, frozen=True):

@@ -4,7 +4,7 @@ Ours are runs of ``trpo`` with 300,000 steps per task, in scores, with 95 % inte
 stated otherwise.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import fmean
@@ -112,8 +112,8 @@ def transfer(printed: Scorecard, tuned: Scorecard) -> PaperStatement:
     )
 
 
-def spread(printed: Scorecard, episodes: Mapping[str, pd.DataFrame]) -> PaperStatement:
-    """That the final policy has the higher variance, for example on Walker2d. ``episodes``: rows by group."""
+def spread(printed: Scorecard, episodes: pd.DataFrame) -> PaperStatement:
+    """That the final policy has the higher variance, for example on Walker2d."""
     own, here = [], []
     for name in ("walker2d-gravity", "walker2d-body"):
         rows = log_of(printed, name).paper_table
@@ -124,17 +124,16 @@ def spread(printed: Scorecard, episodes: Mapping[str, pd.DataFrame]) -> PaperSta
         own.append(
             f"{name}: {verdict(end > after)}, mean deviation {fixed(end, 0)} against {fixed(after, 0)}"
         )
-        tasks, frame = GROUPS[name].task_ids, episodes[GROUPS[name].id]
-        deviations = frame.groupby(["run", "stage", "task"])["return"].agg(
-            lambda x: standard_deviation(list(x))
-        )
-        gaps = [
-            fmean(
-                deviations[run, len(tasks), task] - deviations[run, at, task]
-                for at, task in enumerate(tasks, 1)
-            )
-            for run in sorted(set(frame["run"]))
-        ]
+        tasks, frame = GROUPS[name].task_ids, episodes[episodes["group"] == GROUPS[name].id]
+        cells = frame.groupby(["run", "stage", "task"])["return"]
+        deviations = cells.agg(lambda returns: standard_deviation(list(returns)))
+        gaps = []
+        for run in sorted(set(frame["run"])):
+            changes = [
+                deviations[run, len(tasks), task] - deviations[run, stage, task]
+                for stage, task in enumerate(tasks, 1)
+            ]
+            gaps.append(fmean(changes))
         gap = Value.of(interval(gaps))
         here.append(f"{name}: {found(gap)}, {in_returns(gap)} in returns")
     return PaperStatement(
@@ -191,9 +190,16 @@ def found(*gaps: Value) -> str:
 
 
 def statements(
-    printed: Scorecard, repeated: Scorecard, tuned: Scorecard, episodes: Mapping[str, pd.DataFrame]
+    printed: Scorecard, repeated: Scorecard, tuned: Scorecard, episodes: pd.DataFrame
 ) -> list[PaperStatement]:
-    """The five of them: from the printed tables, the repetition at the paper's budget, and ``trpo``."""
+    """The five of them.
+
+    Args:
+        printed: the paper's tables.
+        repeated: the repetition at the paper's budget.
+        tuned: ``trpo``.
+        episodes: of the sequential runs of ``trpo``, from ``results.episodes``.
+    """
     return [
         decline(printed, repeated, tuned),
         transfer(printed, tuned),

@@ -6,11 +6,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
+from gym_extensions import results
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
 from gym_extensions.errors import BenchError
@@ -28,8 +27,6 @@ from gym_extensions.scoring.pipeline import make_scorer
 from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 from gym_extensions.scoring.submission.stages import task_name
 from gym_extensions.site.text import fixed, interval
-from gym_extensions.submissions.reader import read
-from gym_extensions.submissions.submission import scored_group
 from tools import ROOT
 from tools.findings.figures import draw_reproduction
 from tools.findings.findings import FOLDER, jinja
@@ -179,13 +176,6 @@ def page(groups: Sequence[Group], further: Sequence[PaperStatement]) -> str:
     return text + "\n"
 
 
-def episodes(folder: Path) -> dict[str, pd.DataFrame]:
-    """The episodes of the sequential runs of a submission by group id."""
-    groups = read(folder).shown_groups
-    logs = {name: scored_group(each).logs.get("sequential") for name, each in groups.items()}
-    return {name: log.rows for name, log in logs.items() if log}
-
-
 def main() -> None:
     """Writes the page and its figure."""
     submissions = ROOT / "submissions"
@@ -204,6 +194,7 @@ def main() -> None:
         groups.append(Group(name, is_forgotten, submission, *tables))
     shown = [(group.name, group.printed.rows, group.reproduced.rows) for group in groups]
     draw_reproduction(shown, FOLDER / "reproduction.svg")
-    played = episodes(submissions / FINE_TUNING)
-    further = statements(cards[PRINTED], cards[CLAIMS[0][2]], cards[FINE_TUNING], played)
+    episodes = results.episodes(submissions / FINE_TUNING)
+    sequential = episodes[episodes["protocol"] == "sequential"]
+    further = statements(cards[PRINTED], cards[CLAIMS[0][2]], cards[FINE_TUNING], sequential)
     write_text(PAGE, page(groups, further))

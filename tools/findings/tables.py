@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +39,8 @@ TRANSFERS = (
 )
 TUNED = ("cloning", "l2", "l2-init", "online-ewc", "packnet", "ppo")
 """Methods that have other settings in the second edition of the core, as submissions of their own."""
+WORDS = {LEARNED: "learned", FINAL: "at the end", LOST: "forgetting"}
+"""The metrics of ``COLUMNS`` in words."""
 VERDICTS = {"separated": "significant", "equivalent": "equivalent", "open": "not significant"}
 """The verdicts of the core in words."""
 CORE = [GROUPS[name.removesuffix("-v0")] for name in CORES["core-v1"]]
@@ -55,6 +57,9 @@ class Value(NamedTuple):
     def of(cls, each: Interval | Estimate) -> Value:
         """The value of an interval or a metric."""
         return cls(*(math.nan if end is None else end for end in (each.mean, each.low, each.high)))
+
+    def __neg__(self) -> Value:
+        return Value(-self.mean, -self.high, -self.low)
 
     @property
     def is_known(self) -> bool:
@@ -141,8 +146,7 @@ def against(board: CoreBoard, metric: str, name: str, other: str) -> Against | N
     if (pair := board.pair(metric, name, other)) is None:
         return None
     value = Value(pair.mean, pair.low, pair.high)
-    value = value if pair.first == name else Value(-pair.mean, -pair.high, -pair.low)
-    return Against(value, pair.verdict, pair.exploratory, pair.p_value)
+    return Against(value if pair.first == name else -value, pair.verdict, pair.exploratory, pair.p_value)
 
 
 def methods(core: pd.DataFrame, board: CoreBoard) -> list[Method]:
@@ -192,13 +196,13 @@ class Forgetting:
 
     group: TaskGroup
     runs: int
-    values: tuple[Value, ...]
+    metrics: Mapping[str, Value]
     significant: bool
 
     @property
     def is_learned(self) -> bool:
         """Whether its score right after training is above the floor, by its interval."""
-        return self.values[0].low > 0
+        return self.metrics[LEARNED].low > 0
 
 
 def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list[Forgetting]:
@@ -212,16 +216,16 @@ def fine_tuning(metrics: pd.DataFrame, runs: dict[str, Sequence[float]]) -> list
     """
     found = {}
     for group in GROUPS.values():
-        values = tuple(value(metrics, FINE_TUNING, group.id, metric) for metric in COLUMNS)
-        if all(each.is_known for each in values):
+        values = {metric: value(metrics, FINE_TUNING, group.id, metric) for metric in COLUMNS}
+        if all(each.is_known for each in values.values()):
             found[group.id] = Forgetting(group, len(runs[group.id]), values, significant=False)
     for on_core in (True, False):
         family = [each for each in found.values() if each.is_learned and (each.group in CORE) == on_core]
         tested = [runs[each.group.id][: last_look(each.runs) or None] for each in family]
         rejected = holm(np.array([zero_mean_p(summary(part)) for part in tested]))
         for each, is_significant in zip(family, rejected, strict=True):
-            found[each.group.id] = Forgetting(each.group, each.runs, each.values, bool(is_significant))
-    return sorted(found.values(), key=lambda each: -each.values[2].mean)
+            found[each.group.id] = replace(each, significant=bool(is_significant))
+    return sorted(found.values(), key=lambda each: -each.metrics[LOST].mean)
 
 
 def transfers(metrics: pd.DataFrame) -> list[tuple[str, list[Value]]]:
@@ -356,7 +360,7 @@ def open_tasks() -> dict[str, list[str]]:
 
 def most_forgotten(rows: Sequence[Forgetting], panels: int = 4) -> list[str]:
     """The groups whose intervals of forgetting lie farthest above 0, in the order of the rows."""
-    lows = {row.group.name: row.values[2].low for row in rows if row.values[2].low > 0}
+    lows = {row.group.name: row.metrics[LOST].low for row in rows if row.metrics[LOST].low > 0}
     chosen = sorted(lows, key=lambda name: -lows[name])[:panels]
     return [name for name in lows if name in chosen]
 
