@@ -19,7 +19,8 @@ from gym_extensions.errors import BenchError, reports_mistakes, whole_number
 from gym_extensions.references import Expert, File, Floor, FloorAgent, Reference, experts, path_of
 from gym_extensions.references.experts import EPISODES
 from tools import argument_parser
-from tools.experts.candidates import QUICK, measured_again
+from tools.experts.candidates import QUICK
+from tools.experts.published import measured_again
 
 FIRST = "1"
 """The version whose floors and planner later versions take over."""

@@ -9,7 +9,7 @@ from gym_extensions.catalog.tasks import mujoco_tasks
 from gym_extensions.errors import BenchError, did_you_mean, reports_mistakes, require_known
 from gym_extensions.references import experts, load_references
 from tools import argument_parser
-from tools.experts import candidates, training
+from tools.experts import candidates, published, training
 from tools.experts.candidates import QUICK, Workplace
 from tools.experts.recipes import FAMILIES, recipe
 
@@ -24,12 +24,12 @@ def main(argv: list[str] | None = None) -> int:
     args = _parser().parse_args(argv)
     if args.command == "tables":
         prose = PAGE.read_text(encoding="utf-8").split(MARKER)[0]
-        PAGE.write_text(f"{prose}{MARKER}\n" + "\n".join(candidates.tables()) + "\n", encoding="utf-8")
+        PAGE.write_text(f"{prose}{MARKER}\n" + "\n".join(published.tables()) + "\n", encoding="utf-8")
         return 0
     differs = False
     for line in _lines(args):
         print(line, flush=True)
-        differs |= line.endswith(candidates.DIFFERS)
+        differs |= line.endswith(published.DIFFERS)
     return int(differs)
 
 
@@ -45,12 +45,12 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     if not tasks:
         hint = did_you_mean(patterns[0], [task.name for task in mujoco_tasks()])
         raise BenchError("unknown-task", f"No task has the name {' or '.join(patterns)}.", hint=hint)
-    published = [task.bare_name for task in tasks if task.bare_name in experts.names()]
+    with_expert = [task for task in tasks if task.bare_name in experts.names()]
     if args.command == "harvest":
         families = sorted(set(FAMILIES.values()))
         for family in args.families or families:
             require_known("family", family, families, "harvest")
-            yield from candidates.harvest(work, args.submissions, family)
+            yield from candidates.harvest(work, family)
     elif args.command == "train":
         for name in args.recipes:
             row = recipe(name)
@@ -61,13 +61,13 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     elif args.command == "select":
         yield from candidates.select(work, tasks, args.episodes)
     elif args.command == "publish":
-        yield from (candidates.publish(work, task, args.episodes, experts.DATA) for task in tasks)
+        yield from (published.publish(work, task, args.episodes, experts.DATA) for task in tasks)
     elif args.command == "check":
-        yield from candidates.check([task for task in tasks if task.bare_name in published], args.episodes)
+        yield from published.check(with_expert, args.episodes)
     elif args.command == "poses":
-        yield from candidates.write_poses(published)
+        yield from published.write_poses([task.bare_name for task in with_expert])
     else:
-        ranked = candidates.stored_candidates(args.submissions)
+        ranked = candidates.stored_candidates(work.submissions)
         cells = {task.bare_name: ranked.get(task.bare_name, []) for task in tasks}
         yield from candidates.challenge(work, cells, args.episodes, load_references().tasks)
 

@@ -82,7 +82,7 @@ def training_task(name: str) -> Task:
     return customize(row.base, (RangeSensor(), wall))
 
 
-def _large(name: str, tasks: tuple[str, ...], parent: str | None, steps: int, **others: Any) -> Recipe:
+def _large(name: str, tasks: tuple[str, ...], parent: str, steps: int, **others: Any) -> Recipe:
     """A run with large batches, which follow fewer noisy gradients."""
     size = {"batch_steps": 10_000, "num_envs": 100, "value_batches": 2, "checkpoint": 200_000}
     return Recipe(name, tasks, parent, steps=steps, **(size | others))
@@ -103,50 +103,67 @@ WALK = (("reward_forward", 3.0), ("reward_survive", -0.6))
 FASTER = (("reward_forward", 9.0), ("reward_survive", -0.6))
 """The same with a speed that counts ten times as much."""
 HOPPER_WALLS = ("HopperWall", "HopperNoisyWall")
-HUGE: dict[str, Any] = {"batch_steps": 20_000}
 HUMANOID_START = "stored:trpo/humanoid-body/sequential-run0-stage14"
 TABLE = (
     _large("trpo-Humanoid-run", ("Humanoid",), HUMANOID_START, 2_000_000, bonus=WALK),
     _large("trpo-Humanoid-fast", ("Humanoid",), "last:trpo-Humanoid-run-seed0", 600_000, bonus=FASTER),
     _large(
-        *("trpo-Humanoid-bodies", HUMANOID_BODIES, "best:Humanoid", 2_000_000),
-        **HUGE | {"num_envs": 96, "checkpoint": 1_000_000, "targets": HUMANOID_BODIES, "bonus": WALK},
+        "trpo-Humanoid-bodies",
+        HUMANOID_BODIES,
+        "best:Humanoid",
+        2_000_000,
+        batch_steps=20_000,
+        num_envs=96,
+        checkpoint=1_000_000,
+        targets=HUMANOID_BODIES,
+        bonus=WALK,
     ),
     _large(
-        *("trpo-Humanoid-hard", HUMANOID_HARD, "last:trpo-Humanoid-bodies-seed0", 1_200_000),
-        **HUGE | {"checkpoint": 600_000, "targets": HUMANOID_HARD, "bonus": WALK},
+        "trpo-Humanoid-hard",
+        HUMANOID_HARD,
+        "last:trpo-Humanoid-bodies-seed0",
+        1_200_000,
+        batch_steps=20_000,
+        checkpoint=600_000,
+        targets=HUMANOID_HARD,
+        bonus=WALK,
     ),
     _large(
-        *("trpo-HumanoidWall-joint", ("HumanoidWithSensor", "HumanoidWall"), "best:HumanoidWall", 600_000),
+        "trpo-HumanoidWall-joint",
+        ("HumanoidWithSensor", "HumanoidWall"),
+        "best:HumanoidWall",
+        600_000,
         targets=("HumanoidWall", "HumanoidNoisyWall"),
     ),
     _large(
-        *(
-            "trpo-HalfCheetahWall-joint",
-            ("HalfCheetahWithSensor", "HalfCheetahWall"),
-            "best:HalfCheetahWall",
-            4_000_000,
-        ),
-        **HUGE | {"targets": ("HalfCheetahWall", "HalfCheetahNoisyWall")},
+        "trpo-HalfCheetahWall-joint",
+        ("HalfCheetahWithSensor", "HalfCheetahWall"),
+        "best:HalfCheetahWall",
+        4_000_000,
+        batch_steps=20_000,
+        targets=("HalfCheetahWall", "HalfCheetahNoisyWall"),
     ),
     Recipe(
         "trpo-HopperWall-mix",
         ("HopperWithSensor", "HopperWall:0.12", "HopperWall:0.22", "HopperWall"),
         "stored:trpo/hopper-body/sequential-run1-stage8",
-        *(1_000_000, 2_000, 24),
+        steps=1_000_000,
+        num_envs=24,
         value_batches=10,
         targets=HOPPER_WALLS,
     ),
     _large(
         "trpo-HopperWall-low",
         ("HopperWithSensor", "HopperWall:0.1", "HopperWall:0.17", "HopperWall:0.24"),
-        *("best:Hopper", 1_500_000),
+        "best:Hopper",
+        1_500_000,
         targets=HOPPER_WALLS[:1],
     ),
     _large(
         "trpo-HopperWall-high",
         ("HopperWithSensor", "HopperWall:0.24", "HopperWall:0.31", "HopperWall"),
-        *("last:trpo-HopperWall-low-seed0", 2_000_000),
+        "last:trpo-HopperWall-low-seed0",
+        2_000_000,
         targets=HOPPER_WALLS,
     ),
 )

@@ -120,9 +120,16 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
             row[target] = round(seen.mean, 1)
         yield f"{name} {row}"
         checkpoints.append(row)
-        document = {"recipe": recipe.name, "seed": seed, "agent": "trpo", "parent": parent}
-        document |= {"command": command, "tasks": recipe.tasks, "targets": recipe.targets}
-        document |= {"checkpoints": checkpoints}
+        document = {
+            "recipe": recipe.name,
+            "seed": seed,
+            "agent": "trpo",
+            "parent": parent,
+            "command": command,
+            "tasks": recipe.tasks,
+            "targets": recipe.targets,
+            "checkpoints": checkpoints,
+        }
         place = folder / ("run.json" if steps >= recipe.steps else "running.json")
         place.write_text(json.dumps(document, indent=1))
     (folder / "running.json").unlink(missing_ok=True)

@@ -15,7 +15,8 @@ from gym_extensions.errors import BenchError
 from gym_extensions.references import experts
 from gym_extensions.references.experts import PURPOSES, ExpertCard, Measurement, Step
 from gym_extensions.submissions.policies.mlp import Policy
-from tools.experts.candidates import write_expert, write_policy
+from tools.experts.candidates import write_policy
+from tools.experts.published import write_expert
 
 from ...conftest import refused
 

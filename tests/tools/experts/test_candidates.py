@@ -10,7 +10,7 @@ from gym_extensions.catalog.tasks import task
 from gym_extensions.references import experts
 from gym_extensions.submissions.policies.mlp import Policy
 from gym_extensions.submissions.poses import PolicyPoses
-from tools.experts import candidates
+from tools.experts import candidates, published
 from tools.experts.candidates import fitted
 from tools.experts.recipes import meant
 
@@ -72,12 +72,12 @@ def test_the_best_stored_policies_of_the_logs_have_files(tmp_path: Path) -> None
 def test_poses_are_written_for_an_expert_that_has_none_of_its_policy(tmp_path: Path) -> None:
     for suffix in ("json", "npz"):
         shutil.copy(experts.DATA / f"Pusher.{suffix}", tmp_path)
-    (line,) = candidates.write_poses(["Pusher"], tmp_path)
+    (line,) = published.write_poses(["Pusher"], tmp_path)
     path = Path(line)
     poses = PolicyPoses.load(path, "bad-poses", "")
     assert poses is not None
     assert poses.policy == experts.digest(experts.load("Pusher"))
     assert path.read_bytes() == (experts.DATA / "poses/Pusher.json").read_bytes()
-    assert list(candidates.write_poses(["Pusher"], tmp_path)) == [f"{line}: up to date"]
+    assert list(published.write_poses(["Pusher"], tmp_path)) == [f"{line}: up to date"]
     path.write_text(path.read_text().replace(poses.policy, "0" * len(poses.policy)))
-    assert list(candidates.write_poses(["Pusher"], tmp_path)) == [line]
+    assert list(published.write_poses(["Pusher"], tmp_path)) == [line]
