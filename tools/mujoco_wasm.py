@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import tarfile
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from gym_extensions.errors import BenchError, reports_mistakes
@@ -46,12 +47,10 @@ def main(argv: list[str] | None = None) -> int:
     parser = argument_parser("tools.mujoco_wasm", __doc__)
     parser.add_argument("folder", nargs="?", type=Path, default=SITE_ASSETS, help="default: %(default)s")
     folder = parser.parse_args(argv).folder
-    try:
-        is_there = load(folder) is not None
-    except BenchError:
-        is_there = False
-    if not is_there:
-        fetch(folder)
+    with suppress(BenchError):  # other files are there
+        if load(folder) is not None:
+            return 0
+    fetch(folder)
     return 0
 
 

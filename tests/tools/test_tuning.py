@@ -64,7 +64,8 @@ def run(file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.Monk
 
     def command(*names: str, commit: str = "0" * 40) -> tuple[int, str]:
         monkeypatch.setattr(tune, "commit_of", lambda _: commit)
-        status = tune.main([*names, "--folder", str(file.parent)])
+        monkeypatch.setattr(tune, "HERE", file.parent)
+        status = tune.main([*names])
         return status, "".join(capsys.readouterr())
 
     return command

@@ -13,7 +13,6 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import msgspec
@@ -47,31 +46,36 @@ REFERENCES = References(
 )
 
 
-def submissions(count: int, seed: int = 0) -> Iterator[Scorecard]:
-    """Scorecards of ``count`` submissions with sequential runs; the same seed gives the same submissions."""
-    rng = np.random.default_rng(seed)
-    for index in range(count):
-        yield _submission(f"submission-{index:04d}", rng, runs=RUNS if index % 10 else 2)
-
-
-def _submission(name: str, rng: np.random.Generator, runs: int) -> Scorecard:
+def submission(number: int, rng: np.random.Generator) -> Scorecard:
+    """The scorecard of a submission with sequential runs; every tenth has two, the others five."""
     strength, keeps = rng.uniform(0.05, 1.2), rng.uniform(0.6, 1.02)
     groups = {}
     for group_id in GROUPS:
-        results = _results(group_id, strength, keeps, runs, rng)
-        groups[group_id] = {"sequential": score_group(results, REFERENCES, "sequential", BUDGET)}
+        returns = group_returns(group_id, strength, keeps, RUNS if number % 10 else 2, rng)
+        groups[group_id] = {"sequential": score_group(returns, REFERENCES, "sequential", BUDGET)}
     algorithm = ("TRPO", "PPO", "SAC", "EWC")[int(rng.integers(4))]
+    level, is_aware = VERIFIED if rng.random() < 0.3 else CLAIMED, bool(rng.random() < 0.1)
+    manifest = ManifestSummary(
+        authors=("A. Researcher",),
+        description="A synthetic submission.",
+        code=Code("", ""),
+        protocol=Protocol(BUDGET, algorithm, "sampled"),
+        hyperparameters={"step_size": 0.01},
+        observes=Observes(task_in_training=is_aware, task_in_evaluation=False, boundaries=is_aware),
+        tuning=Tuning(0, ()),
+        memory=Memory(stored_steps=2000, parameters_first=12345, parameters_last=12345),
+    )
     return Scorecard(
-        name=name,
-        title=f"{algorithm} variant {name[-4:]}",
-        level=VERIFIED if rng.random() < 0.3 else CLAIMED,
-        manifest=_manifest(algorithm, bool(rng.random() < 0.1)),
+        name=f"submission-{number:04d}",
+        title=f"{algorithm} variant {number:04d}",
+        level=level,
+        manifest=manifest,
         groups=groups,
         suites=suite_scores(groups),
     )
 
 
-def _results(
+def group_returns(
     group_id: str, strength: float, keeps: float, runs: int, rng: np.random.Generator
 ) -> GroupReturns:
     """Returns of an agent that reaches a share of the expert and keeps a share of that per later stage."""
@@ -92,34 +96,6 @@ def _results(
     return GroupReturns(
         members, STEPS, {"sequential": tuple(range(runs))}, {"sequential": returns.tolist()}, curves
     )
-
-
-def _manifest(algorithm: str, conditioned: bool) -> ManifestSummary:
-    return ManifestSummary(
-        authors=("A. Researcher",),
-        description="A synthetic submission.",
-        code=Code("", ""),
-        protocol=Protocol(BUDGET, algorithm, "sampled"),
-        hyperparameters={"step_size": 0.01},
-        observes=Observes(conditioned, False, conditioned),
-        tuning=Tuning(0, ()),
-        memory=Memory(stored_steps=2000, parameters_first=12345, parameters_last=12345),
-    )
-
-
-def read(files: Sequence[Path]) -> Iterator[Scorecard]:
-    """The scorecards of these files, one at a time."""
-    for file in files:
-        yield completed(msgspec.json.decode(file.read_bytes(), type=Scorecard))
-
-
-def measured(files: Sequence[Path], out: Path) -> None:
-    """Builds the site and prints what it took."""
-    before = time.process_time()
-    build_site(read(files), Render(REFERENCES, PAGES), out)
-    seconds = time.process_time() - before
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    print(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB")
 
 
 def sizes(out: Path) -> int:
@@ -153,7 +129,7 @@ ACTIONS = {
 }
 
 
-def interactions(out: Path, times: int = 10) -> None:
+def interactions(out: Path) -> None:
     """Prints how long sorting and searching a table take until the next frame, with 50 rows and with all."""
     from playwright.sync_api import sync_playwright
 
@@ -168,7 +144,7 @@ def interactions(out: Path, times: int = 10) -> None:
             pages = [process["id"] for process in processes if process["type"] == "renderer"]
             for name, action in ACTIONS.items():
                 cpu, wall = [], []
-                for _ in range(times):
+                for _ in range(10):
                     page.wait_for_timeout(3000 if fragment else 300)  # until all rows are there
                     before = [_main_thread(each) for each in pages]
                     wall.append(page.evaluate(f"({PAINTED})({action})"))
@@ -192,12 +168,16 @@ def main() -> int:
     parser.add_argument("--browser", action="store_true", help="also measure the longest table in Chromium")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        files = []
-        for card in submissions(options.submissions):
-            files.append(Path(folder) / f"{card.name}.json")
-            files[-1].write_bytes(msgspec.json.encode(card))
-        out = options.out or Path(folder) / "site"
-        measured(files, out)
+        files = [Path(folder) / f"{number}.json" for number in range(options.submissions)]
+        rng = np.random.default_rng(0)
+        for number, file in enumerate(files):
+            file.write_bytes(msgspec.json.encode(submission(number, rng)))
+        cards = (completed(msgspec.json.decode(file.read_bytes(), type=Scorecard)) for file in files)
+        out, before = options.out or Path(folder) / "site", time.process_time()
+        build_site(cards, Render(REFERENCES, PAGES), out)
+        seconds = time.process_time() - before
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        print(f"{len(files)} submissions: {seconds:.1f} s, peak {peak:.2f} GB")
         if options.browser:
             interactions(out)
         return sizes(out)

@@ -12,6 +12,7 @@ import os
 import random
 import resource
 import runpy
+import shutil
 import tempfile
 import time
 from collections.abc import Sequence
@@ -41,15 +42,6 @@ def write(root: Path, seed: int) -> None:
         curves=10,
         value=lambda protocol, run, stage, position, episode: shift[run] + rng.gauss(0, 100),
     )
-
-
-def link(source: Path, target: Path) -> None:
-    """The files of a folder under another path, as hard links."""
-    for path in source.rglob("*"):
-        if path.is_file():
-            copy = target / path.relative_to(source)
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            os.link(path, copy)
 
 
 def measure(
@@ -84,7 +76,7 @@ def main() -> None:
             list(pool.map(partial(write, root), range(distinct)))
         folders = [root / "submissions" / f"submission{number:04}" for number in range(args.submissions)]
         for number, folder in enumerate(folders):
-            link(root / str(number % distinct), folder)
+            shutil.copytree(root / str(number % distinct), folder, copy_function=os.link)
         scoring, boards, processor = measure(folders, Scorer(references), args.workers, root / "out")
     print(f"{len(folders)} submissions: scored in {scoring:.1f} s, boards in {boards:.1f} s, ", end="")
     print(f"{processor:.1f} s of processor time")

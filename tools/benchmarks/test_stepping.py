@@ -14,6 +14,7 @@ import pytest
 from mujoco.batch import Batch
 
 from gym_extensions import envs
+from tools.benchmarks.conftest import Turn
 
 pytestmark = pytest.mark.bench
 
@@ -45,23 +46,28 @@ print(peak_memory_mb())
 """A program that prints its peak memory in MB."""
 
 
-def drawn(space: Any, steps: int, *num_envs: int) -> Any:
+def drawn(space: Any, steps: int, num_envs: int) -> Any:
     """Random actions, float32."""
     generator = np.random.default_rng(0)
-    return generator.uniform(space.low, space.high, (steps, *num_envs, *space.shape)).astype(np.float32)
+    return generator.uniform(space.low, space.high, (steps, num_envs, *space.shape)).astype(np.float32)
 
 
-def stepping(env: gym.vector.VectorEnv[Any, Any, Any], actions: Any) -> Callable[[], tuple[int, float]]:
-    """A turn of vector steps."""
-    env.reset(seed=0)
+def stepping(step: Callable[[Any], object], actions: Any) -> Turn:
+    """A turn of vector steps of an environment that was reset, with actions (steps, num_envs, …)."""
 
     def turn() -> tuple[int, float]:
         start = time.perf_counter()
         for row in actions:
-            env.step(row)
-        return len(actions) * env.num_envs, time.perf_counter() - start
+            step(row)
+        return actions.shape[0] * actions.shape[1], time.perf_counter() - start
 
     return turn
+
+
+def started(env: gym.vector.VectorEnv[Any, Any, Any], steps: int) -> Turn:
+    """A turn of random vector steps of an environment."""
+    env.reset(seed=0)
+    return stepping(env.step, drawn(env.single_action_space, steps, env.num_envs))
 
 
 @pytest.mark.parametrize("body", BODIES)
@@ -97,39 +103,21 @@ def test_make_vec_against_raw_physics(side_by_side: Any, body: str) -> None:
 
 @pytest.mark.parametrize("body", BODIES)
 def test_make_vec_against_other_vector_environments(side_by_side: Any, body: str) -> None:
-    ours = envs.make_vec(body, NUM_ENVS, num_threads=THREADS)
-    space: Any = ours.single_action_space
-    steps = STEPS[body]
-    short = max(steps // 4, 4)
-    gym_id = f"{body}-v5"
-    sync = gym.make_vec(gym_id, NUM_ENVS, vectorization_mode="sync")
+    ours, steps, gym_id = envs.make_vec(body, NUM_ENVS, num_threads=THREADS), STEPS[body], f"{body}-v5"
     contestants = {
-        "make_vec": stepping(ours, drawn(space, steps, NUM_ENVS)),
-        "SyncVectorEnv(64)": stepping(sync, drawn(space, short, NUM_ENVS)),
+        "make_vec": started(ours, steps),
+        "SyncVectorEnv(64)": started(gym.make_vec(gym_id, NUM_ENVS, "sync"), max(steps // 4, 4)),
     }
     bars = {"SyncVectorEnv(64)": SYNC_BAR.get(body, 3.0)}
     if importlib.util.find_spec("envpool"):
         envpool: Any = importlib.import_module("envpool")
-
         pool = envpool.make(gym_id, env_type="gymnasium", num_envs=NUM_ENVS, num_threads=THREADS)
-        contestants["EnvPool"] = pooled(pool, drawn(space, steps, NUM_ENVS))
+        pool.reset()
+        actions = drawn(ours.single_action_space, steps, NUM_ENVS).astype(np.float64)  # of its own type
+        contestants["EnvPool"] = stepping(pool.step, actions)
         bars["EnvPool"] = ENVPOOL_BAR.get(body, 1.0)
     about = {"task": body, "environments": NUM_ENVS, "threads": THREADS}
     side_by_side("stepping, peers", contestants, bars=bars, **about)
-
-
-def pooled(pool: Any, actions: Any) -> Callable[[], tuple[int, float]]:
-    """A turn of EnvPool's vector steps; its actions are float64."""
-    pool.reset()
-    rows = actions.astype(np.float64)
-
-    def turn() -> tuple[int, float]:
-        start = time.perf_counter()
-        for row in rows:
-            pool.step(row)
-        return len(rows) * NUM_ENVS, time.perf_counter() - start
-
-    return turn
 
 
 @pytest.mark.parametrize("body", ["Hopper", "HalfCheetah", "Humanoid"])
@@ -137,10 +125,8 @@ def test_many_environments_are_faster_per_step_than_one(side_by_side: Any, body:
     contestants = {}
     for num_envs in (64, 1, 4, 16, 256, 512):
         env = envs.make_vec(body, num_envs, num_threads=THREADS)
-        steps = max(2, STEPS[body] * NUM_ENVS // 4 // num_envs)
-        contestants[f"{num_envs} environment{'s' if num_envs > 1 else ''}"] = stepping(
-            env, drawn(env.single_action_space, steps, num_envs)
-        )
+        name = f"{num_envs} environment{'s' if num_envs > 1 else ''}"
+        contestants[name] = started(env, max(2, STEPS[body] * NUM_ENVS // 4 // num_envs))
     bars = {"1 environment": ONE_ENVIRONMENT_BAR[body]}
     ratios = side_by_side(
         "number of environments", contestants, bars=bars, rounds=5, task=body, threads=THREADS
@@ -152,8 +138,7 @@ def test_many_environments_are_faster_per_step_than_one(side_by_side: Any, body:
 def test_a_wall_and_sensor_cost_little(side_by_side: Any, body: str) -> None:
     contestants = {}
     for name in (f"{body}Wall", body):
-        env = envs.make_vec(name, NUM_ENVS, num_threads=THREADS)
-        contestants[name] = stepping(env, drawn(env.single_action_space, STEPS[body], NUM_ENVS))
+        contestants[name] = started(envs.make_vec(name, NUM_ENVS, num_threads=THREADS), STEPS[body])
     about = {"task": f"{body}Wall", "environments": NUM_ENVS, "threads": THREADS}
     side_by_side("wall and sensor", contestants, bars={body: 0.85}, **about)
 
@@ -163,11 +148,7 @@ def test_navigation_is_faster_than_gymnasiums_sync_vector_env(side_by_side: Any,
     steps, peer_steps, bar = NAVIGATION[family]
     name, peer = f"{family}-Navigation-2d-Map0-Goal0", f"SyncVectorEnv({NUM_ENVS})"
     ours, sync = envs.make_vec(name, NUM_ENVS), gym.vector.SyncVectorEnv([lambda: envs.make(name)] * NUM_ENVS)
-    space: Any = ours.single_action_space
-    contestants = {
-        "make_vec": stepping(ours, drawn(space, steps, NUM_ENVS)),
-        peer: stepping(sync, drawn(space, peer_steps, NUM_ENVS)),
-    }
+    contestants = {"make_vec": started(ours, steps), peer: started(sync, peer_steps)}
     about = {"task": family, "environments": NUM_ENVS, "threads": 1}
     side_by_side("navigation", contestants, bars={peer: bar}, **about)
 

@@ -13,6 +13,7 @@ from gym_extensions.baselines.training.environment import TrainingEnv
 from gym_extensions.catalog.protocol import Budget, budget
 from gym_extensions.catalog.tasks import task
 from gym_extensions.envs import make, make_vec
+from tools.benchmarks.conftest import Turn
 
 pytestmark = pytest.mark.bench
 
@@ -31,7 +32,6 @@ CHUNKS = {
 }
 """Per task: the training steps of a turn of the reference agent, and the share of raw physics to reach."""
 Clock = Callable[[], float]
-Turn = Callable[[], tuple[int, float]]
 
 
 def trained(agent_name: str, name: str, named: Budget, num_envs: int, threads: int) -> tuple[Any, Any]:

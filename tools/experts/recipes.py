@@ -35,11 +35,8 @@ class Recipe:
     num_envs: int = 25
     checkpoint: int = 100_000  # steps between checkpoints
     value_batches: int = 5  # batches in which only the value function learns, after a start from a policy
-    targets: tuple[str, ...] = ()  # tasks that the checkpoints are candidates for; by default the last task
+    targets: tuple[str, ...] = ()  # tasks that the checkpoints are candidates for; the last task if empty
     bonus: tuple[tuple[str, float], ...] = ()  # weights of reward terms that are added in training
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "targets", self.targets or (self.tasks[-1],))
 
 
 @dataclass(frozen=True)

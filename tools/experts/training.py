@@ -96,8 +96,11 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
     if (folder / "run.json").exists():
         return
     folder.mkdir(parents=True, exist_ok=True)
-    first = published_task(recipe.targets[0])
-    seeds = [seed_of(first, "train", 100_000 * seed + index) for index in range(recipe.num_envs)]
+    targets = recipe.targets or recipe.tasks[-1:]
+    seeds = [
+        seed_of(published_task(targets[0]), "train", 100_000 * seed + index)
+        for index in range(recipe.num_envs)
+    ]
     envs = make_vec([training_task(each) for each in recipe.tasks], recipe.num_envs)
     env = SeededEnv(envs, seeds, dict(recipe.bonus))
     start = None if parent is None else work.policy(parent, training_task(recipe.tasks[-1]))
@@ -115,7 +118,7 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
         seconds += time.process_time() - began
         write_policy(folder / f"{steps}.npz", agent.policy())
         row: dict[str, Any] = {"steps": steps, "cpu_seconds": round(seconds, 1)}
-        for target in recipe.targets:
+        for target in targets:
             seen = work.evaluate(f"{name}@{steps}", published_task(target), "select", SCREENING)
             row[target] = round(seen.mean, 1)
         yield f"{name} {row}"
@@ -127,7 +130,7 @@ def train(work: Workplace, recipe: Recipe, seed: int, parent: str | None, comman
             "parent": parent,
             "command": command,
             "tasks": recipe.tasks,
-            "targets": recipe.targets,
+            "targets": targets,
             "checkpoints": checkpoints,
         }
         place = folder / ("run.json" if steps >= recipe.steps else "running.json")

@@ -30,6 +30,7 @@ from tools import argument_parser
 from tools.tuning.measure_learners import Run, measure
 
 HERE = Path(__file__).resolve().parent
+"""The folder of the plans and trials."""
 
 
 class Plan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -149,18 +150,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argument_parser("tools.tuning.tune", __doc__)
     parser.add_argument("methods", nargs="+", metavar="METHOD")
     parser.add_argument("--report", action="store_true", help="print the scores, train nothing")
-    parser.add_argument("--folder", type=Path, default=HERE, help="with the files (default: beside this one)")
     options = parser.parse_args(argv)
-    known = {path.stem for path in options.folder.glob("*.jsonl")}
     for method in options.methods:
-        require_known("method", method, known, str(options.folder))
+        require_known("method", method, {path.stem for path in HERE.glob("*.jsonl")}, str(HERE))
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read by the spawned processes, which load numpy afresh
     if not options.report and not commit_of(HERE):
         hint = "Run it in a clone of the repository."
         raise BenchError("no-commit", "Every trial states the commit of its code.", str(HERE), hint)
     status = 0
     for method in options.methods:
-        path = options.folder / f"{method}.jsonl"
+        path = HERE / f"{method}.jsonl"
         try:
             print(report(path)) if options.report else tune(path)
         except BenchError as error:
