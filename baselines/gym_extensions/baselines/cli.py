@@ -52,6 +52,7 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str] | None = None) -> int:
     """Trains, writes the submission and returns the exit status."""
     options = parser().parse_args(argv)
+    groups, protocols = parse_names(options.groups), parse_names(options.protocol)
 
     def interrupt(number: int, _: Any) -> None:
         signal.signal(number, signal.SIG_IGN)  # a scheduler may send it twice
@@ -61,10 +62,12 @@ def main(argv: list[str] | None = None) -> int:
     try:
         from gym_extensions.baselines import Monitor, Origin, Parallel, train  # loads the simulator
 
-        what = parse_names(options.groups), parse_names(options.protocol), options.budget
+        agent = options.agent
         train(
-            isolated(options.agent, *what) if options.isolated else options.agent,
-            *what,
+            isolated(agent, groups, protocols, options.budget) if options.isolated else agent,
+            groups,
+            protocols,
+            options.budget,
             parse_runs(options.runs),
             out=options.out,
             jobs=Parallel(options.jobs, options.num_envs, options.num_threads),
@@ -90,7 +93,7 @@ def main(argv: list[str] | None = None) -> int:
         return 1
     finally:
         signal.signal(signal.SIGTERM, before)
-    files = [name for name in parse_names(options.groups) if name.endswith(".toml")]
+    files = [name for name in groups if name.endswith(".toml")]
     words = ["score", str(options.out), *(word for name in files for word in ("--groups", name))]
     print(f"The submission is in {options.out}. Score it with: {shlex.join(words)}")
     return 0
@@ -107,7 +110,7 @@ def isolated(agent: str, groups: list[str], protocols: list[str], budget: str) -
     from gym_extensions.baselines.training.jobs import jobs_of, parse_request
 
     require_possible()
-    request = parse_request(groups, protocols, budget, 0, None)
+    request = parse_request(groups, protocols, budget, 0)
     jobs = [job for log in request.logs() for job in jobs_of(*log, [0])]
     steps = [(job.group, sum(stage.steps for stage in job.stages(request.budget))) for job in jobs]
     return IsolatedAgent(agent, Limits.of(steps))

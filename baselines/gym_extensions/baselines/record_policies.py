@@ -25,7 +25,7 @@ from gym_extensions.baselines.training import runner
 from gym_extensions.baselines.training.checkpoints import FinishedStage, JobFolder, usage_since
 from gym_extensions.baselines.training.jobs import Settings, Stage, TrainingJob, jobs_of, parse_request
 from gym_extensions.catalog.groups import TaskGroup
-from gym_extensions.catalog.protocol import IN_ORDER, stages
+from gym_extensions.catalog.protocol import IN_ORDER, Budget
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.envs.fingerprinting import require_published_engine
 from gym_extensions.errors import BenchError, did_you_mean
@@ -75,9 +75,9 @@ def claimed_curves(stage: Stage, curves: ClaimedCurves) -> list[Curve]:
 
 
 def parse_stage(
-    group: TaskGroup, protocol: str, run: int, stage: int | None, task: str | None
-) -> tuple[TrainingJob, int]:
-    """The job and the number of the stage that the arguments of ``record`` name.
+    group: TaskGroup, protocol: str, run: int, budget: Budget, *, stage: int | None, task: str | None
+) -> tuple[TrainingJob, Stage]:
+    """The job and the stage that the arguments of ``record`` name.
 
     Raises ``BenchError`` if the stage is missing, out of range or not an integer, the task is missing or
     unknown, or an argument belongs to another protocol.
@@ -87,16 +87,16 @@ def parse_stage(
         raise BenchError("bad-task", message, "task", "Name the trained task in the protocol single alone.")
     index = None if task is None else group.tasks.index(task_named(task, group.tasks))
     job = TrainingJob(group, protocol, run, index)
+    stages = job.stages(budget)
     if protocol not in IN_ORDER and stage is None:
-        return job, 1
-    numbers = stages(protocol, len(group.tasks))
-    if stage is not None and stage in numbers and not isinstance(stage, bool | float):
-        return job, int(stage)  # also an integer of numpy
+        return job, stages[0]
+    for each in stages:
+        if each.number == stage and not isinstance(stage, bool | float):
+            return job, each
     missing = f"The protocol {protocol} needs a stage."
     message = missing if stage is None else f"Stage {stage!r} is out of range."
-    hint = f"Use the number of tasks that the policy was trained on, {numbers[0]} to {numbers[-1]}."
-    hint = hint if protocol in IN_ORDER else "Leave stage out."
-    raise BenchError("bad-stage", message, "stage", hint)
+    hint = f"Use the number of tasks that the policy was trained on, 0 to {len(group.tasks)}."
+    raise BenchError("bad-stage", message, "stage", hint if protocol in IN_ORDER else "Leave stage out.")
 
 
 POLICY_ERRORS = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)
@@ -225,8 +225,7 @@ def record(
         hint = "Name one group and one protocol."
         raise BenchError("bad-groups", "A policy is recorded in one group and protocol.", "record", hint)
     ((task_group, _),) = request.logs()
-    job, number = parse_stage(task_group, protocol, request.runs[0], stage, task)
-    recorded = next(item for item in job.stages(request.budget) if item.number == number)
+    job, recorded = parse_stage(task_group, protocol, request.runs[0], request.budget, stage=stage, task=task)
     trained = claimed_curves(recorded, curves)
     path = Path(out)
     agent = PolicyAgent(policy, card, observes)
@@ -244,7 +243,7 @@ def record(
         hint = "Choose another run or another out, or delete the files of the run."
         raise BenchError("run-recorded", message, str(path), hint)
     submission.prepare(path)
-    with submission.lock_runs(path, [f"{job.title} stage {number}"]):
+    with submission.lock_runs(path, [f"{job.title} stage {recorded.number}"]):
         started, folder = time.process_time(), JobFolder(path, job)
         folder.begin(settings)
         episodes = _evaluate(agent, job, recorded, folder)
@@ -252,7 +251,7 @@ def record(
             stored_steps=card.stored_steps, parameters_first=card.parameters, parameters_last=card.parameters
         )
         used = usage_since(started, recorded.steps)
-        folder.finish(FinishedStage(number, episodes, trained, memory, used), agent, last=True)
+        folder.finish(FinishedStage(recorded.number, episodes, trained, memory, used), agent, last=True)
     _write_if_complete(path, job, settings)
     return {
         each.id: fmean(episode.return_ for episode in episodes if episode.task == each.id)
@@ -278,7 +277,7 @@ def _write_if_complete(out: Path, job: TrainingJob, settings: Settings) -> None:
     with submission.lock_runs(out, [job.run_title], seconds=300):
         jobs = jobs_of(job.group, job.protocol, [job.run])
         records = {item: JobFolder(out, item).finished() for item in jobs}
-        count = len(stages(job.protocol, len(job.group.tasks)))
+        count = len(job.stages(settings.budget))
         if all(len(finished) == count for finished in records.values()):
             words = f"…, {job.group.name!r}, {job.protocol!r}, run={job.run}"
             command = f"gym_extensions.baselines.record({words})"

@@ -156,7 +156,7 @@ class Bars:
     def __init__(self, progress: Progress, clock: Callable[[], float] = time.monotonic) -> None:
         self._progress, self._clock = progress, clock
         self._steps: Mapping[str, int] = {}  # of each job
-        self._left: dict[str, int] = {}  # steps of each unfinished job
+        self._done: dict[str, int] = {}  # steps of each job that has begun
         self._trained, self._started = 0, clock()  # steps since the first event, and its time
         self._rows: dict[str, TaskID] = {}
         self._all = progress.add_task("all jobs", total=0, text="", left="")
@@ -164,21 +164,20 @@ class Bars:
     def show(self, event: Event) -> None:
         bars = self._progress
         if isinstance(event, TrainingStarted):
-            self._steps, self._left, self._started = event.jobs, dict(event.jobs), self._clock()
+            self._steps, self._started = event.jobs, self._clock()
             bars.reset(self._all, total=sum(event.jobs.values()), visible=bool(event.jobs))
             return
         if isinstance(event, JobFinished | JobFailed):
-            self._left.pop(event.job, None)  # a job whose files cannot be written finishes and fails
+            self._done[event.job] = self._steps[event.job]
             if event.job in self._rows:
                 bars.remove_task(self._rows.pop(event.job))
         else:
-            text, total = "", self._steps[event.job]
+            text = ""
             if isinstance(event, StageEvent):
                 # The first event may follow stages that an earlier call finished. Evaluations count: they end
                 # the stage of an agent that takes no steps, because it learns from stored ones.
-                done = total - self._left[event.job] or event.job_step - event.step
-                self._trained += event.job_step - done
-                self._left[event.job] = total - event.job_step
+                self._trained += event.job_step - self._done.get(event.job, event.job_step - event.step)
+                self._done[event.job] = event.job_step
             if isinstance(event, TaskEvaluated):
                 text = f"{event.task.rpartition('/')[2]} {event.mean_return:.1f}"
             elif isinstance(event, BatchTrained | StepsTrained):
@@ -186,18 +185,18 @@ class Bars:
                     text = f"return {event.mean_return:.1f}, "
                 text += f"{_speed(event.steps_per_second)} steps/s"
             if event.job not in self._rows:
-                self._rows[event.job] = bars.add_task(event.job, total=total)
-            done, description = total - self._left[event.job], f"{event.job} stage {event.stage}"
+                self._rows[event.job] = bars.add_task(event.job, total=self._steps[event.job])
+            done, description = self._done.get(event.job, 0), f"{event.job} stage {event.stage}"
             bars.update(self._rows[event.job], completed=done, description=description, text=text, left="")
-        completed = sum(self._steps.values()) - sum(self._left.values())
-        bars.update(self._all, completed=completed, left=self.time_left())
+        bars.update(self._all, completed=sum(self._done.values()), left=self.time_left())
 
     def time_left(self) -> str:
         """Until all jobs are trained, such as ``1:02:03``; ``unknown`` before it can be estimated."""
         seconds = self._clock() - self._started
         if not self._trained or seconds < FIRST_SECONDS:
             return "unknown"
-        return str(timedelta(seconds=round(seconds / self._trained * sum(self._left.values()))))
+        left = sum(self._steps.values()) - sum(self._done.values())
+        return str(timedelta(seconds=round(seconds / self._trained * left)))
 
 
 def printer(
