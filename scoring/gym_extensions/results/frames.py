@@ -17,8 +17,8 @@ from gym_extensions.submissions.run import stage_steps
 from gym_extensions.submissions.submission import Submission, SubmittedGroup, scored_group
 
 
-def read_groups(submissions: Paths, groups: Groups) -> Iterator[tuple[Submission, str, SubmittedGroup]]:
-    """The submissions in order of their names, with each of their groups, its scored runs, and its id.
+def read_groups(submissions: Paths, groups: Groups) -> Iterator[tuple[Submission, SubmittedGroup]]:
+    """The submissions in order of their names, with each of their groups and its scored runs.
 
     Raises ``BenchError`` if a submission has problems or is missing.
     """
@@ -26,8 +26,8 @@ def read_groups(submissions: Paths, groups: Groups) -> Iterator[tuple[Submission
     for folder in find_submissions(submissions):
         submission = read(folder, known)
         refuse_problems(folder, submission.problems)
-        for group_id, group in submission.shown_groups.items():
-            yield submission, group_id, scored_group(group)
+        for submitted in submission.shown_groups.values():
+            yield submission, scored_group(submitted)
 
 
 def columns_of(function: Callable[..., pd.DataFrame]) -> list[tuple[str, str, str]]:
@@ -82,16 +82,16 @@ def episodes(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     frames = [
         log.rows.assign(
             submission=submission.name,
-            group=group_id,
+            group=submitted.group.id,
             protocol=protocol,
             success=log.rows["success"].astype("Int8").where(log.rows["success"] >= 0),
             fingerprint=[
-                group.runs[protocol][run].fingerprints[task]
+                submitted.runs[protocol][run].fingerprints[task]
                 for run, task in zip(log.rows["run"], log.rows["task"], strict=True)
             ],
         )
-        for submission, group_id, group in read_groups(submissions, groups)
-        for protocol, log in group.logs.items()
+        for submission, submitted in read_groups(submissions, groups)
+        for protocol, log in submitted.logs.items()
     ]
     return concat(frames, dtypes_of(episodes))
 
@@ -114,11 +114,11 @@ def curves(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     Runs without curves have no rows. The arguments and errors are those of :func:`episodes`.
     """
     rows = (
-        (submission.name, group_id, protocol, run, curve.task, step, value)
-        for submission, group_id, group in read_groups(submissions, groups)
-        for protocol, log in group.logs.items()
+        (submission.name, submitted.group.id, protocol, run, curve.task, step, value)
+        for submission, submitted in read_groups(submissions, groups)
+        for protocol, log in submitted.logs.items()
         for run in log.runs
-        for curve in group.runs[protocol][run].curves
+        for curve in submitted.runs[protocol][run].curves
         for step, value in zip(curve.steps, curve.returns, strict=True)
     )
     return typed(rows, dtypes_of(curves))
@@ -147,36 +147,36 @@ def evaluations(submissions: Paths, *, groups: Groups = ()) -> pd.DataFrame:
     in training order. The arguments and errors are those of :func:`episodes`.
     """
     frames = [
-        _evaluations_of(submission, group).assign(submission=submission.name, group=group_id)
-        for submission, group_id, group in read_groups(submissions, groups)
+        _evaluations_of(submission, submitted).assign(submission=submission.name, group=submitted.group.id)
+        for submission, submitted in read_groups(submissions, groups)
     ]
     return concat(frames, dtypes_of(evaluations))
 
 
-def _evaluations_of(submission: Submission, group: SubmittedGroup) -> pd.DataFrame:
+def _evaluations_of(submission: Submission, submitted: SubmittedGroup) -> pd.DataFrame:
     steps = {
-        protocol: stage_steps(budget(source.manifest.protocol.budget), group.group, protocol)
+        protocol: stage_steps(budget(source.manifest.protocol.budget), submitted.group, protocol)
         for source in submission.sources
-        if source.manifest and group.group.id in source.groups
-        for protocol in source.groups[group.group.id].logs
+        if source.manifest and submitted.group.id in source.groups
+        for protocol in source.groups[submitted.group.id].logs
     }
     parts = []
-    for protocol, log in group.logs.items():
+    for protocol, log in submitted.logs.items():
         cells = log.rows.groupby(["run", "stage", "task"])["return"].agg(["size", "mean"]).reset_index()
         cells = cells.rename(columns={"size": "episodes", "mean": "return"})
         step = np.where(cells["stage"] > 0, steps[protocol], 0)
         parts.append(cells.assign(protocol=protocol, step=step, trained=cells["stage"].astype("float64")))
     rows = [
         (protocol, run, part.stage, part.task, step, part.episodes, value)
-        for protocol, log in group.logs.items()
+        for protocol, log in submitted.logs.items()
         for run in log.runs
-        for part in group.runs[protocol][run].evaluations
+        for part in submitted.runs[protocol][run].evaluations
         for step, value in zip(part.steps, part.returns, strict=True)
     ]
     columns = ["protocol", "run", "stage", "task", "step", "episodes", "return"]
     during = pd.DataFrame(rows, columns=columns)
     parts.append(during.assign(trained=during["stage"] - 1 + during["step"] / during["protocol"].map(steps)))
-    orders = {"protocol": PROTOCOLS, "task": group.group.task_ids}
+    orders = {"protocol": PROTOCOLS, "task": submitted.group.task_ids}
     indices = {name: {value: i for i, value in enumerate(order)} for name, order in orders.items()}
     return pd.concat([part for part in parts if not part.empty]).sort_values(
         ["protocol", "run", "stage", "step", "task"],

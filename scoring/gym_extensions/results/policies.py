@@ -57,7 +57,7 @@ def policies(submissions: Paths = "submissions", *, groups: Groups = ()) -> pd.D
     """
     rows: list[tuple[object, ...]] = []
     references = load_references().tasks
-    for submission, group_id, submitted in read_groups(submissions, groups):
+    for submission, submitted in read_groups(submissions, groups):
         method = submission.manifest.protocol.algorithm if submission.manifest else ""
         experts = [references.get(task) for task in submitted.group.task_ids]
         for protocol, log in submitted.logs.items():
@@ -67,7 +67,7 @@ def policies(submissions: Paths = "submissions", *, groups: Groups = ()) -> pd.D
             cells = log.rows.groupby(["run", "stage", "position"])["return"].mean().unstack()
             returns = dict(zip(cells.index, cells.to_numpy(), strict=True))
             for document, (diagnoses, why) in zip(published, diagnosed, strict=True):
-                keys = submission.name, method, group_id, protocol, document.run
+                keys = submission.name, method, submitted.group.id, protocol, document.run
                 for stage, at, diagnosis in zip(*_stages(document, submitted.group), diagnoses, strict=True):
                     means = returns[document.run, stage]
                     if protocol == "single":  # a policy is evaluated on its own task
