@@ -108,13 +108,12 @@ def board(
     scorer, group_id = _scorer_of(group, groups, references)
     require_known("protocol", protocol, PROTOCOLS, "protocol")
     require_known("budget", budget, BUDGETS, "budget")
-    names = SUITES.get(group_id, (group_id,))
-    only = tuple(name for name, known in scorer.groups.items() if known.id in names)
-    cards = list(valid_scorecards(submissions, replace(scorer, only=only)).values())
-    found = board_of(cards, BoardKey(group_id, protocol, budget, task_conditioned), scorer.references)
+    cards = list(valid_scorecards(submissions, scorer).values())
+    key = BoardKey(group_id, protocol, budget, task_conditioned)
+    found = board_of(cards, key, scorer.references)
     if not found.rows:
-        scores = [card.log(name, protocol) for card in cards for name in names]
-        budgets = sorted({score.budget for score in scores if score})
+        logs = [card.log(name, protocol) for card in cards for name in key.groups]
+        budgets = sorted({log.budget for log in logs if log})
         if budgets and budget not in budgets:
             message = f"The board of {group_id}, {protocol}, budget {budget} is empty. The submissions have "
             warnings.warn(f"{message}the budget {', '.join(budgets)}.", UserWarning, stacklevel=2)
@@ -125,7 +124,7 @@ def board(
 def _scorer_of(
     group: str | TaskGroup, groups: Groups, references: str | Path | None
 ) -> tuple[pipeline.Scorer, str]:
-    """The scorer, and the name of a suite or the id of a group, which may be a custom one."""
+    """The scorer of a group, which may be a custom one, or suite; and the id or name of that."""
     if isinstance(group, TaskGroup):
         groups, group = (*with_custom(groups).values(), group), group.name
     scorer = make_scorer(groups, references)
@@ -133,7 +132,9 @@ def _scorer_of(
     if group not in SUITES and group not in {*ids, *ids.values()}:
         hint = did_you_mean(str(group), [*ids, *SUITES])
         raise BenchError("unknown-group", f"There is no group or suite {group!r}.", "group", hint)
-    return scorer, ids.get(group, group)
+    group_id = ids.get(group, group)
+    members = SUITES.get(group_id, (group_id,))
+    return replace(scorer, only=tuple(name for name, id_ in ids.items() if id_ in members)), group_id
 
 
 def core(submissions: Paths = "submissions") -> pd.DataFrame:
@@ -310,12 +311,11 @@ def scores(
         hint = f"Name one of its groups: {', '.join(SUITES[group_id])}."
         raise BenchError("not-a-group", f"{group_id!r} is a suite, not a group.", "group", hint)
     require_known("protocol", protocol, PROTOCOLS, "protocol")
-    only = tuple(name for name, known in scorer.groups.items() if known.id == group_id)
-    known = (None, -1, *stages(protocol, len(scorer.groups[only[0]].tasks)))
+    known = (None, -1, *stages(protocol, len(scorer.groups[scorer.only[0]].tasks)))
     require_known("stage", str(stage), list(map(str, known)), "stage")
     rows = (
         (card.name, group_id, protocol, run, number, task, mean, score.reference[task].normalize(mean))
-        for card in valid_scorecards(submissions, replace(scorer, only=only)).values()
+        for card in valid_scorecards(submissions, scorer).values()
         if (score := card.log(group_id, protocol))
         for run, matrix in zip(score.runs, score.return_matrix, strict=True)
         for number, means in zip(stages(protocol, len(score.tasks)), matrix, strict=True)

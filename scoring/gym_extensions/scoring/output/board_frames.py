@@ -160,5 +160,5 @@ def to_csv(frame: pd.DataFrame) -> str:
     Texts that a spreadsheet would take for a formula begin with an apostrophe.
     """
     texts = frame.columns[frame.dtypes == TEXT]
-    frame[texts] = frame[texts].replace(FORMULA, r"'\1", regex=True)
-    return frame.to_csv(index=False, lineterminator="\n")
+    quoted = frame.assign(**frame[texts].replace(FORMULA, r"'\1", regex=True))
+    return quoted.to_csv(index=False, lineterminator="\n")

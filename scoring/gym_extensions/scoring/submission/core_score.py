@@ -199,8 +199,10 @@ def _why(logs: Mapping[str, scorecard.GroupScore], missing: Sequence[str], witho
             return f"Claimed: {log.why_claimed or 'not verified.'}"
     if missing:
         return f"It lacks {', '.join(missing)}."
+    if without:
+        return without[0]
     few = [name for name, log in logs.items() if counted_runs(log) < LOOKS[0]]
-    return next(iter(without), f"Fewer than {LOOKS[0]} runs in {', '.join(few)}." if few else "")
+    return f"Fewer than {LOOKS[0]} runs in {', '.join(few)}." if few else ""
 
 
 def _notes(
