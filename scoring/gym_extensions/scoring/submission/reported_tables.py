@@ -1,7 +1,7 @@
 """The table of Henderson et al. 2017: of raw returns, and as printed, with findings about it."""
 
 import csv
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,25 +19,27 @@ from gym_extensions.submissions.review import REPORTED
 def paper_table(results: GroupReturns) -> tuple[tuple[PaperRow, ...], PaperColumns]:
     """The rows of a group with the episodes of all runs pooled, and the mean and pooled deviation of all."""
     sequential, single = (results.returns.get(protocol, ()) for protocol in ("sequential", "single"))
-    rows: list[dict[str, PaperCell | None]] = []
-    pooled: dict[str, list[float]] = {column: [] for column in PAPER_COLUMNS}
-    for index in range(len(results.group.tasks)):
-        stages = (("fully_trained", -1), ("after_env_training", index + 1), ("first_step", index))
-        episodes = {name: [x for run in sequential for x in run[stage][index]] for name, stage in stages}
-        episodes["single_env"] = [value for run in single for value in run[0][index]]
-        rows.append(dict.fromkeys(episodes))
-        for column, values in episodes.items():
-            pooled[column] += values
-            if values:
-                mean = math.fsum(values) / len(values)
-                rows[-1][column] = PaperCell(mean, statistics.standard_deviation(values))
-    total: dict[str, PaperCell | None] = {}
-    for column, values in pooled.items():
-        means = [cell.mean for row in rows if (cell := row[column])]
-        mean = math.fsum(means) / len(means) if means else 0.0
-        total[column] = PaperCell(mean, statistics.standard_deviation(values)) if means else None
-    table = zip(results.group.task_ids, rows, strict=True)
-    return tuple(PaperRow(task, "", **row) for task, row in table), PaperColumns(**total)
+
+    def episodes(column: str, index: int) -> list[float]:
+        if column == "single_env":
+            return [value for run in single for value in run[0][index]]
+        stage = {"fully_trained": -1, "after_env_training": index + 1, "first_step": index}[column]
+        return [value for run in sequential for value in run[stage][index]]
+
+    rows, total = [], {}
+    for index, task in enumerate(results.group.task_ids):
+        cells = {column: _cell(episodes(column, index)) for column in PAPER_COLUMNS}
+        rows.append(PaperRow(task, "", **cells))
+    for column in PAPER_COLUMNS:
+        pooled = _cell([value for index in range(len(rows)) for value in episodes(column, index)])
+        mean = statistics.mean(cell.mean for row in rows if (cell := row.cell(column)))
+        total[column] = PaperCell(mean, pooled.std) if pooled and mean is not None else None
+    return tuple(rows), PaperColumns(**total)
+
+
+def _cell(values: Sequence[float]) -> PaperCell | None:
+    mean = statistics.mean(values)
+    return None if mean is None else PaperCell(mean, statistics.standard_deviation(values))
 
 
 PRINTED_COLUMNS = {column.removesuffix("_training"): column for column in PAPER_COLUMNS}
