@@ -17,7 +17,7 @@ TABLE = pd.read_csv(reported_tables.table_path("henderson2017")).replace(
     {"column": reported_tables.PRINTED_COLUMNS}
 )
 TABLE["group"] = TABLE["group"].map(reported_tables.group_id)
-ROWS, TOTALS = TABLE[TABLE["env"] != reported_tables.TOTAL], TABLE[TABLE["env"] == reported_tables.TOTAL]
+ROWS, TOTALS = TABLE[TABLE["env"] != "TOTAL"], TABLE[TABLE["env"] == "TOTAL"]
 """What the paper prints: a mean and a deviation per group, environment and column, and totals of groups."""
 
 

@@ -15,7 +15,7 @@ from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.documents import filled
 from gym_extensions.metrics import statistics, values
-from gym_extensions.metrics.formulas import BY_NAME, CORE_METRICS, FINAL, FORGETTING, METRICS
+from gym_extensions.metrics.formulas import CORE_METRICS, FINAL, FORGETTING, METRICS
 from gym_extensions.metrics.statistics import ALPHA, Summary, summary
 from gym_extensions.references import ALONE
 from gym_extensions.scoring.ranking import boards
@@ -24,12 +24,11 @@ from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
 from gym_extensions.scoring.submission import core_score
 from gym_extensions.submissions.review import VERIFIED, is_verified
 
-NOT_TRAINED = "Not trained here."
 MARGIN = 0.05
 """Two methods are equivalent if the interval of their difference lies between ± this."""
 IN_OTHER_WAYS = {
-    "joint": ("joint", FINAL.name, "TRPO, all tasks at once"),
-    ALONE: ("single", METRICS["single"][0].name, "TRPO, each task alone"),
+    "joint": ("joint", FINAL, "TRPO, all tasks at once"),
+    ALONE: ("single", METRICS["single"][0], "TRPO, each task alone"),
 }
 """The rows of the reference agent without a rank: protocol, metric of the score, title."""
 REFERENCE = "trpo"
@@ -203,10 +202,10 @@ def as_compared(card: Scorecard, look: int) -> Scorecard:
 
 
 def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
-    for name, (protocol, metric_name, title) in IN_OTHER_WAYS.items():
-        logs, metric = core_score.core_logs(card, protocol), BY_NAME[metric_name]
+    for name, (protocol, metric, title) in IN_OTHER_WAYS.items():
+        logs = core_score.core_logs(card, protocol)
         runs = core_score.last_look(min(map(core_score.verified_runs, logs.values()), default=0))
-        has_values = all(log.metrics[metric_name].runs for log in logs.values())
+        has_values = all(log.metrics[metric.name].runs for log in logs.values())
         if runs and has_values and len(logs) == len(CORES[CORE]):
             groups = {group: core_score.on_group(log, runs, metric) for group, log in logs.items()}
             value = boards.BoardMetric.of(core_score.over_groups(logs.values(), metric, runs))
@@ -216,7 +215,7 @@ def _in_other_ways(card: Scorecard) -> Iterator[boards.CoreReference]:
 def _row(card: Scorecard, core: CoreScore, original: str | None, alike: str, edition: int) -> boards.CoreRow:
     """The row of a submission as it is compared, which may be a copy of another, without its ranks."""
     why = core.why if original is None else COPY.format(original)
-    why = why or (NOT_TRAINED if edition > 1 and not core.trained_here else "")
+    why = why or ("Not trained here." if edition > 1 and not core.trained_here else "")
     return filled(
         boards.CoreRow,
         core,

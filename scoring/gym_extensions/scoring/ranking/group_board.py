@@ -84,7 +84,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         for name, card in by_name.items()
     }
     with_logs = next((card for card in by_name.values() if card.level != REPORTED), None)
-    tasks = {name: with_logs.groups[name][key.protocol].tasks for name in key.groups} if with_logs else {}
+    tasks = [with_logs.groups[name][key.protocol].tasks for name in key.groups] if with_logs else []
     computed = computed_rows(key, references, tasks, by_name) if tasks else ()
     alone = next((row.metrics[first.name] for row in computed if row.name == ALONE), values.Estimate())
     alike = alike_on([card for name, card in by_name.items() if name not in copies], key, first.name)
@@ -277,14 +277,13 @@ ONLY_FINAL = "It was trained on every task alone: only its returns at the end ar
 
 
 def computed_rows(
-    key: BoardKey, references: References, tasks: Mapping[str, Sequence[str]], names: Collection[str]
+    key: BoardKey, references: References, groups: Sequence[Sequence[str]], names: Collection[str]
 ) -> tuple[documents.ComputedRow, ...]:
     """The reference agent on each task alone, and the agents of the floor, as far as they are known.
 
-    ``tasks`` are the task ids by group id. A submission called ``alone`` among ``names`` takes the row's
+    ``groups`` are the task ids of each group. A submission called ``alone`` among ``names`` takes the row's
     place.
     """
-    groups = [tasks[group] for group in key.groups]
     submissions = []
     has_alone = key.budget == STANDARD_BUDGET and ALONE not in names
     if has_alone and (alone := alone_values(groups, references, key.protocol)):

@@ -37,8 +37,6 @@ tools/benchmarks/measure_looks.py simulates it (docs/metrics.md). The sum for no
 rest is a reserve for the skewed and bimodal runs that submissions have, of which few show too small a
 variance.
 """
-LEAST_DEVIATION, CLAIM_LEVEL = 0.08, 0.005
-"""Of the test of an author's claim: the least standard deviation in a group, and the level."""
 LOOKS = tuple(LOOK_LEVELS)
 """Numbers of runs at which submissions are compared."""
 
@@ -67,6 +65,10 @@ def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[s
 def _on_core(logs: Mapping[str, scorecard.GroupScore | None]) -> dict[str, scorecard.GroupScore]:
     found = {name: log for name in CORES[CORE] if (log := logs.get(name))}
     return {name: log for name, log in found.items() if log.runs and log.budget == STANDARD_BUDGET}
+
+
+LEAST_DEVIATION, CLAIM_LEVEL = 0.08, 0.005
+"""Of the test of an author's claim: the least standard deviation in a group, and the level."""
 
 
 def claim(card: scorecard.Scorecard) -> scorecard.Claim | None:

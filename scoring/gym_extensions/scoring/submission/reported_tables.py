@@ -46,7 +46,6 @@ PRINTED_COLUMNS = {column.removesuffix("_training"): column for column in PAPER_
 """The CSV file's columns -> the scorecard's."""
 GROUP_NAMES = {"_body_parts": "-body", "_sensor_wall": "-wall", "standup_and_run": "standup-run", "_": "-"}
 """Replacements, in this order, that turn a group's name in the file into its id."""
-TOTAL = "TOTAL"
 WHY = "Reported from a publication: other environments, one run, no floor and no matrix."
 
 
@@ -91,7 +90,7 @@ def reported_groups(name: str, budget: str) -> dict[str, dict[str, scorecard.Gro
     found = findings(name)
     groups = {}
     for group, environments in printed.items():
-        total = PaperColumns(**environments.pop(TOTAL, {}))
+        total = PaperColumns(**environments.pop("TOTAL", {}))
         rows = tuple(PaperRow(task_id(env), env, **cells) for env, cells in environments.items())
         score = scorecard.GroupScore(
             level=REPORTED,

@@ -254,10 +254,6 @@ def metric_values(
     return values
 
 
-SIGNIFICANT_DIGITS = 5
-"""Digits of a return that count in a sketch, so that little noise changes few digests."""
-
-
 def run_sketches(submitted: submissions.SubmittedGroup, protocol: str) -> tuple[scorecard.Sketch, ...]:
     """What two equal runs have in common: the sketch of the last episodes of each run of a log.
 
@@ -277,9 +273,9 @@ def episode_sketches(log: Log) -> tuple[scorecard.Sketch, ...]:
 
     Where there are several tasks, the one that was trained last does not count: methods that only differ in
     what they keep of earlier tasks rightly have equal episodes on it. An episode's digest is the first eight
-    hexadecimal digits of the SHA-256 of its task's index, number, length, return (five significant digits)
-    and end. Two sketches estimate the Jaccard index of the episodes of two runs: the number of common ones
-    per episode that either has.
+    hexadecimal digits of the SHA-256 of its task's index, number, length, return (five significant digits,
+    so that little noise changes few digests) and end. Two sketches estimate the Jaccard index of the
+    episodes of two runs: the number of common ones per episode that either has.
 
     Source: E. Cohen and H. Kaplan, Summarizing data using bottom-k sketches, PODC 2007.
     """
@@ -290,6 +286,6 @@ def episode_sketches(log: Log) -> tuple[scorecard.Sketch, ...]:
     last = earlier if len(earlier) else last
     columns = ("run", "position", "episode", "length", "return", "terminated")
     for run, *key, return_, terminated in zip(*(last[name].tolist() for name in columns), strict=True):
-        episode = (*key, f"{return_:.{SIGNIFICANT_DIGITS - 1}e}", terminated)
+        episode = (*key, f"{return_:.4e}", terminated)
         digests[run].add(hashlib.sha256(repr(episode).encode()).hexdigest()[:8])
     return tuple(tuple(sorted(digests[run])[: scorecard.SKETCH_SIZE]) for run in log.runs)
