@@ -7,7 +7,7 @@ references) belongs to the board and may change when a submission joins; the sco
 import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, product
 
 from gym_extensions.catalog.groups import GROUPS, SUITES
@@ -18,7 +18,7 @@ from gym_extensions.metrics.statistics import Summary, summary
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import ALONE, References, load_references, trained_alone
 from gym_extensions.scoring.ranking import boards as documents
-from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, TaskBest
+from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, Versus
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates, related_submissions
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
@@ -46,9 +46,9 @@ def boards(cards: Sequence[Scorecard], references: References | None = None) -> 
 
 def best_by_task(
     made: Sequence[documents.Board], cards: Sequence[Scorecard]
-) -> dict[str, tuple[TaskBest, ...]]:
+) -> dict[str, tuple[documents.TaskBest, ...]]:
     """The verified submissions with the highest return at the end of sequential training, by task id."""
-    by_name, found = {card.name: card for card in cards}, dict[str, list[TaskBest]]()
+    by_name, found = {card.name: card for card in cards}, dict[str, list[documents.TaskBest]]()
     for each in made:
         if each.protocol != "sequential" or each.group in SUITES:
             continue
@@ -60,7 +60,7 @@ def best_by_task(
             for returns in card.groups[each.group][each.protocol].paper_table:
                 if end := returns.fully_trained:
                     after = returns.after_env_training
-                    best = TaskBest(*facts, after.mean if after else None, end.mean)
+                    best = documents.TaskBest(*facts, after.mean if after else None, end.mean)
                     found.setdefault(returns.task, []).append(best)
     return {
         task: tuple(sorted(rows, key=lambda best: (-best.end, best.name))[:MAX_BEST])
@@ -93,15 +93,18 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         row = _row(card, key, copies.get(name), summaries[name], alone)
         unsorted.append(replace(row, alike=alike.get(name, ""), related=related[name]))
     made = _sorted(unsorted, first)
-    rankings = {each.name: _ranking(made, summaries, each) for each in metrics}
+    ranks, versus = dict[str, dict[str, tuple[int, int]]](), dict[str, list[Versus | None]]()
+    for metric in metrics:
+        ranked = _ranked(made, summaries, metric)
+        separated = statistics.significant_pairs(list(ranked.values()))
+        possible = statistics.rank_intervals(list(ranked.values()), separated, metric.better)
+        ranks[metric.name] = dict(zip(ranked, possible, strict=True))
+        if metric is first:
+            versus = _versus(ranked, separated)
     rows = []
     for row in made:
-        ranked, name = rankings[first.name], row.name
-        of = {
-            each: replace(value, rank=rankings[each].ranks.get(name)) for each, value in row.metrics.items()
-        }
-        place = ranked.names.index(name) if name in ranked.names else len(ranked.names)
-        vs_next, vs_leader = ranked.versus(place, place + 1), ranked.versus(place, 0)
+        of = {each: replace(value, rank=ranks[each].get(row.name)) for each, value in row.metrics.items()}
+        vs_next, vs_leader = versus.get(row.name, (None, None))
         rows.append(replace(row, metrics=of, vs_next=vs_next, vs_leader=vs_leader))
     values_of = ((row.metrics.get(FORGETTING.name), row.name) for row in rows)
     forgetting = [(value.mean or 0.0, name) for value, name in values_of if value and value.rank]
@@ -122,35 +125,27 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
     )
 
 
-@dataclass(frozen=True)
-class _Ranking:
-    """The submissions that are ranked on a metric, in the order of the board.
-
-    ``separated`` is True where the board's test, over all pairs, separates two of them.
-    """
-
-    names: list[str]
-    means: list[Summary]
-    separated: statistics.Mask
-    ranks: dict[str, tuple[int, int]]
-
-    def versus(self, place: int, other: int) -> documents.Versus | None:
-        """The submission at a place against the one at another place, if there are both."""
-        above, below = sorted((place, other))
-        if above == below or below >= len(self.names):
-            return None
-        difference = Difference.of(self.means[above], self.means[below])
-        return documents.Versus(self.names[other], difference, bool(self.separated[above, below]))
-
-
-def _ranking(rows: Sequence[BoardRow], summaries: Mapping[str, Summaries], metric: Metric) -> _Ranking:
+def _ranked(
+    rows: Sequence[BoardRow], summaries: Mapping[str, Summaries], metric: Metric
+) -> dict[str, Summary]:
+    """The submissions that are ranked on a metric, in the order of the board."""
     eligible = [row.name for row in rows if row.ranked and not row.metrics[metric.name].rank_note]
     found = {name: summaries[name][metric.name] for name in eligible if metric.better}
-    ranked = {name: each for name, each in found.items() if each and each.runs >= FULL_SUBMISSION_RUNS}
+    return {name: each for name, each in found.items() if each}
+
+
+def _versus(ranked: Mapping[str, Summary], separated: statistics.Mask) -> dict[str, list[Versus | None]]:
+    """Each ranked submission, by name, against the next one and against the first one."""
     names, means = list(ranked), list(ranked.values())
-    separated = statistics.significant_pairs(means)
-    possible = statistics.rank_intervals(means, separated, metric.better)
-    return _Ranking(names, means, separated, dict(zip(names, possible, strict=True)))
+
+    def against(place: int, other: int) -> Versus | None:
+        above, below = sorted((place, other))
+        if above == below or below == len(names):
+            return None
+        difference = Difference.of(means[above], means[below])
+        return Versus(names[other], difference, bool(separated[above, below]))
+
+    return {name: [against(place, place + 1), against(place, 0)] for place, name in enumerate(names)}
 
 
 def _lead(rows: Sequence[BoardRow], metric: Metric) -> documents.Lead | None:
