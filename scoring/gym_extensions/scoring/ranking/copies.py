@@ -88,12 +88,11 @@ def is_common(first: Sketch, second: Sketch) -> bool:
 def unusually_alike(submissions: Mapping[str, Sequence[float]], alpha: float) -> dict[str, str]:
     """What to say of submissions whose runs are unusually alike, by name: five made from one, for example.
 
-    ``submissions`` have a value per run. The spread is compared, not the values.
+    ``submissions`` have a value per run, of two runs or more. The spread is compared, not the values.
     """
-    known = {name: runs for name, runs in submissions.items() if len(runs) > 1}
     found = {}
-    for name, runs in known.items():
-        others = [each for other, each in known.items() if other != name]
+    for name, runs in submissions.items():
+        others = [each for other, each in submissions.items() if other != name]
         if len(others) < ALIKE_OTHERS:
             continue
         p_value, pooled = smaller_spread_p(runs, others, ALIKE_SHARE)

@@ -254,8 +254,6 @@ def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
 def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
     """The cost of a run. Some runs state the largest memory of all groups; a group's least is its own."""
     documents = [log.provenance for log in logs.values()]
-    if not all(documents):
-        return scorecard.CoreCost()
     total = _total(documents)
     is_whole, is_timed = (number == len(CORES[CORE]) for number in (total.groups, total.timed_groups))
     peaks = [[run.peak_memory_mb for run in runs if run.peak_memory_mb is not None] for runs in documents]
