@@ -4,11 +4,10 @@ import math
 import shlex
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from pathlib import PurePosixPath
 from statistics import NormalDist
 
 from gym_extensions.catalog.groups import CORE, CORES, group
-from gym_extensions.catalog.protocol import BUDGETS
+from gym_extensions.catalog.protocol import BUDGETS, STANDARD_BUDGET
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import LOOK_LEVELS, core_logs
@@ -24,7 +23,6 @@ class Wanted:
     Attributes:
         name: of the submission.
         agent: the reference agent that trains them.
-        budget: name of the budget.
         look: number of runs per group that they complete.
         runs: their numbers by group.
         decides: about how many open comparisons they would separate; None for a submission without a rank.
@@ -34,7 +32,6 @@ class Wanted:
 
     name: str
     agent: str
-    budget: str
     look: int
     runs: dict[str, list[int]]
     decides: float | None
@@ -53,10 +50,10 @@ class Wanted:
 
     def commands(self, folder: str = "") -> list[str]:
         """What trains them into the submission's folder: a command for each set of numbers."""
-        out, by_numbers = folder or str(PurePosixPath("submissions", self.name)), dict[str, list[str]]()
+        out = folder or f"submissions/{self.name}"
         if self.trained_here:
-            words = ["gym-extensions", "maintain", "train-here", out, "--runs", str(self.look)]
-            return [shlex.join(words)]
+            return [shlex.join(["gym-extensions", "maintain", "train-here", out, "--runs", str(self.look)])]
+        by_numbers: dict[str, list[str]] = {}
         for name, runs in self.runs.items():
             is_range = runs == list(range(runs[0], runs[-1] + 1)) and len(runs) > 2
             numbers = f"{runs[0]}-{runs[-1]}" if is_range else ",".join(map(str, runs))
@@ -64,7 +61,7 @@ class Wanted:
         lines = []
         for numbers, names in by_numbers.items():
             words = ["gym-extensions", "train", self.agent, "--groups", ",".join(names)]
-            words += ["--budget", self.budget, "--runs", numbers, "--out", out]
+            words += ["--budget", STANDARD_BUDGET, "--runs", numbers, "--out", out]
             lines.append(f"{shlex.join(words)} --by NAME")
         return lines
 
@@ -79,44 +76,34 @@ def wanted(cards: Sequence[Scorecard], board: CoreBoard | None, agents: Collecti
         return []
     by_name, found = {card.name: card for card in cards}, []
     for row in board.rows:
-        card = by_name[row.name]
+        card, look = by_name[row.name], row.next_look
+        assert card.manifest is not None, "it has runs"
+        agent = card.manifest.protocol.algorithm
         is_here = any(log.level == TRAINED_HERE for log in core_logs(card).values())
-        manifest, runs = card.manifest, _missing(row, card, agents, is_here)
-        if manifest and row.next_look and runs and (is_here or board.edition == 1):
-            found.append(
-                Wanted(
-                    name=row.name,
-                    agent=manifest.protocol.algorithm,
-                    budget=manifest.protocol.budget,
-                    look=row.next_look,
-                    runs=runs,
-                    decides=decided_by(row, board) if row.ranked else None,
-                    hours=_hours(card, runs),
-                    trained_here=is_here,
-                )
-            )
+        is_donated = board.edition == 1 and card.steps_counted and agent in agents
+        if look is None or not (is_here or is_donated) or not (row.ranked or row.look == 0):
+            continue
+        if runs := _missing(card, look):
+            decides = decided_by(row, board) if row.ranked else None
+            found.append(Wanted(row.name, agent, look, runs, decides, _hours(card, runs), is_here))
     return sorted(found, key=lambda each: (each.decides is None, -each.rate, each.name))
 
 
-def _missing(row: CoreRow, card: Scorecard, agents: Collection[str], is_here: bool) -> dict[str, list[int]]:
-    """The sequential runs by group that a submission lacks; none if none can be donated or compared.
+def _missing(card: Scorecard, look: int) -> dict[str, list[int]]:
+    """The sequential runs by group that a submission lacks for a look.
 
     A run after a gap is not scored, and counts as lacking; the command skips it.
     """
-    protocol = card.manifest.protocol if card.manifest else None
-    is_own = protocol is not None and card.steps_counted and protocol.algorithm in agents
-    if not (is_own or is_here) or not (row.ranked or row.look == 0):
-        return {}
-    logs, needed = core_logs(card), set(range(row.next_look or 0))
+    logs, needed = core_logs(card), set(range(look))
     lacking = {each: needed - set(logs[each].runs if each in logs else ()) for each in CORES[CORE]}
     return {group(name).name: sorted(runs) for name, runs in lacking.items() if runs}
 
 
 def _hours(card: Scorecard, runs: dict[str, list[int]]) -> float | None:
     """The processor time of these runs, if each step takes as long as in the submission's other runs."""
-    if not card.cost or not card.cost.steps or card.cost.timed_groups < card.cost.groups or not card.manifest:
+    if not card.cost or not card.cost.steps or card.cost.timed_groups < card.cost.groups:
         return None
-    budget = BUDGETS[card.manifest.protocol.budget]
+    budget = BUDGETS[STANDARD_BUDGET]
     steps = sum(
         budget.steps_for(name) * len(group(name).tasks) * len(numbers) for name, numbers in runs.items()
     )
