@@ -229,12 +229,12 @@ def _rank_note(
 def _row(
     card: Scorecard, key: BoardKey, copied: str | None, summaries: Summaries, alone: values.Estimate
 ) -> BoardRow:
-    logs, score = [card.groups[name][key.protocol] for name in key.groups], documents.lookup(card, key)
-    assert score is not None, "it is on the board"
+    logs = [card.groups[name][key.protocol] for name in key.groups]
+    manifest, score = card.manifest, documents.lookup(card, key)
+    assert manifest is not None and score is not None, "it is on the board"
     level, metrics = documents.board_level(card, key), BOARD_METRICS[key.protocol]
     why = _why_not_ranked(logs, level, score.metrics[metrics[0].name], copied)
     retained = values.retention_note(score.metrics, alone)
-    manifest = card.manifest
     return BoardRow(
         name=card.name,
         title=card.title,
@@ -243,11 +243,11 @@ def _row(
         ranked=not why,
         why=why,
         steps_counted=card.steps_counted or level == TRAINED_HERE,
-        evaluation=manifest.protocol.evaluation if manifest else None,
-        authors=manifest.authors if manifest else (),
+        evaluation=manifest.protocol.evaluation,
+        authors=manifest.authors,
         accepted=card.accepted,
-        observes=manifest.observes if manifest else None,
-        memory=manifest.memory if manifest else None,
+        observes=manifest.observes,
+        memory=manifest.memory,
         metrics={
             each.name: BoardMetric.of(
                 score.metrics[each.name], _rank_note(card, key, each, summaries[each.name], retained)
