@@ -19,6 +19,13 @@ def test_a_number_has_fixed_digits_and_a_minus_sign(value: float, digits: int, s
 
 
 @pytest.mark.parametrize(
+    ("value", "said"), [(0.0004, "p < 0.001"), (0.0123, "p = 0.012"), (0.0496, "p = 0.0496")]
+)
+def test_a_p_value_has_four_digits_about_the_level(value: float, said: str) -> None:
+    assert text.p_equals(value) == said
+
+
+@pytest.mark.parametrize(
     ("task_id", "label"),
     [
         ("gym_extensions/HopperWall-v0", "Hopper<wbr>Wall"),

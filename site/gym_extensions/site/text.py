@@ -231,6 +231,12 @@ def p_value(value: float) -> str:
     return f"< {fixed(0.001, 3)}" if value < 0.001 else fixed(value, 4 if 0.0495 <= value < 0.0505 else 3)
 
 
+def p_equals(value: float) -> str:
+    """A p value in a sentence, for example ``p = 0.012`` or ``p < 0.001``."""
+    said = p_value(value)
+    return f"p {said}" if said.startswith("<") else f"p = {said}"
+
+
 REFUSED_P = p_value(NEW_SEEDS_ALPHA)
 """Logs with this p value on new seeds, or a lower one, are refused."""
 

@@ -32,8 +32,9 @@ def metric_scale(values: Iterable[Shown]) -> svg.Scale:
 
     Intervals may exceed it, because those of two runs are wide; they then end in an arrow.
     """
-    drawn = [value for value in values if value.mean is not None]
-    numbers = [number for value in drawn for number in (value.mean, *runs_of(value)) if number is not None]
+    numbers = [
+        number for value in values if value.mean is not None for number in (value.mean, *runs_of(value))
+    ]
     return svg.scale_around(numbers, MARGIN, WIDTH - MARGIN)
 
 

@@ -48,8 +48,11 @@ def index(site: board_views.Leaderboard, render: Render) -> str:
     remark = EXPLORATORY[board.edition] if board else ""
     pairs = {
         metric: [
-            [p.first, p.second, p.mean, p.low, p.high, p.p_value, p.verdict, p.look, p.exploratory and remark]
-            for p in found
+            [
+                *(pair.first, pair.second, pair.mean, pair.low, pair.high),
+                *(text.p_equals(pair.p_value), pair.verdict, pair.look, pair.exploratory and remark),
+            ]
+            for pair in found
         ]
         for metric, found in (board.pairs if board else {}).items()
     }
@@ -77,7 +80,7 @@ def index(site: board_views.Leaderboard, render: Render) -> str:
 def differences(boards: Sequence[board_views.BoardView], cards: Sequence[Scorecard]) -> str:
     """The script with the differences of the submissions of ``comparable``, loaded when two are compared.
 
-    By the positions i < j of two submissions in ``names``: mean, ends of the interval and p value per column.
+    By the positions i < j of two submissions in ``names``: mean and ends of the interval per column.
     """
     board = boards[0]
     names = [row.submission.name for each in boards for row in each.rows[:MAX_PAIRED]]

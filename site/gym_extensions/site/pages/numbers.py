@@ -13,7 +13,7 @@ from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import core_logs
 from gym_extensions.site import board_views, paths, submission_results
 from gym_extensions.site.pages import core, page
-from gym_extensions.site.text import ends, fixed, interval, mean, p_value, rank
+from gym_extensions.site.text import ends, fixed, interval, mean, p_equals, rank
 from gym_extensions.submissions.layout import POSES
 
 
@@ -73,8 +73,7 @@ def verdicts(board: CoreBoard) -> dict[str, dict[str, list[str]]]:
     titles = {row.name: row.title for row in board.rows}
     found: dict[str, dict[str, list[str]]] = {}
     for pair in board.pairs[core.FINAL]:
-        p = p_value(pair.p_value)
         for name, other in ((pair.first, pair.second), (pair.second, pair.first)):
-            said = f"{titles[other]} (p {p if p[0] == '<' else f'= {p}'})"
+            said = f"{titles[other]} ({p_equals(pair.p_value)})"
             found.setdefault(name, {}).setdefault(pair.verdict, []).append(said)
     return found

@@ -9,7 +9,6 @@ function compareIndex(document) { index = document; start(); }
 function boardPairs(document) { loaded[document.board] = document; }
 
 const range = (low, high) => `${fixed(low)} to ${fixed(high)}`;
-const pText = (p) => (p === null ? "\u2013" : p < 0.001 ? "< 0.001" : fixed(p, p >= 0.0495 && p < 0.0505 ? 4 : 3));
 
 /* first − second on the core, in one sentence; [a, b, mean, low, high, p, verdict, runs, remark or false] per pair. */
 function verdict(pairs, first, second) {
@@ -43,7 +42,7 @@ function answer(first, second, boards) {
     const is = found.verdict === "separated" ? `${found.mean > 0 ? more : less} than ${title(second)}, a ${words} in `
       : `and ${title(second)}: ${words} in `;
     list.append(make("p", {}, make("strong", {}, title(first)), ` ${is}`, link(what, `metrics.html#${metric}`),
-      `: ${fixed(found.mean)} (${range(found.low, found.high)}), `, link(`p ${found.p < 0.001 ? "" : "= "}${pText(found.p)}`, "metrics.html#core"),
+      `: ${fixed(found.mean)} (${range(found.low, found.high)}), `, link(found.p, "metrics.html#core"),
       `, over the core, runs 0 to ${found.runs - 1} of both.`));
   }
   if (!list.children.length) {
@@ -73,19 +72,16 @@ function bar([mean, low, high], reach) {
 }
 
 function table(boards, first, second) {
-  const pooled = (metric) => {
-    const found = verdict(index.core[metric], first, second);
-    return found && [found.mean, found.low, found.high, found.p, found.runs];
-  };
+  const [kept, lost] = ["final_performance", "forgetting"].map((metric) => verdict(index.core[metric], first, second));
+  const interval = (found) => found && [found.mean, found.low, found.high];
   const rows = boards.map((board) => {
     const data = loaded[board.id], value = (at) => data && (at < 0 ? null : difference(data, first, second, at));
     return { page: board.page, group: board.group, label: board.label, runs: `${board.submissions[first]}, ${board.submissions[second]}`,
       kept: value(0), lost: value(data && data.columns.indexOf("forgetting")) };
   });
-  const core = pooled("final_performance");
-  if (core) rows.unshift({ page: "core.html", group: "Core suite", label: "mean over its groups; interval for all pairs together",
-    runs: `${core[4]}, ${core[4]}`, kept: core, lost: pooled("forgetting") });
-  const reach = Math.max(0.1, ...rows.flatMap(({ kept }) => (kept ? kept.slice(0, 3).map(Math.abs) : [])));
+  if (kept) rows.unshift({ page: "core.html", group: "Core suite", label: "mean over its groups; interval for all pairs together",
+    runs: `${kept.runs}, ${kept.runs}`, kept: interval(kept), lost: interval(lost) });
+  const reach = Math.max(0.1, ...rows.flatMap(({ kept }) => (kept ? kept.map(Math.abs) : [])));
   const named = (name, td) => { td.dataset.label = name; return td; };
   const number = (name, found) => named(name, make("td", { className: "num" },
     make("span", { className: "value strong" }, found ? fixed(found[0]) : found === null ? "\u2013" : "\u2026"), " ",

@@ -46,9 +46,9 @@
   if (!table) return;
   const labelled = (text, control) => make("label", {}, control, ` ${text}`);
   const metrics = table.dataset.metrics.split(" "), keys = metrics.map((name) => name.toLowerCase()); // the first is what cells show
-  const groups = table.dataset.groups.split(" "), every = groups.map((_, at) => at);
+  const groups = table.dataset.groups.split(" "), allPlaces = groups.map((_, at) => at);
   const heads = [...table.tHead.rows[0].cells], at = (key) => heads.findIndex((head) => head.dataset.key === key);
-  let state = read(location.hash), chosen = every;
+  let state = read(location.hash), chosen = allPlaces;
 
   function rowOf(element) {
     const cells = [...element.cells], shift = heads.length - cells.length; // a row without a score has one cell for two columns
@@ -128,8 +128,8 @@
   const metricOf = () => Math.max(keys.indexOf(state.cells), 0);
   function evaluate(row) {
     const values = row.numbers[metricOf()];
-    every.forEach((place) => { row.values[`g${place}`] = values[place]; });
-    row.values.kept = chosen.length < every.length || !row.kept ? meanAt(row.numbers[0], chosen) : row.first.kept;
+    allPlaces.forEach((place) => { row.values[`g${place}`] = values[place]; });
+    row.values.kept = chosen.length < allPlaces.length || !row.kept ? meanAt(row.numbers[0], chosen) : row.first.kept;
   }
 
   // A cell shows a metric of its group; only kept has a test, and so a frame or hatching.
@@ -142,7 +142,7 @@
       else cell.innerHTML = html;
       cell.classList.toggle("left-out", !chosen.includes(place));
     });
-    const isPart = chosen.length < every.length, { kept } = row.values;
+    const isPart = chosen.length < allPlaces.length, { kept } = row.values;
     row.rank.firstChild.data = isPart ? "\u2013" : row.first.rank;
     if (row.kept) row.kept.innerHTML = isPart ? `<b>${kept === null ? "\u2013" : fixed(kept)}</b>` : row.first.html;
     row.box.checked = state.ticked.includes(row.name);
@@ -155,9 +155,9 @@
       lost.push(state[name]);
       state[name] = "";
     }
-    chosen = known.length ? every.filter((place) => known.includes(groups[place])) : every;
+    chosen = known.length ? allPlaces.filter((place) => known.includes(groups[place])) : allPlaces;
     boxes.forEach((box, place) => { box.checked = chosen.includes(place); });
-    const key = state.sort || (chosen === every ? "" : "kept");
+    const key = state.sort || (chosen === allPlaces ? "" : "kept");
     for (const { body, key: label, rows } of lists) {
       body.hidden = state.list !== "" && state.list !== label;
       rows.forEach(evaluate);

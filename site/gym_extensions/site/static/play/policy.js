@@ -79,7 +79,7 @@ export async function readPolicies(buffer) {
   });
 }
 
-export class Policy {
+class Policy {
   constructor(facts, arrays) {
     Object.assign(this, facts);
     this.arrays = arrays;
