@@ -6,7 +6,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
 from gym_extensions.catalog.tasks import TASKS, task as task_named
 from gym_extensions.catalog.variations import Gravity, Wall
 from gym_extensions.catalog.worlds import Axis, Trained, axes
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 
 WITH_AXES = {name for name in GROUPS if name.endswith(("-gravity", "-body", "-wall")) and "noisy" not in name}
 ALL = [(name, axis) for name, members in GROUPS.items() for axis in axes(members)]
@@ -72,7 +72,7 @@ def test_the_world_at_a_trained_value_is_the_model_of_the_task(
     name: str, number: int, value: float, published: str
 ) -> None:
     world, task = (
-        construct_mujoco(each).model for each in (axis_of(name, number).world(value), task_named(published))
+        TaskEnv(each).model for each in (axis_of(name, number).world(value), task_named(published))
     )
     for part in ("geom_size", "body_mass", "body_inertia"):
         assert (getattr(world, part) == getattr(task, part)).all()

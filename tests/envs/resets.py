@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.mujoco.env import TaskEnv
 
 
@@ -21,7 +21,7 @@ def states_after_reset(
     name: str, read: Callable[[TaskEnv], NDArray[np.float64]], count: int = 2000
 ) -> NDArray[np.float64]:
     """What ``read`` returns after each of ``count`` resets, one row per reset."""
-    env = construct_mujoco(name)
+    env = TaskEnv(task(name))
     env.reset(seed=0)
     rows = []
     for _ in range(count):

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from gym_extensions.catalog.bodies import Body, Rectangle
+from gym_extensions.catalog.tasks import task
 from gym_extensions.envs import Variation, customize, make, make_vec
 from gym_extensions.envs.effects import move
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.range_beams import beam_noise, disturb
 
 from .resets import assert_uniform, states_after_reset
@@ -23,7 +24,7 @@ WALLS = [f"{body}Wall" for body in (*BODIES, "HumanoidStandupAndRun")]
 
 @pytest.mark.parametrize("name", WALLS)
 def test_the_wall_is_the_box_of_the_specification(name: str) -> None:
-    env = construct_mujoco(name)
+    env = TaskEnv(task(name))
     env.reset(seed=3)
     wall = env.model.geom("wall")
     x = env.data.mocap_pos[0, 0]
@@ -76,7 +77,7 @@ def test_the_walls_x_is_uniform_over_2000_resets(name: str) -> None:
 def test_with_a_sensor_a_body_moves_as_its_base_bit_for_bit_until_it_touches_a_wall(
     body: str, suffix: str, steps: int
 ) -> None:
-    base, sensing = construct_mujoco(body), construct_mujoco(f"{body}{suffix}")
+    base, sensing = TaskEnv(task(body)), TaskEnv(task(f"{body}{suffix}"))
     expected, seen = base.reset(seed=5)[0], sensing.reset(seed=5)[0]
     assert seen.shape == sensing.observation_space.shape
     generator = np.random.default_rng(0)
@@ -91,7 +92,7 @@ def test_with_a_sensor_a_body_moves_as_its_base_bit_for_bit_until_it_touches_a_w
 
 @pytest.mark.parametrize("body", BODIES)
 def test_a_body_at_the_wall_is_pushed_back_without_friction(body: str) -> None:
-    env = construct_mujoco(f"{body}Wall")
+    env = TaskEnv(task(f"{body}Wall"))
     env.reset(seed=0)
     wall = env.model.geom("wall").id
     touching = []
@@ -109,7 +110,7 @@ def test_a_body_at_the_wall_is_pushed_back_without_friction(body: str) -> None:
 
 
 def test_humanoids_observation_and_contact_cost_leave_the_wall_out() -> None:
-    env: Any = construct_mujoco("HumanoidWall")
+    env: Any = TaskEnv(task("HumanoidWall"))
     env.reset(seed=0)
     for _ in range(40):
         seen, _, _, _, infos = env.step(np.zeros(17, np.float32))
@@ -123,7 +124,7 @@ def test_humanoids_observation_and_contact_cost_leave_the_wall_out() -> None:
 
 @pytest.mark.parametrize("body", BODIES)
 def test_readings_are_those_of_the_previous_step_plus_noise(body: str) -> None:
-    clear, noisy = construct_mujoco(f"{body}Wall"), construct_mujoco(f"{body}NoisyWall")
+    clear, noisy = TaskEnv(task(f"{body}Wall")), TaskEnv(task(f"{body}NoisyWall"))
     reading, shown = (env.reset(seed=2)[0][-10:] for env in (clear, noisy))
     # The seed of the noise is drawn last.
     working, shift = beam_noise(int(clear.np_random.integers(2**32)), 1000, 0.05, 0.02)
@@ -139,7 +140,7 @@ def test_readings_are_those_of_the_previous_step_plus_noise(body: str) -> None:
 
 @pytest.mark.parametrize("body", BODIES)
 def test_commands_get_noise_of_a_tenth_of_the_range_and_are_clipped(body: str) -> None:
-    env = construct_mujoco(f"{body}MotorNoise")
+    env = TaskEnv(task(f"{body}MotorNoise"))
     ranges = env.model.actuator_ctrlrange
     sigma = 0.1 * (ranges[:, 1] - ranges[:, 0])
     scaled: list[NDArray[np.float64]] = []
@@ -157,7 +158,7 @@ def test_commands_get_noise_of_a_tenth_of_the_range_and_are_clipped(body: str) -
 
 
 def test_hoppers_cost_uses_the_command_and_humanoids_the_noisy_command() -> None:
-    hopper, humanoid = construct_mujoco("HopperMotorNoise"), construct_mujoco("HumanoidMotorNoise")
+    hopper, humanoid = TaskEnv(task("HopperMotorNoise")), TaskEnv(task("HumanoidMotorNoise"))
     for env in (hopper, humanoid):
         env.reset(seed=0)
     assert hopper.step(np.full(3, 0.5, np.float32))[4]["reward_ctrl"] == pytest.approx(-1e-3 * 3 * 0.25)
@@ -167,7 +168,7 @@ def test_hoppers_cost_uses_the_command_and_humanoids_the_noisy_command() -> None
 
 
 def test_motor_noise_follows_from_the_reset_seed_and_the_step() -> None:
-    first, second = construct_mujoco("HopperMotorNoise"), construct_mujoco("HopperMotorNoise")
+    first, second = TaskEnv(task("HopperMotorNoise")), TaskEnv(task("HopperMotorNoise"))
     first.reset(seed=5)
     second.reset(seed=5)
     for action in np.random.default_rng(0).uniform(-0.2, 0.2, (30, 3)).astype(np.float32):
@@ -202,7 +203,7 @@ def test_a_moving_goal_is_reflected_at_its_box(
 def test_a_tracking_goal_moves_at_its_velocity_within_its_box(
     name: str, low: tuple[float, float], high: tuple[float, float]
 ) -> None:
-    env, base = construct_mujoco(name), construct_mujoco(BASES[name])
+    env, base = TaskEnv(task(name)), TaskEnv(task(BASES[name]))
     generator = np.random.default_rng(0)
     for seed in range(10):
         before = env.reset(seed=seed)[0][-3:-1]

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from gym_extensions.catalog.tasks import task
 from gym_extensions.catalog.variations import Wall
 from gym_extensions.envs import range_beams
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.range_beams import beam_noise, disturb
 
 
 @pytest.mark.parametrize("body", ["Hopper", "Walker2d", "HalfCheetah", "Humanoid"])
 def test_readings_agree_with_mujocos_ray_and_frames_at_100_random_poses(body: str) -> None:
-    env = construct_mujoco(f"{body}Wall")
+    env = TaskEnv(task(f"{body}Wall"))
     generator = np.random.default_rng(8)
     box = env.model.geom("wall")
     hits = 0
@@ -71,7 +72,7 @@ def test_a_reading_is_the_distance_over_ten_metres(
 
 
 def test_lying_bodies_look_along_the_worlds_x_whatever_their_attitude() -> None:
-    env = construct_mujoco("HumanoidStandupAndRunWall")
+    env = TaskEnv(task("HumanoidStandupAndRunWall"))
     env.reset(seed=0)
     wall = env.data.mocap_pos[0, 0]
     for quaternion in ([1, 0, 0, 0], [0.5, 0.5, -0.5, 0.5], [0, 0, 0, 2]):

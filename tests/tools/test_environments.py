@@ -12,7 +12,7 @@ from gymnasium.spaces import Box
 from gym_extensions.catalog import descriptions, fingerprints
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.envs import fingerprinting, make
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 from tools.environments import fingerprints as publishing, pictures
 from tools.environments.__main__ import main
 from tools.environments.describe import action_fields, observation_fields, table
@@ -60,7 +60,7 @@ def test_the_tables_have_as_many_entries_as_the_spaces(task_id: str) -> None:
 
 def test_the_entry_at_an_index_has_the_value_that_the_table_describes() -> None:
     rows = {index: meaning for index, meaning, *_ in table(observation_fields(task("HumanoidWall")))}
-    env = construct_mujoco("HumanoidWall")
+    env = TaskEnv(task("HumanoidWall"))
     seen, _ = env.reset(seed=0)
     ranges = [row[3] for row in table(observation_fields(task("Hopper")))]
     assert ranges[1:3] + ranges[-1:] == ["unbounded", "-2.61799 … 0, soft limit", "-10 … 10"]

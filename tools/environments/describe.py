@@ -13,7 +13,7 @@ from gym_extensions.catalog.bodies import Body
 from gym_extensions.catalog.descriptions import HINGE, SLIDE, Field, Joint, Link, Role, Row, Shape, Skeleton
 from gym_extensions.catalog.tasks import MAPS, TASKS, Task
 from gym_extensions.catalog.variations import WALL, RangeSensor, Wall
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.mujoco.model import base_spec, compile_model
 from gym_extensions.envs.navigation.env import course
 from gym_extensions.envs.navigation.geometry import CELL, HEIGHT, goals, load
@@ -142,7 +142,7 @@ def _beams(task: Task, model: Any) -> Iterator[Shape]:
         return
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    origin, directions = FANS[task.body.beams](data.qpos, construct_mujoco(task).template.root_lift)
+    origin, directions = FANS[task.body.beams](data.qpos, TaskEnv(task).template.root_lift)
     role: Role = "world-beam" if task.body.beams == "world" else "beam"
     turn = np.eye(3) if role == "world-beam" else data.xmat[1].reshape(3, 3).T
     start = turn @ (origin - data.xpos[1])

@@ -13,7 +13,7 @@ from gym_extensions.catalog.descriptions import picture_file
 from gym_extensions.catalog.tasks import GOALS, MAPS, TASKS, Task
 from gym_extensions.catalog.variations import Wall
 from gym_extensions.envs.effects import compiled_readings, variation_of
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.navigation.geometry import arena
 from gym_extensions.envs.navigation.sensors import background
 from gym_extensions.envs.range_beams import FANS, REACH
@@ -109,7 +109,7 @@ def _encoded(frame: NDArray[np.uint8], kind: str, colors: int = 0, **options: An
 
 
 def _frame(task: Task) -> NDArray[np.uint8]:
-    env = construct_mujoco(task)
+    env = TaskEnv(task)
     _paint(task, env.model)
     has_wall = "wall" in _shown(task)
     view = WALL_CAMERA if has_wall or task.body.camera is None else task.body.camera

@@ -144,13 +144,6 @@ def build(task: Task, **rendering: Any) -> gym.Env[Any, Any]:
     return TaskEnv(task, **rendering)
 
 
-def construct_mujoco(task: str | Task) -> TaskEnv:
-    """Returns the environment of a MuJoCo task without wrappers, with its MuJoCo types."""
-    env = build(resolve(task))
-    assert isinstance(env, TaskEnv)
-    return env
-
-
 def construct(task: str | Task | Mapping[str, Any], **rendering: Any) -> gym.Env[Any, Any]:
     """Returns ``build`` of a task as ``resolve`` takes it; Gymnasium's registry calls it.
 

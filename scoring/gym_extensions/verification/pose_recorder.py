@@ -13,7 +13,7 @@ from gym_extensions.catalog.groups import GROUPS, TaskGroup
 from gym_extensions.catalog.tasks import Task
 from gym_extensions.documents import filled
 from gym_extensions.envs import fingerprinting, rollout
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.submissions import poses as store
 from gym_extensions.submissions.fetch import Fetcher
 from gym_extensions.submissions.policies.files import AnyPolicy
@@ -39,7 +39,7 @@ def timing_of(task: Task) -> Timing:
     if task.body.family == "navigation":
         every = math.ceil(task.max_steps / store.MAX_PATH_POINTS)
         return Timing(store.MAP_UNIT, 0.0, float(every), task.max_steps)
-    env: Any = construct_mujoco(task)
+    env: Any = TaskEnv(task)
     rate = 1 / float(env.dt)
     env.close()
     return Timing(store.BODY_UNIT, rate, rate / store.RATE, math.ceil(store.MAX_SECONDS * rate))

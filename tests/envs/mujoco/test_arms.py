@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.catalog.tasks import task
 from gym_extensions.envs.mujoco.arms import facing
 from gym_extensions.envs.mujoco.env import TaskEnv
 
@@ -71,7 +71,7 @@ def test_strikers_moving_start_draws_the_ball_and_keeps_the_goal_away() -> None:
 
 
 def test_strikers_observation_is_arm_then_tip_ball_goal() -> None:
-    env = construct_mujoco("Striker")
+    env = TaskEnv(task("Striker"))
     seen, _ = env.reset(seed=3)
     assert seen.shape == (23,)
     np.testing.assert_array_equal(seen[:7], np.zeros(7))
@@ -82,7 +82,7 @@ def test_strikers_observation_is_arm_then_tip_ball_goal() -> None:
 
 
 def test_strikers_reward_is_that_of_the_state_after_the_step() -> None:
-    env = construct_mujoco("Striker")
+    env = TaskEnv(task("Striker"))
     generator = np.random.default_rng(7)
     for seed in range(3):
         env.reset(seed=seed)
@@ -107,7 +107,7 @@ def test_strikers_reward_is_that_of_the_state_after_the_step() -> None:
 
 
 def test_the_smallest_distance_includes_the_one_at_reset() -> None:
-    env = construct_mujoco("Striker")
+    env = TaskEnv(task("Striker"))
     env.reset(seed=1)
     start = float(np.linalg.norm(env.data.body("object").xpos - env.data.body("goal").xpos))
     env.data.qvel[7] = -3  # the ball rolls away
@@ -131,7 +131,7 @@ def test_the_cup_opens_to_the_ball(ball: tuple[float, float], goal: tuple[float,
 
 
 def test_a_ball_shot_at_the_open_side_stays_in_the_cup_and_the_cup_stays_in_place() -> None:
-    env = construct_mujoco("Striker")
+    env = TaskEnv(task("Striker"))
     for seed in range(5):
         env.reset(seed=seed)
         cup = env.data.mocap_pos[0].copy()
@@ -150,7 +150,7 @@ def _distance_after_step(env: TaskEnv) -> float:
 
 
 def test_strikers_model_has_the_numbers_of_2017() -> None:
-    model = construct_mujoco("Striker").model
+    model = TaskEnv(task("Striker")).model
     assert (model.nq, model.nv, model.nu, model.nmocap) == (9, 9, 7, 1)
     assert model.opt.timestep == 0.01
     assert not model.opt.gravity.any()

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from gym_extensions.catalog.tasks import task
 from gym_extensions.envs import make
-from gym_extensions.envs.make import construct_mujoco
 from gym_extensions.envs.mujoco.env import TaskEnv
 
 BODIES = ("Hopper", "Walker2d", "HalfCheetah", "Humanoid")
@@ -52,12 +52,12 @@ GRAVITY = {"Half": -4.905, "ThreeQuarters": -7.3575, "OneAndQuarter": -12.2625, 
 
 @pytest.mark.parametrize("suffix", GRAVITY)
 def test_gravity_is_exactly_as_specified(suffix: str) -> None:
-    assert construct_mujoco(f"HopperGravity{suffix}").model.opt.gravity.tolist() == [0, 0, GRAVITY[suffix]]
+    assert TaskEnv(task(f"HopperGravity{suffix}")).model.opt.gravity.tolist() == [0, 0, GRAVITY[suffix]]
 
 
 @pytest.mark.parametrize("body", BODIES)
 def test_a_gravity_task_differs_from_its_base_only_in_gravity(body: str) -> None:
-    base, varied = (construct_mujoco(name).model for name in (body, f"{body}GravityOneAndHalf"))
+    base, varied = (TaskEnv(task(name)).model for name in (body, f"{body}GravityOneAndHalf"))
     varied.opt.gravity = base.opt.gravity
     binary = [np.zeros(mujoco.mj_sizeModel(model), np.uint8) for model in (base, varied)]
     for model, buffer in zip((base, varied), binary, strict=True):
@@ -77,7 +77,7 @@ def costs(env: TaskEnv) -> float:
 
 @pytest.mark.parametrize("suffix", ["", "WithSensor", "Wall"])
 def test_the_reward_of_standing_up_and_running_has_speed_height_and_health(suffix: str) -> None:
-    env = construct_mujoco(f"HumanoidStandupAndRun{suffix}")
+    env = TaskEnv(task(f"HumanoidStandupAndRun{suffix}"))
     generator = np.random.default_rng(2)
     env.reset(seed=9)
     heights = []

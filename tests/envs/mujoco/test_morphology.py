@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.tasks import Task
+from gym_extensions.catalog.tasks import Task, task
 from gym_extensions.catalog.variations import LimbScale
 from gym_extensions.envs import Gravity, make
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.mujoco.model import compile_model
 
 from ...conftest import refused
@@ -30,7 +30,7 @@ def test_a_part_has_the_expected_radius_and_mass_and_all_else_is_unchanged(
     body: str, part: str, size: str, factor: float
 ) -> None:
     mass, radii = PARTS[body, part]
-    base, model = construct_mujoco(body).model, construct_mujoco(f"{body}{size}{part}").model
+    base, model = TaskEnv(task(body)).model, TaskEnv(task(f"{body}{size}{part}")).model
     for geom in range(base.ngeom):
         name = base.geom(geom).name
         expected = base.geom_size[geom].copy()
@@ -58,7 +58,7 @@ def test_inertia_is_that_of_the_new_shape_at_the_new_mass() -> None:
     across = rod * (3 * radius**2 + length**2) / 12
     across += ball * (2 * radius**2 / 5 + length**2 / 4 + 3 * length * radius / 8)
     along = rod * radius**2 / 2 + ball * 2 * radius**2 / 5
-    inertia = construct_mujoco("HopperBigTorso").model.body("torso").inertia
+    inertia = TaskEnv(task("HopperBigTorso")).model.body("torso").inertia
     assert sorted(inertia) == pytest.approx(sorted([across, across, along]), rel=1e-8)
 
 

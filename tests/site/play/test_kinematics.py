@@ -8,7 +8,7 @@ import pytest
 
 from gym_extensions.catalog.descriptions import descriptions
 from gym_extensions.catalog.tasks import task
-from gym_extensions.envs.make import construct_mujoco
+from gym_extensions.envs.mujoco.env import TaskEnv
 from gym_extensions.envs.mujoco.model import compile_model
 from gym_extensions.envs.range_beams import FANS
 from gym_extensions.site.play.watch import placed
@@ -43,7 +43,7 @@ def test_the_center_of_every_shape_is_that_of_its_geom(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["HopperWithSensor", "HumanoidWall", "HumanoidStandupWithSensor"])
 def test_beams_are_those_of_the_sensor(name: str) -> None:
-    env: Any = construct_mujoco(name)
+    env: Any = TaskEnv(task(name))
     env.reset(seed=0)
     facts = descriptions().get(task(name).id)
     assert facts is not None and facts.skeleton is not None
