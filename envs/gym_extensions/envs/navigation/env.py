@@ -59,18 +59,15 @@ class World:
             if family in ("state-goal", "range-known"):
                 self._numbers[:, -2:] = self._goals  # they never change
 
-    def advance(
-        self, actions: NDArray[Any], waiting: Flags | None = None
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Moves every agent that is not ``waiting`` (agents,); returns rewards and arrivals, (agents,) each.
+    def advance(self, actions: NDArray[Any], resting: Flags | None = None) -> tuple[Array, Flags]:
+        """Moves every agent that is not ``resting`` (agents,); returns rewards and arrivals, (agents,) each.
 
-        ``actions`` (agents, 2) are displacements in units, clipped here. Waiting agents get reward 0.
+        ``actions`` (agents, 2) are displacements in units, clipped here. Resting agents get reward 0.
         """
-        moves, count = np.ascontiguousarray(actions, dtype=np.float64), len(actions)
-        rewards, reached = np.empty(count), np.empty(count, np.bool_)
-        resting = np.zeros(count, np.bool_) if waiting is None else waiting
-        advance(self._solids, self._map_of, self._goals, self.positions, moves, resting, rewards, reached)
-        return rewards, reached
+        moves = np.ascontiguousarray(actions, dtype=np.float64)
+        if resting is None:
+            resting = np.zeros(len(moves), np.bool_)
+        return advance(self._solids, self._map_of, self._goals, self.positions, moves, resting)
 
     def observe(self) -> NDArray[Any]:
         """Returns every agent's observation, (agents, …). Every agent has been placed."""

@@ -123,28 +123,18 @@ def crosses(solid: Any, x: float, y: float, to_x: float, to_y: float) -> bool:
 
 
 @compiled
-def advance(  # noqa: PLR0917
-    solids: Any,
-    map_of: Any,
-    goals: Any,
-    positions: Any,
-    actions: Any,
-    waiting: Any,
-    rewards: Any,
-    reached: Any,
-) -> None:
-    """Moves every agent that is not waiting by its action, in place; writes rewards and arrivals.
+def advance(solids: Any, map_of: Any, goals: Any, positions: Any, actions: Any, resting: Any) -> Any:  # noqa: PLR0917
+    """Moves every agent that is not resting by its action, in place; returns rewards and arrivals, (agents,).
 
     Args:
         solids: (maps, rows + 2, columns + 2), as in ``Grid``; ``map_of`` (agents,) indexes it.
         goals: (agents, 2), in units; positions: (agents, 2), in units, changed in place.
         actions: (agents, 2), displacements in units; clipped here.
-        waiting: (agents,), agents that stay where they are and get reward 0.
-        rewards: (agents,), reached: (agents,); written.
+        resting: (agents,), agents that stay where they are and get reward 0.
     """
+    rewards, reached = np.zeros(len(positions)), np.zeros(len(positions), np.bool_)
     for agent in range(len(positions)):
-        rewards[agent], reached[agent] = 0.0, False
-        if waiting[agent]:
+        if resting[agent]:
             continue
         solid = solids[map_of[agent]]
         x, y = positions[agent, 0], positions[agent, 1]
@@ -160,3 +150,4 @@ def advance(  # noqa: PLR0917
             reward += GOAL_REWARD
             reached[agent] = True
         rewards[agent] = reward
+    return rewards, reached
