@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from statistics import fmean
-from types import MappingProxyType
 from typing import Any, NoReturn
 
 import numpy as np
@@ -162,9 +161,6 @@ class PolicyAgent:
         return self._policy if isinstance(self._policy, files.AnyPolicy) else None
 
 
-NO_CURVES: ClaimedCurves = MappingProxyType({})
-
-
 def record(
     policy: Policy,
     group: str | Path | TaskGroup,
@@ -177,7 +173,7 @@ def record(
     budget: str,
     card: Card,
     observes: manifest.Observes | None = None,
-    curves: ClaimedCurves = NO_CURVES,
+    curves: ClaimedCurves | None = None,
 ) -> dict[str, float]:
     """Evaluates a policy that was trained elsewhere and records it as a stage of a submission.
 
@@ -226,7 +222,7 @@ def record(
         raise BenchError("bad-groups", "A policy is recorded in one group and protocol.", "record", hint)
     ((task_group, _),) = request.logs()
     job, recorded = parse_stage(task_group, protocol, request.runs[0], request.budget, stage=stage, task=task)
-    trained = claimed_curves(recorded, curves)
+    trained = claimed_curves(recorded, curves or {})
     path = Path(out)
     agent = PolicyAgent(policy, card, observes)
     observed, card = observes_of(agent, "policy"), agent_spec.checked_card(agent, "card")

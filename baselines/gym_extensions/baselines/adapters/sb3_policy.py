@@ -5,7 +5,7 @@ squashed Gaussian actors of SAC and TQC, the deterministic actors of TD3 and DDP
 and SAC. Other policies of PyTorch become networks: images, own classes, own features extractors, LSTMs.
 """
 
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 import torch
@@ -30,18 +30,11 @@ ACTING = (
     *("predict", "_predict", "forward", "forward_actor", "extract_features"),
     *("get_distribution", "get_action_dist_params", "_get_action_dist_from_latent"),
 )
-SUPPORTED = ", ".join(["Linear", *(kind.__name__ for kind in ACTIVATIONS)])
+Parts = dict[str, Any]
+"""Arguments of :class:`gym_extensions.policies.Policy`."""
 
 
-class Layers(TypedDict):
-    """Arguments of :class:`gym_extensions.submissions.policies.mlp.Policy`."""
-
-    weights: tuple[Array, ...]
-    biases: tuple[Array, ...]
-    activation: str
-
-
-def policy_layers(*modules: torch.nn.Module) -> Layers:
+def policy_layers(*modules: torch.nn.Module) -> Parts:
     """The layers of networks that are applied one after the other, as arguments of a policy.
 
     Args:
@@ -74,21 +67,22 @@ def policy_layers(*modules: torch.nn.Module) -> Layers:
             getattr(leaf, name, None) != getattr(kind(), name, None) for name in arguments
         ):
             message = f"{kind.__name__} cannot be part of a policy."
-            raise BenchError("bad-policy", message, "policy_layers()", f"A policy supports {SUPPORTED}.")
+            supported = ", ".join(["Linear", *(each.__name__ for each in ACTIVATIONS)])
+            raise BenchError("bad-policy", message, "policy_layers()", f"A policy supports {supported}.")
         activations.add(ACTIVATIONS[kind])
     is_linear = [isinstance(leaf, torch.nn.Linear) for leaf in leaves]
     if is_linear != [True, False] * (len(linear) - 1) + [True] or len(activations) > 1:
         names = ", ".join(type(leaf).__name__ for leaf in leaves)
         hint = "Give linear layers with the same activation after each but the last."
         raise BenchError("bad-policy", f"The modules are {names}.", "policy_layers()", hint)
-    return Layers(
-        weights=tuple(_array(layer.weight).T for layer in linear),
-        biases=tuple(
+    return {
+        "weights": tuple(_array(layer.weight).T for layer in linear),
+        "biases": tuple(
             np.zeros(layer.out_features, np.float32) if layer.bias is None else _array(layer.bias)
             for layer in linear
         ),
-        activation=activations.pop() if activations else "linear",
-    )
+        "activation": activations.pop() if activations else "linear",
+    }
 
 
 def _array(values: torch.Tensor) -> Array:
@@ -97,8 +91,6 @@ def _array(values: torch.Tensor) -> Array:
 
 LOG_SIGMA_CLIP = np.array([-20.0, 2.0], np.float32)
 """Bounds of log σ of a squashed Gaussian actor, in SB3 and SBX."""
-Parts = dict[str, Any]
-"""Arguments of a ``Policy``."""
 NOT_PLAIN = (BenchError, AttributeError, IndexError, KeyError, TypeError, ValueError)
 """What reading a policy raises if it has other modules than a multilayer perceptron."""
 
@@ -202,11 +194,6 @@ class _Acting(torch.nn.Module):
             mean, scale, bound = statistics.values()
             self.statistics = (torch.as_tensor(mean), torch.as_tensor(scale), bound)
 
-    @property
-    def state_shape(self) -> tuple[int, ...] | None:
-        """The shape of the state of one episode; None without an LSTM."""
-        return None if self.lstm is None else (self.lstm.num_layers, 2, self.lstm.hidden_size)
-
     def forward(
         self, observation: torch.Tensor, *inputs: torch.Tensor
     ) -> torch.Tensor | tuple[torch.Tensor, torch.Tensor]:
@@ -251,10 +238,11 @@ def _network(
     can_sample = hasattr(model.policy, "get_distribution") or hasattr(actor, "get_action_dist_params")
     samples = can_sample and not deterministic
     acting = _Acting(model, statistics, swap=shape != space.shape, samples=samples).eval()
+    lstm = acting.lstm
     return conversion.from_torch(
         acting,
         shape,
-        state_shape=acting.state_shape,
+        state_shape=None if lstm is None else (lstm.num_layers, 2, lstm.hidden_size),
         noise=int(np.prod(model.action_space.shape or ())) if samples else 0,
         dtype=space.dtype.name if space.dtype.name in ("float32", "float64", "uint8") else "float32",
     )

@@ -67,8 +67,6 @@ def network_inputs(moments: Moments, observations: Array) -> Array:
 
 Sizes = tuple[int, ...]
 """Width of every layer, input and output included."""
-Layers = list[tuple[Array, Array]]
-"""Weights (in, out) and bias (out,) of every layer."""
 
 
 TANH, RELU = range(2)
@@ -91,8 +89,8 @@ def initial(sizes: Sizes, rng: np.random.Generator, last_scale: float = 1.0) -> 
     return np.concatenate(parts).astype(np.float32)
 
 
-def layers(sizes: Sizes, theta: Array) -> Layers:
-    """Views of the flat vector, one pair per layer."""
+def layers(sizes: Sizes, theta: Array) -> list[tuple[Array, Array]]:
+    """The weights (in, out) and the bias (out,) of every layer, as views of the flat vector."""
     views, start = [], 0
     for fan_in, fan_out in pairwise(sizes):
         end = start + fan_in * fan_out
