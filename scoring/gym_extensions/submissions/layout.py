@@ -79,7 +79,7 @@ MAX_RUNS = 100
 MAX_DEPTH = 4
 """Folder levels that are listed."""
 
-SAFE = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
+OPEN_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
 """Do not follow a link, do not wait for the writer of a FIFO, do not pass the file to other programs."""
 
 
@@ -152,7 +152,7 @@ class Folder:
 
 def read_regular(path: Path, max_bytes: int) -> bytes:
     """The bytes of a regular file. Raises ``OSError`` if it is a link, another kind of file or larger."""
-    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | SAFE)
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | OPEN_FLAGS)
     with os.fdopen(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
             raise OSError(errno.EINVAL, "It is not a regular file")

@@ -148,8 +148,8 @@ def _first_error(data: bytes) -> TableError:
     if header != HEADER.encode():
         is_marked = "a byte order mark (EF BB BF) and " if data.startswith(BOM) else ""
         stated = f"{is_marked}{_quoted(header.removeprefix(BOM))}"
-        why = f" {layout.CLONE}" if header.endswith(b"\r") else ""
-        return TableError(1, f"The header is {stated}; expected {HEADER}.{why}")
+        hint = f" {layout.CLONE}" if header.endswith(b"\r") else ""
+        return TableError(1, f"The header is {stated}; expected {HEADER}.{hint}")
     if not any(rows):
         return TableError(1, "The file has a header but no rows.")
     for number, row in enumerate(rows if rows[-1] else rows[:-1], 2):

@@ -99,11 +99,11 @@ def npz_error(data: bytes) -> str:
     """
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members, comments = archive.infolist(), [archive.comment]
+            members, comment = archive.infolist(), archive.comment
         names = [info.filename for info in members]
         if (size := sum(info.file_size for info in members)) > layout.MAX_POLICY_BYTES:
             return f"it unpacks to {size} bytes; the limit is {layout.MAX_POLICY_BYTES}"
-        if any([*comments, *(info.comment for info in members)]) or len(set(names)) < len(names):
+        if comment or any(info.comment for info in members) or len(set(names)) < len(names):
             return "it has a comment, or a member twice"
         for info in members:
             lengths = struct.unpack_from("<HH", data, info.header_offset + 26)
@@ -263,9 +263,9 @@ def run_errors(arrays: Arrays, group: TaskGroup, protocol: str) -> Iterator[tupl
         if not part:
             yield layout.POLICIES, f"The policy of {where} is missing."
         elif ONNX in part:
-            others = [f"Unexpected array {name!r} beside a network." for name in part if name != ONNX]
-            errors, suffix = others or network_errors(part[ONNX].tobytes()), file_suffix(f"{where}/{ONNX}")
-            yield from ((suffix, f"{where}: {error}") for error in errors)
+            errors = [f"Unexpected array {name!r} beside a network." for name in part if name != ONNX]
+            errors = errors or network_errors(part[ONNX].tobytes())
+            yield from ((file_suffix(f"{where}/{ONNX}"), f"{where}: {error}") for error in errors)
         else:
             yield from ((layout.POLICIES, f"{where}: {error}") for error in array_errors(part))
 

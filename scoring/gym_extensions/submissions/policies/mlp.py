@@ -231,9 +231,10 @@ def by_task(policies: Sequence[Policy], shared: int = 0) -> Policy:
     for name in (field.name for field in fields(Policy)):
         rows = [getattr(policy, name) for policy in policies]
         if name in LAYER_FIELDS:
-            layers, same = list(zip(*rows, strict=True)), 0 if name == "masks" else shared
-            own = [None if layer[0] is None else np.stack(layer) for layer in layers[same:]]
-            values[name] = (*rows[0][:same], *own)
+            same = 0 if name == "masks" else shared
+            layers = zip(*(row[same:] for row in rows), strict=True)
+            stacked = [None if layer[0] is None else np.stack(layer) for layer in layers]
+            values[name] = (*rows[0][:same], *stacked)
         else:
             values[name] = np.stack(rows) if KEYS[name].has_tasks and rows[0] is not None else rows[0]
     return Policy(**values)

@@ -23,7 +23,7 @@ from gym_extensions.submissions.problem import Finding, quote, rule
 
 Sources = Mapping[str, bytes]
 """The files of agent/ by path."""
-Stated = Mapping[str, Any] | None
+Section = Mapping[str, Any] | None
 """The section [agent] of submission.toml, which may be wrong elsewhere; None without it."""
 MAX_BYTES, MAX_LINE = 100_000, 150
 MAX_NUMBERS, MAX_DIGITS = 300, 30
@@ -64,18 +64,18 @@ def parsed(sources: Sources) -> dict[str, ast.Module]:
 
 
 @rule("agent")
-def code_without_entry(sources: Sources, stated: Stated) -> Iterator[Finding]:
+def code_without_entry(sources: Sources, section: Section) -> Iterator[Finding]:
     """agent/ and the section [agent] of submission.toml come together. Its ``entry`` is a file of agent/ and
     a name that this file defines or imports. A file that is not ``__init__.py`` is loaded alone."""
-    if not sources or stated is None:
+    if not sources or section is None:
         where, lacks = (AGENT, "no section [agent]") if sources else (MANIFEST, "no agent/")
         hint = 'Write both: agent/agent.py, and [agent] with entry = "agent.py:make".'
         yield Finding(where, f"The submission has {lacks} beside it.", hint)
         return
-    file, _, name = str(stated.get("entry", "")).partition(":")
+    file, _, name = str(section.get("entry", "")).partition(":")
     path = f"{AGENT}/{file}"
     if path not in sources:
-        message = f"The entry is {quote(stated.get('entry'))}, and there is no {path[:80]}."
+        message = f"The entry is {quote(section.get('entry'))}, and there is no {path[:80]}."
         yield Finding(f"{MANIFEST}, [agent] entry", message, did_you_mean(path[:80], sources))
     elif path in parsed(sources):
         symbols = symtable.symtable(decoded(sources[path]), path, "exec").get_symbols()
@@ -86,7 +86,7 @@ def code_without_entry(sources: Sources, stated: Stated) -> Iterator[Finding]:
 
 
 @rule("agent")
-def not_python(sources: Sources, stated: Stated) -> Iterator[Finding]:
+def not_python(sources: Sources, section: Section) -> Iterator[Finding]:
     """The files of agent/ are Python in UTF-8, together at most 100 kB, in lines of at most 150 characters,
     without control, invisible or bidirectional-override characters."""
     if (size := sum(map(len, sources.values()))) > MAX_BYTES:
@@ -111,7 +111,7 @@ def not_python(sources: Sources, stated: Stated) -> Iterator[Finding]:
 
 
 @rule("agent")
-def many_numbers(sources: Sources, stated: Stated) -> Iterator[Finding]:
+def many_numbers(sources: Sources, section: Section) -> Iterator[Finding]:
     """The code has at most 300 numbers, each of at most 30 characters: weights are learned, not carried."""
     count = 0
     for path, tree in parsed(sources).items():
@@ -127,7 +127,7 @@ def many_numbers(sources: Sources, stated: Stated) -> Iterator[Finding]:
 
 
 @rule("agent")
-def long_strings(sources: Sources, stated: Stated) -> Iterator[Finding]:
+def long_strings(sources: Sources, section: Section) -> Iterator[Finding]:
     """No string of the code has more than 200 characters, and all together have at most 10,000. (Docstrings
     are free.)"""
     definitions = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
@@ -151,10 +151,10 @@ def long_strings(sources: Sources, stated: Stated) -> Iterator[Finding]:
 
 
 @rule("agent")
-def foreign_package(sources: Sources, stated: Stated) -> Iterator[Finding]:
+def foreign_package(sources: Sources, section: Section) -> Iterator[Finding]:
     """The code imports Python's own modules, gym_extensions, numpy, its own files, and the ``packages`` that
     [agent] states. These are some of numpy, scipy, gymnasium, torch, stable-baselines3, onnx, onnxruntime."""
-    listed = (stated or {}).get("packages", ())
+    listed = (section or {}).get("packages", ())
     packages = [str(each) for each in listed] if isinstance(listed, list) else []  # bad-value reports it
     for package in packages:
         if package not in BOX_PACKAGES:
@@ -180,7 +180,7 @@ def foreign_package(sources: Sources, stated: Stated) -> Iterator[Finding]:
 
 
 @rule("agent")
-def hidden_import(sources: Sources, stated: Stated) -> Iterator[Finding]:
+def hidden_import(sources: Sources, section: Section) -> Iterator[Finding]:
     """The code names no ``import_module``, ``__import__`` or the like, nor ``exec`` and ``eval``, which run a
     text. (Methods of these two names are free. Longer ways, such as ``pkgutil``, are not found.)"""
     for path, tree in parsed(sources).items():
