@@ -19,8 +19,6 @@ from gym_extensions.submissions.policies.diagnostics import Diagnosis
 from gym_extensions.submissions.run import read_run
 from gym_extensions.submissions.submission import runs_folder
 
-MEASURES = ("ranks", "inactive")
-
 
 @dataclass(frozen=True, slots=True)
 class DiagnosedRun:
@@ -80,7 +78,7 @@ def changes(submission: Path) -> dict[str, dict[str, Change]]:
     found: dict[str, dict[str, Change]] = {}
     for group in GROUPS.values():
         runs = [run.diagnoses for name, run in load(submission, group).items() if "/sequential/" in name]
-        for measure in MEASURES:
+        for measure in ("ranks", "inactive"):
             layers = [[getattr(stage, measure) for stage in run] for run in runs]  # [run][stage][layer]
             if runs and all(stage for run in layers for stage in run):
                 hidden = [[stage[-1] for stage in run] for run in layers]

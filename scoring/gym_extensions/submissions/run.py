@@ -19,7 +19,6 @@ from gym_extensions.submissions.layout import DOCUMENT, max_bytes, read_regular
 ARITHMETIC: Literal[2] = 2
 """How plain policies compute: docs/rollout-log.md#arithmetic. The first was that of a machine's numpy, and is
 repeated by the same kind of machine."""
-HINT = "docs/rollout-log.md lists the keys; gym_extensions.submissions.run.write_run writes them."
 
 LONGEST = 200
 """Most characters of a name or version."""
@@ -192,7 +191,8 @@ def read_run(path: Path) -> RunDocument:
     try:
         return run_of(read_regular(path, max_bytes(DOCUMENT)))
     except (OSError, ValueError, RecursionError) as error:
-        raise BenchError("bad-run", f"{error}.", str(path), HINT) from error
+        hint = "docs/rollout-log.md lists the keys; gym_extensions.submissions.run.write_run writes them."
+        raise BenchError("bad-run", f"{error}.", str(path), hint) from error
 
 
 def run_text(document: RunDocument) -> str:
