@@ -114,8 +114,8 @@ def best(submissions: Mapping[str, Mapping[str, Landscape]]) -> Best:
     for landscape in (each for landscapes in submissions.values() for each in landscapes.values()):
         for axis in landscape.axes:
             key = landscape.group, axis.name
-            stages = [*axis.means, *([found[key]] if key in found else [])]
-            found[key] = tuple(map(max, zip(*stages, strict=True)))
+            highest = tuple(map(max, zip(*axis.means, strict=True)))
+            found[key] = tuple(map(max, highest, found.get(key, highest)))
     return found
 
 

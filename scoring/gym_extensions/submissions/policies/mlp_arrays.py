@@ -133,9 +133,10 @@ def _shape_errors(arrays: Arrays) -> Iterator[str]:
         sizes["o"] = arrays["weight_0"].shape[-2]
     elif "observation_mean" in arrays:
         sizes["o"] = arrays["observation_mean"].shape[-1] if arrays["observation_mean"].ndim else 0
-    # The inputs of each layer, then the number of actions, which are the last outputs.
-    layers = itertools.takewhile(lambda name: name in arrays, (f"weight_{i}" for i in itertools.count()))
-    widths = [arrays[name].shape[-2] if arrays[name].ndim > 1 else 0 for name in layers] + [sizes["a"]]
+    widths: list[int] = []  # the inputs of each layer, then the number of actions, which are the last outputs
+    while (weights := arrays.get(f"weight_{len(widths)}")) is not None:
+        widths.append(weights.shape[-2] if weights.ndim > 1 else 0)
+    widths.append(sizes["a"])
     sizes["h"] = widths[-2] if len(widths) > 1 else sizes.get("o", 0)
     rows: dict[str, int] = {}
     for name, values in arrays.items():
