@@ -98,7 +98,7 @@ class Ewc:
 
     def _log_probability(self, observations: Tensor, actions: Tensor) -> Tensor:
         """Up to a constant, of arrays (time, num_envs, …)."""
-        errors: Tensor = (actions - self.actor(observations)) / SIGMA
+        errors = (actions - self.actor(observations)) / SIGMA
         return -0.5 * errors.pow(2).sum(-1)
 
     def card(self) -> Card:

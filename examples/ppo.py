@@ -43,8 +43,7 @@ class Network(nn.Module):
     def log_probability(self, observations: Tensor, actions: Tensor) -> Tensor:
         """Of actions (n, a) in observations (n, o)."""
         policy = torch.distributions.Normal(self.actor(observations), self.log_sigma.exp())
-        log_probability: Tensor = policy.log_prob(actions).sum(-1)  # type: ignore[no-untyped-call]
-        return log_probability
+        return policy.log_prob(actions).sum(-1)  # type: ignore[no-untyped-call]
 
 
 class Ppo:

@@ -41,8 +41,7 @@ class Actor(nn.Module):
 
     def forward(self, observations: Tensor) -> Tensor:
         """The mean before tanh."""
-        mean: Tensor = self.mean(self.hidden(observations))
-        return mean
+        return self.mean(self.hidden(observations))
 
     def sample(self, observations: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
         """Actions in [−1, 1] (n, a), and their log-probabilities (n,)."""
@@ -98,8 +97,7 @@ class Sac:
 
     @torch.no_grad()
     def act(self, observations: Array) -> Array:
-        actions: Array = self.middle + self.half * torch.tanh(self.actor(as_tensor(observations))).numpy()
-        return actions
+        return self.middle + self.half * torch.tanh(self.actor(as_tensor(observations))).numpy()
 
     def learn(self, env: VectorEnv, steps: int) -> None:
         observations, _ = env.reset()

@@ -91,7 +91,7 @@ def key_rows(definition: dict[str, Any], definitions: dict[str, Any]) -> list[li
 def variation_rows() -> list[list[str]]:
     """The name in TOML files, arguments, summary and bodies of every variation."""
     rows = []
-    for kind in (kind for name, kind in variations.KINDS.items() if name in variations.__all__):
+    for kind in [variations.KINDS[name] for name in variations.KINDS if name in variations.__all__]:
         arguments = ", ".join(
             f"`{each.name}`" + ("" if each.default is dataclasses.MISSING else f" = {each.default}")
             for each in dataclasses.fields(kind)
@@ -106,19 +106,18 @@ def variation_rows() -> list[list[str]]:
 
 def tables() -> dict[str, str]:
     """Every generated table by its name."""
-    ordered = sorted(rules.RULES.values(), key=lambda rule: get_args(Scope).index(rule.scope))
-    found = {
-        name: table(("rule", "text"), ([f"`{rule.name}`", rule.text] for rule in listed))
-        for name, listed in (
-            ("rules", ordered),
-            ("rules of pull requests", pull_request_rules.RULES.values()),
-        )
-    }
+    by_scope = sorted(rules.RULES.values(), key=lambda rule: get_args(Scope).index(rule.scope))
+    of_pull_requests = pull_request_rules.RULES.values()
     extra_of = {module: f"`{extra}`" for extra, modules in EXTRAS.items() for module in modules}
     extras = ([f"`{name}`", extra_of.get(name.replace("-", "_"), "")] for name in BOX_PACKAGES)
-    found["packages of the box"] = table(("package", "extra"), extras)
-    head = ("`kind`", "arguments", "what it does", "bodies")
-    found["variations"] = table(head, variation_rows())
+    found = {
+        "rules": table(("rule", "text"), ([f"`{rule.name}`", rule.text] for rule in by_scope)),
+        "rules of pull requests": table(
+            ("rule", "text"), ([f"`{rule.name}`", rule.text] for rule in of_pull_requests)
+        ),
+        "packages of the box": table(("package", "extra"), extras),
+        "variations": table(("`kind`", "arguments", "what it does", "bodies"), variation_rows()),
+    }
     names = ("metric", "formula", "better", "also needs", "also known as")
     orders = ("descending", "balanced")  # they have the metrics of sequential
     found |= {f"metrics {name}": table(names, metric_rows(name)) for name in METRICS if name not in orders}

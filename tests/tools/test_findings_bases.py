@@ -1,16 +1,13 @@
 """The part of the findings on additions to other learners: it claims nothing of agents without runs."""
 
 import math
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from jinja2 import Environment, FileSystemLoader
 from scipy import stats
 
 from gym_extensions.metrics.statistics import subtract, summary, zero_mean_p
-from gym_extensions.site.text import fixed
 from tools.findings import bases, findings
 from tools.findings.bases import GROUPS, base_by_addition, equal_means_p, submission
 
@@ -79,10 +76,8 @@ def test_means_without_variance_are_equal_or_not() -> None:
 def test_the_section_names_what_has_no_runs_and_claims_nothing_of_it() -> None:
     text = (Path(findings.__file__).parent / "page.md.jinja").read_text(encoding="utf-8")
     part = text[text.index("### The same additions") : text.index("### What choosing")]
-    environment = Environment(loader=FileSystemLoader("."), trim_blocks=True)
-    environment.globals.update(fmt=partial(fixed, digits=2), BASES=bases.BASES, BASE_GROUPS=["a"])
-    page = environment.from_string(part)
-    one, two = (page.render(bases=base_by_addition(each)) for each in (TRPO, TRPO | PPO))
+    page, names = findings.jinja().from_string(part), {"BASES": bases.BASES, "BASE_GROUPS": ["a"]}
+    one, two = (page.render(bases=base_by_addition(each), **names) for each in (TRPO, TRPO | PPO))
     rows = [line for line in one.splitlines() if line.startswith("|")]
     assert {line.count("|") for line in rows} == {6}
     assert rows[3].endswith("| – | – | – |")

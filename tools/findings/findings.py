@@ -83,7 +83,7 @@ def jinja() -> Environment:
     made = Environment(loader=here, undefined=StrictUndefined, trim_blocks=True)
     made.globals |= {"FINAL": FINAL, "LEARNED": LEARNED, "LOST": LOST, "fine_tuning": FINE_TUNING}
     made.globals |= {"fmt": partial(fixed, digits=2), "rank": rank, "Value": tables.Value}
-    made.globals |= {"percent": tables.percent, "sides": tables.sides, "WORDS": tables.WORDS}
+    made.globals |= {"percent": tables.percent, "sides": tables.sides, "WORDS": tables.WORDS, "zip": zip}
     return made
 
 

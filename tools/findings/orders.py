@@ -14,7 +14,7 @@ from gym_extensions.metrics.formulas import FINAL, FORGETTING
 from gym_extensions.metrics.statistics import difference, interval
 from gym_extensions.scoring.scorecard import GroupScore, Scorecard
 from gym_extensions.scoring.submission.core_score import final_scores
-from tools.findings.tables import COLUMNS, Value, value
+from tools.findings.tables import COLUMNS, Value, value, values_of
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,7 @@ def orders(metrics: pd.DataFrame, effects: pd.DataFrame, other: str) -> list[Ord
 
 def effect_values(effects: pd.DataFrame, metric: str, kind: str) -> list[Value]:
     """The effects on a metric of a kind (``position``, ``share``), in their order."""
-    rows = effects[(effects["metric"] == metric) & (effects["kind"] == kind)]
-    return [Value(*row) for row in rows[list(Value._fields)].itertuples(index=False)]
+    return values_of(effects[(effects["metric"] == metric) & (effects["kind"] == kind)])
 
 
 @dataclass(frozen=True)

@@ -92,16 +92,6 @@ class Group:
     of_batches: Table  # as printed, with the episodes of a training batch in After Env
     reproduced: Table
 
-    @property
-    def pairs(self) -> list[tuple[PaperRow, PaperRow]]:
-        """The rows of both tables."""
-        return list(zip(self.printed.rows, self.reproduced.rows, strict=True))
-
-    @property
-    def change_pairs(self) -> list[tuple[Change, Change]]:
-        """The changes of both tables."""
-        return list(zip(self.printed.changes, self.reproduced.changes, strict=True))
-
 
 def cell(row: PaperRow, column: str) -> PaperCell:
     """A cell that must be there."""

@@ -82,6 +82,11 @@ class Value(NamedTuple):
 NONE = Value(math.nan, math.nan, math.nan)
 
 
+def values_of(frame: pd.DataFrame) -> list[Value]:
+    """The values of the rows of a frame with the columns ``mean``, ``low`` and ``high``."""
+    return [Value(*row) for row in frame[list(Value._fields)].itertuples(index=False)]
+
+
 def of_edition(name: str, edition: int) -> str:
     """The submission of a method in an edition of the core."""
     return f"{name}-tuned" if edition > 1 and name in TUNED else name
@@ -180,7 +185,7 @@ def value(metrics: pd.DataFrame, name: str, group: str, metric: str, protocol: s
         & (metrics["protocol"] == protocol)
         & (metrics["budget"] == STANDARD_BUDGET)
     ]
-    return Value(*found[["mean", "low", "high"]].iloc[0]) if len(found) else NONE
+    return next(iter(values_of(found)), NONE)
 
 
 def by_group(metrics: pd.DataFrame, names: Sequence[str], metric: str) -> list[tuple[str, list[Value]]]:
@@ -282,13 +287,11 @@ def between_and_beyond(shares: pd.DataFrame) -> list[tuple[str, str, Value, Valu
     """
     rows = []
     for group in CORE:
-        found = shares[shares["group"] == group.id].pivot(index="submission", columns="share")
-        ends = dict.fromkeys(SHARES, NONE)
         values = []
-        for name in found.index:
-            stated = found["mean"].columns
-            own = {each: Value(*(found.loc[name, (end, each)] for end in Value._fields)) for each in stated}
-            values.append((group.name, str(name), *(ends | own).values()))
+        for name, found in shares[shares["group"] == group.id].groupby("submission"):
+            known = dict(zip(found["share"], values_of(found), strict=True))
+            between, beyond = (known.get(share, NONE) for share in SHARES)
+            values.append((group.name, str(name), between, beyond))
         if len(values) > 1:  # the best of one submission is its own
             rows += sorted(values, key=lambda row: -(row[2] if row[2].is_known else row[3]).mean)
     return rows
@@ -300,15 +303,12 @@ def predictors(policies: pd.DataFrame) -> list[tuple[str, list[Value]]]:
     Args:
         policies: from ``results.policies``.
     """
-    found = results.forgetting_predictors(policies).set_index(["submission", "predictor", "kind"])
-    values = {
-        key: Value(*row) for key, row in zip(found.index, found[list(Value._fields)].to_numpy(), strict=True)
-    }
     places = [(predictor, kind) for predictor in ("drift", "distances") for kind in ("across", "within")]
-    return [
-        (name, [values.get((name, *place), NONE) for place in places])
-        for name in found.index.unique("submission")
-    ]
+    rows = []
+    for name, found in results.forgetting_predictors(policies).groupby("submission", sort=False):
+        known = dict(zip(zip(found["predictor"], found["kind"], strict=True), values_of(found), strict=True))
+        rows.append((str(name), [known.get(place, NONE) for place in places]))
+    return rows
 
 
 class Change(NamedTuple):
@@ -331,14 +331,13 @@ def network_changes(policies: pd.DataFrame) -> list[tuple[str, list[Change]]]:
     Args:
         policies: from ``results.policies``.
     """
-    found = results.network_changes(policies)
+    found = results.network_changes(policies).rename(columns={"change": "mean"})
     found = found[found["measure"] != "norms"]
-    found = found[found["layer"] == found.groupby(["submission", "measure"])["layer"].transform("max")]
-    numbers = found[["change", "low", "high", "untrained", "first", "last"]].itertuples(index=False)
-    changes: dict[str, list[Change]] = {}
-    for name, each in zip(found["submission"], numbers, strict=True):
-        changes.setdefault(name, []).append(Change(*each))
-    return list(changes.items())
+    last = found[found["layer"] == found.groupby(["submission", "measure"])["layer"].transform("max")]
+    return [
+        (str(name), [Change(*row) for row in rows[list(Change._fields)].itertuples(index=False)])
+        for name, rows in last.groupby("submission", sort=False)
+    ]
 
 
 def sides(rows: Sequence[tuple[str, Sequence[Value | Change]]], column: int) -> str:
