@@ -1,4 +1,4 @@
-# The commands of this repository. All of them work on a fresh clone.
+# The commands of this repository. All of them work on a fresh clone, some need its submissions (CONTRIBUTING.md).
 
 PYTHON ?= python3
 PIP = .venv/bin/python -m pip --disable-pip-version-check --no-input install --quiet -c constraints.txt

@@ -1,46 +1,13 @@
-"""Snapshots of a submission: one policy with the policies of all stages as rows."""
+"""Snapshots of a submission: its episodes and policies by stage, put together."""
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from gym_extensions.baselines import train
 from gym_extensions.catalog.protocol import EVALUATION_EPISODES
-from gym_extensions.policies import Policy
-from gym_extensions.submissions.policies.mlp import by_task
 from tools.snapshots import assembled_log, main
 
 from ..conftest import trained_here
-
-
-def policy(seed: int) -> Policy:
-    rng = np.random.default_rng(seed)
-    sizes = ((3, 4), (4, 2))
-    return Policy(
-        action_offset=np.zeros(2),
-        action_scale=np.ones(2),
-        weights=tuple(rng.standard_normal(size) for size in sizes),
-        biases=tuple(rng.standard_normal(size[1]) for size in sizes),
-        masks=(rng.random(sizes[0]) < 0.5, None),
-        activation="tanh",
-        observation_mean=rng.standard_normal(3),
-        observation_scale=np.full(3, 1.0 + seed),
-    )
-
-
-def test_every_task_acts_as_its_policy_bit_by_bit_and_later_tasks_as_the_last() -> None:
-    observations = np.random.default_rng(9).standard_normal((20, 3))
-    policies = [policy(seed) for seed in range(3)]
-    found = by_task(policies)
-    for task, each in enumerate([*policies, policies[-1]]):
-        assert np.array_equal(found.act(observations, task=task), each.act(observations))
-
-
-def test_what_is_absent_stays_absent() -> None:
-    bare = [replace(policy(seed), observation_mean=None, observation_scale=None) for seed in range(2)]
-    assert by_task(bare).observation_mean is None
 
 
 def test_a_learned_task_has_the_episodes_of_its_own_stage_and_others_those_of_the_present_one() -> None:

@@ -61,7 +61,7 @@ def _lines(args: argparse.Namespace) -> Iterator[str]:
     elif args.command == "select":
         yield from candidates.select(work, tasks, args.episodes)
     elif args.command == "publish":
-        yield from (published.publish(work, task, args.episodes, experts.DATA) for task in tasks)
+        yield from (published.publish(work, task, args.episodes) for task in tasks)
     elif args.command == "check":
         yield from published.check(with_expert, args.episodes)
     elif args.command == "poses":

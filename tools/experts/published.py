@@ -36,7 +36,7 @@ from tools.experts.recipes import FAMILIES, meant
 DIFFERS = " (differs)"
 
 
-def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
+def publish(work: Workplace, task: Task, count: int) -> str:
     """Measures the selected candidate on ``count`` seeds and writes its policy and card; returns a line.
 
     Nothing is written if no candidate has 100 selection episodes.
@@ -60,7 +60,7 @@ def publish(work: Workplace, task: Task, count: int, folder: Path) -> str:
         first_hundred=summary(row, QUICK).mean,
         provisional=meant(task, np.array(row["returns"])),
     )
-    write_expert(policy, card, folder / f"{task.bare_name}.json")
+    write_expert(policy, card, experts.DATA / f"{task.bare_name}.json")
     return f"{task.name} {card.measurement.mean:.1f} {card.provisional}"
 
 

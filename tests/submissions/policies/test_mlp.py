@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gym_extensions.errors import BenchError
-from gym_extensions.submissions.policies.mlp import Policy
+from gym_extensions.submissions.policies.mlp import Policy, by_task
 
 SEEN = np.random.default_rng(0).standard_normal((40, 2))
 SMALL = Policy(
@@ -96,6 +96,30 @@ def test_arrays_per_task_and_masks() -> None:
     # Row 0 sums; row 1 is the difference, and its mask leaves out the second observation.
     assert [TASKED.act(state, task=task).item() for task in (0, 1, 2)] == [11.0, 1.0, 1.0]
     assert (TASKED.num_tasks, SMALL.num_tasks) == (2, 0)
+
+
+def stage(seed: int) -> Policy:
+    """A policy with masks and normalized observations."""
+    rng = np.random.default_rng(seed)
+    return Policy(
+        action_offset=np.zeros(2),
+        action_scale=np.ones(2),
+        weights=(rng.standard_normal((3, 4)), rng.standard_normal((4, 2))),
+        biases=(rng.standard_normal(4), rng.standard_normal(2)),
+        masks=(rng.random((3, 4)) < 0.5, None),
+        activation="tanh",
+        observation_mean=rng.standard_normal(3),
+        observation_scale=np.full(3, 1.0 + seed),
+    )
+
+
+def test_policies_by_task_act_as_each_of_them_bit_by_bit_and_later_tasks_as_the_last() -> None:
+    observations = np.random.default_rng(9).standard_normal((20, 3))
+    policies = [stage(seed) for seed in range(3)]
+    for task, each in enumerate([*policies, policies[-1]]):
+        assert np.array_equal(by_task(policies).act(observations, task=task), each.act(observations))
+    bare = [replace(each, observation_mean=None, observation_scale=None) for each in policies]
+    assert by_task(bare).observation_mean is None
 
 
 def test_later_changes_of_the_agents_arrays_do_not_change_the_policy() -> None:
