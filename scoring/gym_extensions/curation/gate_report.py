@@ -115,12 +115,12 @@ HEADINGS = {
     "not-judged": "Not a submission",
 }
 NEXT = "There is nothing more to do. After the merge, new seeds follow from the merge commit."
-SUBMISSION = "If the returns of the policies on them agree with the log, the submission is verified{}."
-EDIT = "Runs that are new or changed, and all runs if the settings changed, are verified on them."
-DONATION = (
-    "If the returns of the policies on them agree with the log, the run is verified. It is scored as soon as "
-    "all runs with lower numbers are there, unless the submission is withdrawn."
-)
+FOLLOWS = {
+    "submission": "If the returns of the policies on them agree with the log, the submission is verified{}.",
+    "edit": "Runs that are new or changed, and all runs if the settings changed, are verified on them.",
+    "donation": "If the returns of the policies on them agree with the log, the run is verified. It is scored "
+    "as soon as all runs with lower numbers are there, unless the submission is withdrawn.",
+}
 TRAINS = (
     "There is nothing more to do. After the merge, the code is trained on the core in a box, five runs on "
     "seeds that follow from the merge commit. Then it is trained here and has a rank on the core. Whether it "
@@ -187,6 +187,5 @@ def _what_follows(report: GateReport) -> list[str]:
             f"The submission cannot be verified and gets no rank, because {runs} published no policies.",
             *limits,
         ]
-    submission = SUBMISSION.format("" if limits else " and has a rank")
-    follows = {"donation": DONATION, "edit": EDIT}.get(report.kind, submission)
+    follows = FOLLOWS[report.kind].format("" if limits else " and has a rank")
     return [TABLE if report.level == REPORTED else f"{NEXT} {follows}", *limits]
