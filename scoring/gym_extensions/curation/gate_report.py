@@ -118,8 +118,8 @@ NEXT = "There is nothing more to do. After the merge, new seeds follow from the 
 FOLLOWS = {
     "submission": "If the returns of the policies on them agree with the log, the submission is verified{}.",
     "edit": "Runs that are new or changed, and all runs if the settings changed, are verified on them.",
-    "donation": "If the returns of the policies on them agree with the log, the run is verified. It is scored "
-    "as soon as all runs with lower numbers are there, unless the submission is withdrawn.",
+    "donation": "If the returns of the policies on them agree with the log, the run is verified. It is "
+    "scored as soon as all runs with lower numbers are there, unless the submission is withdrawn.",
 }
 TRAINS = (
     "There is nothing more to do. After the merge, the code is trained on the core in a box, five runs on "
