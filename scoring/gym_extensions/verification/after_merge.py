@@ -17,10 +17,10 @@ TRAINED_AGAIN = ("smoke", "100k", "300k")
 
 def is_trained_again(submission: Submission) -> bool:
     """Whether a job trains a run of a submission again: this project's agent, budget up to 300k."""
-    if submission.manifest is None or not all(each.steps_counted for each in submission.documents.values()):
-        return False
+    assert submission.manifest is not None, "it has no problems"
     protocol = submission.manifest.protocol
-    return protocol.algorithm in algorithms.names() and protocol.budget in TRAINED_AGAIN
+    is_quick = protocol.algorithm in algorithms.names() and protocol.budget in TRAINED_AGAIN
+    return is_quick and all(document.steps_counted for document in submission.documents.values())
 
 
 def undecided_runs(submission: Submission, *, again: bool = False) -> dict[str, str]:
