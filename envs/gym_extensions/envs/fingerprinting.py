@@ -6,6 +6,7 @@ import math
 import platform
 import warnings
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,11 +44,8 @@ def actions(space: gym.spaces.Box) -> Iterator[NDArray[np.float32]]:
 
 def record(task: Task, digits: int = DIGITS) -> list[dict[str, Any]]:
     """Returns seed, rewards, last observation and termination of one episode per seed."""
-    env = build(task)
-    try:
+    with closing(build(task)) as env:
         return [_episode(env, seed, digits) for seed in SEEDS]
-    finally:
-        env.close()
 
 
 def _episode(env: gym.Env[Any, Any], seed: int, digits: int) -> dict[str, Any]:
@@ -151,8 +149,8 @@ def install() -> str:
     return f"Run: pip install {pins}"
 
 
-def base_bytes(task: Task) -> bytes:
-    """Returns the file from which the task's base is made, whose digest is part of the fingerprint.
+def definition_and_model(task: Task) -> dict[str, object]:
+    """Returns a task's definition, and the sha256 of the file from which its base is made.
 
     In navigation it is the file of the map, and a line with the center of the goal.
     """
@@ -161,17 +159,16 @@ def base_bytes(task: Task) -> bytes:
 
         course = env.course(task)
         x, y = geometry.goals()[course.map, course.goal]
-        return geometry.map_bytes(course.map) + f"goal {x:g} {y:g}\n".encode("ascii")
-    return asset(task.body).read_bytes()
+        base = geometry.map_bytes(course.map) + f"goal {x:g} {y:g}\n".encode("ascii")
+    else:
+        base = asset(task.body).read_bytes()
+    return {"definition": definition(task), "model_sha256": hashlib.sha256(base).hexdigest()}
 
 
 def row(task: Task) -> dict[str, Any]:
     """Returns a task's definition, sha256 of its base model, canary values, and the digest of these."""
-    content = {
-        "definition": definition(task),
-        "model_sha256": hashlib.sha256(base_bytes(task)).hexdigest(),
-        "canary": {"tolerance": TOLERANCE, "episodes": record(task)},
-    }
+    canary = {"tolerance": TOLERANCE, "episodes": record(task)}
+    content = definition_and_model(task) | {"canary": canary}
     return {"fingerprint": fingerprints.digest(content)} | content
 
 
@@ -187,8 +184,7 @@ def fingerprint_of(task: Task) -> str:
         return fingerprints.published(task.id)
     if task.is_foreign:
         return fingerprints.digest({"definition": definition(task), "episodes": record(task, FOREIGN_DIGITS)})
-    model = hashlib.sha256(base_bytes(task)).hexdigest()
-    return fingerprints.digest({"definition": definition(task), "model_sha256": model})
+    return fingerprints.digest(definition_and_model(task))
 
 
 def check(tasks: Iterable[Task] | None = None) -> list[Difference]:
