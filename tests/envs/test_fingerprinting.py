@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from gym_extensions.catalog import fingerprints
-from gym_extensions.catalog.bodies import body
+from gym_extensions.catalog.bodies import BODIES
 from gym_extensions.catalog.tasks import TASKS, task
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.envs import fingerprinting
@@ -37,7 +37,7 @@ def test_a_changed_variation_is_reported_with_task_and_value() -> None:
 
 
 def test_a_changed_base_model_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    text = models.asset(body("Hopper")).read_text().replace('gear="200.0"', 'gear="201.0"')
+    text = models.asset(BODIES["Hopper"]).read_text().replace('gear="200.0"', 'gear="201.0"')
     (tmp_path / "hopper.xml").write_text(text)
     monkeypatch.setattr(models, "ASSETS", tmp_path)
     wheres = [difference.where for difference in fingerprinting.check([task(HALF)])]

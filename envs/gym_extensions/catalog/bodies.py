@@ -1,14 +1,11 @@
 """The base bodies: all differences between them, as data."""
 
 import math
-import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
-
-from gym_extensions.errors import require_known
 
 IS_SUCCESS = "is_success"
 """The key of a step's info. In vector infos, ``_is_success`` marks the environments that report it."""
@@ -275,18 +272,3 @@ NAVIGATION = Body(
 ROWS = (HOPPER, WALKER, CHEETAH, HUMANOID, STANDUP, STANDUP_AND_RUN, PUSHER, STRIKER, NAVIGATION)
 BODIES: dict[str, Body] = {each.name: each for each in ROWS}
 """Every base body by its name."""
-
-
-GYMNASIUM_ID = re.compile(r"(?:[\w.]+:)?[\w./-]+-v\d+", re.ASCII)
-"""The id of another package's environment in Gymnasium's registry, perhaps after a module to import."""
-
-
-def body(name: str, where: str = "") -> Body:
-    """Returns the base body with that name. An id of Gymnasium's registry is a body of its own.
-
-    Raises ``BenchError`` if no base body has that name; the hint names the closest.
-    """
-    if GYMNASIUM_ID.fullmatch(name):
-        return Body(name, "gymnasium", "", UNBOUNDED)
-    require_known("base", name, BODIES, where)
-    return BODIES[name]

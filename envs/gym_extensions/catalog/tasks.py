@@ -7,11 +7,13 @@ from dataclasses import MISSING, asdict, astuple, dataclass, fields, replace
 from typing import Any
 
 from gym_extensions.catalog import variations
-from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, GYMNASIUM_ID, Body, body as body_named
+from gym_extensions.catalog.bodies import BODIES, DEFAULT_MAX_STEPS, UNBOUNDED, Body
 from gym_extensions.catalog.variations import KINDS, Variation
 from gym_extensions.errors import BenchError, did_you_mean, require_known, whole_number
 
 NAMESPACE = "gym_extensions"
+GYMNASIUM_ID = re.compile(r"(?:[\w.]+:)?[\w./-]+-v\d+", re.ASCII)
+"""The id of another package's environment in Gymnasium's registry, perhaps after a module to import."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +52,11 @@ class Task:
 
     @property
     def body(self) -> Body:
-        """The base body. Raises ``BenchError`` if no body has that name."""
-        return body_named(self.base, self.id)
+        """The base body. Raises ``BenchError`` if no body has that name; the hint names the closest."""
+        if self.is_foreign:
+            return Body(self.base, "gymnasium", "", UNBOUNDED)
+        require_known("base", self.base, BODIES, self.id)
+        return BODIES[self.base]
 
     @property
     def return_bounds(self) -> tuple[float, float]:
