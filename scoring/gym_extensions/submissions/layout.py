@@ -214,9 +214,7 @@ def _is_left_over(folder: Path) -> bool:
 
 def latest_version(paths: Iterable[str]) -> int:
     """The latest version of the code that has a record of training, by paths in the submission; else 0."""
-    records = (
-        TRAINED_VERSION.fullmatch(path.removesuffix(".toml")) for path in paths if path.endswith(".toml")
-    )
+    records = (re.fullmatch(rf"{TRAINED_VERSION.pattern}\.toml", path) for path in paths)
     return max((int(match[1]) for match in records if match), default=0)
 
 
