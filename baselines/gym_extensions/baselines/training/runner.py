@@ -3,9 +3,8 @@
 import hashlib
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from statistics import fmean
 
@@ -162,11 +161,10 @@ class PendingJob:
                 agent = resumed
             else:
                 done = []
-            acting = partial(acting_copy, agent, create, folder.path / "acting.npz")
             for stage in stages[len(done) :]:
                 before = sum(earlier.steps for earlier in stages if earlier.number < stage.number)
-                run = StageRun(self, folder, stage, before, listen, evaluator, acting)
-                record = run.run(agent, first_parameters)
+                run = StageRun(self, folder, stage, before, listen, evaluator, agent, create)
+                record = run.run(first_parameters)
                 folder.finish(record, agent, last=stage is stages[-1])
                 done.append(record)
             evaluator.close()
@@ -191,31 +189,32 @@ class StageRun:
     steps_before: int  # training steps of the stages before
     listen: progress.Listener
     evaluator: Evaluator
-    acting: Callable[[], AbstractContextManager[Agent]]  # the agent that acts in evaluations during training
+    agent: Agent
+    create: Callable[[], Agent]  # makes another one of its kind
 
     def __post_init__(self) -> None:
         number, during = self.stage.number, self.pending.settings.evaluate_episodes
         self._next = self.pending.settings.evaluate_every or 0
-        trained, evaluated = (
-            [task.id for task in tasks] for tasks in (self.stage.trained, self.stage.evaluated)
-        )
-        self._curves = {id_: Curve(stage=number, task=id_, steps=[], returns=[]) for id_ in trained}
+        self._curves = {
+            task.id: Curve(stage=number, task=task.id, steps=[], returns=[]) for task in self.stage.trained
+        }
         self._evaluations = {
-            id_: InterimEvaluation(stage=number, task=id_, episodes=during, steps=[], returns=[])
-            for id_ in evaluated
+            task.id: InterimEvaluation(stage=number, task=task.id, episodes=during, steps=[], returns=[])
+            for task in self.stage.evaluated
         }
 
-    def run(self, agent: Agent, first_parameters: int) -> checkpoints.FinishedStage:
+    def run(self, first_parameters: int) -> checkpoints.FinishedStage:
         """Returns the record of the stage; ``first_parameters`` is the agent's number before training."""
-        started, stage, spec = checkpoints.processor_time(agent), self.stage, self.pending.settings.agent
+        agent, stage, spec = self.agent, self.stage, self.pending.settings.agent
+        started = checkpoints.processor_time(agent)
         number, ids = stage.number, tuple(self._curves)
         self.listen(progress.StageStarted(self.pending.job.title, number, ids, stage.steps))
-        taken = self._train(agent, ids) if stage.steps else 0
+        taken = self._train(ids) if stage.steps else 0
         policy, episodes = agents.policy_of(agent), list[Episode]()
         if policy is not None:
             agent_spec.require_submittable(policy, spec.card, spec.observes, self.pending.job.group)
         with_policy, without = self.folder.policies()  # of earlier stages
-        if without if policy is not None else with_policy:
+        if (with_policy and policy is None) or (without and policy is not None):
             hint = "Return one in every stage, before training, too, or None in all."
             raise BenchError("bad-policy", "Only some stages have a policy.", "policy()", hint)
         for task in stage.evaluated:
@@ -240,7 +239,7 @@ class StageRun:
         used = checkpoints.usage_since(started, taken, agent)
         return checkpoints.FinishedStage(number, episodes, curves, memory, used, evaluations)
 
-    def _train(self, agent: Agent, ids: Sequence[str]) -> int:
+    def _train(self, ids: Sequence[str]) -> int:
         """Returns the steps that the agent took on the tasks with these ids."""
         settings, stage, seed = self.pending.settings, self.stage, self.pending.seed
         env = environment.TrainingEnv(
@@ -261,7 +260,7 @@ class StageRun:
             stage=stage.number,
         )
         with generators.preserved_global_generators(seed(*ids, "global generators")):
-            agent.learn(env, stage.steps)
+            self.agent.learn(env, stage.steps)
         env.flush()
         env.close()
         return env.taken
@@ -276,7 +275,7 @@ class StageRun:
         every, episodes = self.pending.settings.evaluate_every, self.pending.settings.evaluate_episodes
         if every and self._next <= batch.step < self.stage.steps:
             self._next = every * (1 + batch.step // every)
-            with self.acting() as agent:
+            with acting_copy(self.agent, self.create, self.folder.path / "acting.npz") as agent:
                 for task in self.stage.evaluated:
                     start = time.perf_counter()
                     mean_return = self.evaluator.mean_return(agent, task, episodes)
