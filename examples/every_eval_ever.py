@@ -56,4 +56,6 @@ def record(submission: str, now: int) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python examples/every_eval_ever.py SUBMISSION")
     print(json.dumps(record(sys.argv[1], int(time.time())), indent=1, ensure_ascii=False))

@@ -41,4 +41,6 @@ def write(submission: str, group_name: str, run: int = 0, episodes: int = 20) ->
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit("usage: python examples/minari_dataset.py SUBMISSION GROUP")
     print(write(sys.argv[1], sys.argv[2]))

@@ -19,7 +19,8 @@ from gym_extensions.submissions.review import review_of, training_of
 from .conftest import module_of
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs/environments/README.md"])
+FURTHER = ("docs/environments/README.md", "tools/tuning/README.md")
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / name for name in FURTHER)])
 BLOCK = re.compile(r"^```(?P<language>\w*)\n(?P<code>.*?)^```", re.DOTALL | re.MULTILINE)
 COMMAND = re.compile(r"(?:gym-extensions|score|make|pip|python) \S")
 

@@ -15,7 +15,8 @@ from .curation.repositories import commit, git, make_repository
 
 ROOT = Path(__file__).resolve().parent.parent
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-GUIDES = [path for folder in (".", "docs", "docs/adr") for path in sorted((ROOT / folder).glob("*.md"))]
+FOLDERS = (".", "docs", "docs/adr", "docs/findings", "examples", "tools", "tools/tuning")
+GUIDES = [path for folder in FOLDERS for path in sorted((ROOT / folder).glob("*.md"))]
 
 
 def relative(path: Path) -> str:
