@@ -31,8 +31,10 @@ def rows_of(learned: Mapping[int, Row], present: int, num_tasks: int) -> list[Ro
 
     The last row of a policy is also that of all later tasks.
     """
-    last = max(learned) + (present != max(learned))
-    return [learned.get(task, learned[present]) for task in range(min(last + 1, num_tasks))]
+    count = max(learned) + 1
+    if present + 1 != count:  # the present row, for the tasks after the last one that was learned
+        count = min(count + 1, num_tasks)
+    return [learned.get(task, learned[present]) for task in range(count)]
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,10 @@ class MultiHead(Trpo):
         super().__init__(*arguments, **settings)
         self._copy_head = copy_head
         sizes = self._architecture.sizes
-        self._shared = len(sizes) - 2 if self.shares_hidden_layers else 0
+        self._shared_layers = len(sizes) - 2 if self.shares_hidden_layers else 0
         # The parameters of the shared layers come first in the flat vector.
-        self._hidden = policies.parameter_count(sizes[: self._shared + 1])
+        count = policies.parameter_count(sizes[: self._shared_layers + 1])
+        self._hidden, self._head = slice(count), slice(count, None)
         self._heads: dict[int, Head] = {}  # by the index of their task in the group
         self._task = self._number = self._num_tasks = 0
 
@@ -83,17 +86,17 @@ class MultiHead(Trpo):
         self._num_tasks = int(env.num_tasks)  # type: ignore[attr-defined]  # of the training environments
         self._begin()
         super().learn(env, steps)
-        self._heads[self._task] = Head(self._theta[self._hidden :].copy(), self._moments, self._number)
+        self._heads[self._task] = Head(self._theta[self._head].copy(), self._moments, self._number)
 
     def _begin(self) -> None:
         self._number += 1
         if self._heads and self.shares_hidden_layers and not self._copy_head:
-            head = self._initial_policy()[self._hidden :]
-            self._theta = np.concatenate([self._theta[: self._hidden], head])
+            head = self._initial_policy()[self._head]
+            self._theta = np.concatenate([self._theta[self._hidden], head])
 
     def _parameters_of(self, head: Head) -> Array:
         """The policy's parameters in a finished task (p,)."""
-        return np.concatenate([self._theta[: self._hidden], head.parameters])
+        return np.concatenate([self._theta[self._hidden], head.parameters])
 
     def policy(self) -> Policy:
         """The policy as plain arrays, with a row per task; its actions are the agent's up to rounding.
@@ -103,16 +106,16 @@ class MultiHead(Trpo):
         if not self._heads:
             return super().policy()
         rows = rows_of(self._heads, self._task, self._num_tasks)
-        return by_task([self._policy_of(head) for head in rows], self._shared)
+        return by_task([self._policy_of(head) for head in rows], self._shared_layers)
 
     def _policy_of(self, head: Head) -> Policy:
         """The policy in a finished task."""
-        return self._exported(np.concatenate([self._theta[: self._hidden], head.parameters]), head.moments)
+        return self._exported(np.concatenate([self._theta[self._hidden], head.parameters]), head.moments)
 
     def card(self) -> Card:
         """The card of ``trpo`` with the parameters of all heads, and ``copy_head`` if it is used."""
         card = super().card()
-        more = max(len(self._heads) - 1, 0) * (len(self._theta) - self._hidden)
+        more = max(len(self._heads) - 1, 0) * len(self._theta[self._head])
         settings = {**card.hyperparameters} | ({"copy_head": True} if self._copy_head else {})
         return replace(card, hyperparameters=settings, parameters=card.parameters + more)
 

@@ -88,20 +88,20 @@ class PackNet(MultiHead):
         batches = 0 if is_last else round(self._retrain_share * steps / self._batch_steps)
         first = max(steps - batches * self._batch_steps, self._batch_steps)
         taken = super()._train(collector, first)
-        hidden, sizes = self._theta[: self._hidden], self._architecture.sizes
+        hidden, sizes = self._theta[self._hidden], self._architecture.sizes
         self._owners = claimed(sizes, self._owners, hidden, self._number, self._num_tasks)
-        self._theta = np.concatenate([np.where(self._owners == FREE, 0, hidden), self._theta[self._hidden :]])
+        self._theta = np.concatenate([np.where(self._owners == FREE, 0, hidden), self._theta[self._head]])
         self._pruned = True
         early = (taken - first) // self._batch_steps * self._batch_steps  # whole batches of the second part
         return taken + super()._train(collector, steps - first - early)
 
     def _trainable(self) -> Array:
         mask = np.ones_like(self._theta)
-        mask[: self._hidden] = trainable(self._owners, self._number, self._pruned)
+        mask[self._hidden] = trainable(self._owners, self._number, self._pruned)
         return mask
 
     def _parameters_of(self, head: Head) -> Array:
-        hidden = np.where(visible(self._owners, head.number), self._theta[: self._hidden], 0)
+        hidden = np.where(visible(self._owners, head.number), self._theta[self._hidden], 0)
         return np.concatenate([hidden.astype(self._theta.dtype), head.parameters])
 
     def _policy_of(self, head: Head) -> Policy:

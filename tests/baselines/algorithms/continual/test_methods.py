@@ -90,7 +90,7 @@ def test_packnet_gives_every_task_a_third_of_the_hidden_weights() -> None:
 def test_a_task_starts_with_a_new_output_layer_or_that_of_the_task_before(name: str, copy_head: bool) -> None:
     agent = learned(name, 1, copy_head=copy_head)
     agent._begin()
-    assert np.array_equal(agent._theta[agent._hidden :], agent._heads[0].parameters) == copy_head
+    assert np.array_equal(agent._theta[agent._head], agent._heads[0].parameters) == copy_head
     assert ("copy_head" in agent.card().hyperparameters) == copy_head
 
 
