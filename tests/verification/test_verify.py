@@ -318,7 +318,7 @@ def test_policies_that_are_too_slow_are_undecided_until_somebody_gives_them_more
     digests = submitted.digests("sequential")
     assert (part.passed, part.cells, part.runs) == (False, 0, digests)
     assert "undecided: too slow" in why_claimed(found.review, found.manifest.digest, digests)
-    assert after_merge.undecided_runs(found) == {}, "a job does not try it again"
+    assert after_merge.runs_without_verdict(found) == {}, "a job does not try it again"
     assert verify(submission, "--write") == 0
     assert level_of(submission) == "verified"
 

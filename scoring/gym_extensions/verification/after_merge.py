@@ -23,7 +23,7 @@ def is_trained_again(submission: Submission) -> bool:
     return is_quick and all(document.steps_counted for document in submission.documents.values())
 
 
-def undecided_runs(submission: Submission, *, again: bool = False) -> dict[str, str]:
+def runs_without_verdict(submission: Submission, *, again: bool = False) -> dict[str, str]:
     """The digest of every run with policies about which no verification has decided, by the run's name.
 
     That its policies are too slow is a verdict, too; with ``again`` it is none.
@@ -43,7 +43,7 @@ def merged_at(submission: Submission) -> int:
 
     Runs that no merge commit brought do not count: their seeds would follow from a commit of their author.
     """
-    commits = runs_by_commit(submission.path, undecided_runs(submission))
+    commits = runs_by_commit(submission.path, runs_without_verdict(submission))
     repository = Repository(submission.path)
     merges = (commit for commit in commits if not repository.not_merged(commit))
     times = (repository.run("show", "--no-patch", "--format=%ct", commit) for commit in merges)
@@ -68,30 +68,30 @@ def take(submission: Submission, file: Path) -> None:
     """Adds the verifications in a file, which another job wrote, to the review of a submission, all or none.
 
     Raises:
-        BenchError: the file has anything but verifications of the submission's undecided runs as they are,
-            each with seeds from the commit that fixed its runs.
+        BenchError: the file has anything but verifications of the submission's runs without a verdict as
+            they are, each with seeds from the commit that fixed its runs.
     """
 
-    def refuse(message: str) -> BenchError:
+    def refusal(message: str) -> BenchError:
         hint = "Write it again with: gym-extensions verify SUBMISSION --record DIR"
         return BenchError("bad-record", message, str(file), hint)
 
     try:
         found = review.review_of(read_regular(file, max_bytes=2**20))
     except (OSError, ValueError, RecursionError) as error:
-        raise refuse(f"It is not a verification: {error}.") from error
+        raise refusal(f"It is not a verification: {error}.") from error
     if not found.verifications or found.decisions:
-        raise refuse("It has no verification, or decisions besides.")
-    undecided, documents = undecided_runs(submission), submission.documents
+        raise refusal("It has no verification, or decisions besides.")
+    waiting, documents = runs_without_verdict(submission), submission.documents
     for part in found.verifications:
-        is_undecided = bool(part.runs) and part.runs.items() <= undecided.items()
+        has_waited = bool(part.runs) and part.runs.items() <= waiting.items()
         files = {name: documents[name].files for name in part.runs if name in documents}
-        if not is_undecided or (part.files, part.settings) != (files, settings_of(submission)):
-            raise refuse("It is about other files, or about files that already have a verdict.")
+        if not has_waited or (part.files, part.settings) != (files, settings_of(submission)):
+            raise refusal("It is about other files, or about files that already have a verdict.")
         if set(runs_by_commit(submission.path, part.runs)) != {part.value}:
-            raise refuse("Its seeds do not follow from the merge commit.")
+            raise refusal("Its seeds do not follow from the merge commit.")
         if part.retrained and not is_trained_again(submission):
-            raise refuse("Jobs retrain only reference agents up to 300k.")
+            raise refusal("Jobs retrain only reference agents up to 300k.")
         if not set(part.retrained) <= part.runs.keys():
-            raise refuse("It says that other runs were trained again.")
+            raise refusal("It says that other runs were trained again.")
     review.add_to_review(submission.path, found.verifications)

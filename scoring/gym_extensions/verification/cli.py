@@ -79,7 +79,7 @@ def positive(text: str) -> int:
     return int(text)
 
 
-def verified(
+def verify_with_progress(
     submission: Submission,
     value: str,
     names: Collection[str] | None,
@@ -115,9 +115,9 @@ def reports_on(submission: Submission, value: str, options: argparse.Namespace) 
         return
     parts: Mapping[str, Collection[str] | None] = {value: None}
     if options.write or options.record:
-        undecided = after_merge.undecided_runs(submission, again=options.write)
-        by_commit = {} if value else after_merge.runs_by_commit(submission.path, undecided)
-        parts = by_commit or {value: undecided}
+        waiting = after_merge.runs_without_verdict(submission, again=options.write)
+        by_commit = {} if value else after_merge.runs_by_commit(submission.path, waiting)
+        parts = by_commit or {value: waiting}
     is_job = bool(options.record)  # it keeps what it verified if nothing can be trained again
     is_retrained = options.retrain and (not is_job or after_merge.is_trained_again(submission))
     if is_retrained:
@@ -131,7 +131,7 @@ def reports_on(submission: Submission, value: str, options: argparse.Namespace) 
         if seeds != value and (problem := repository.not_merged(seeds)):
             yield Report(submission.name, (problem,))
             continue
-        report = verified(submission, seeds, names, player, options)
+        report = verify_with_progress(submission, seeds, names, player, options)
         if is_retrained:
             try:
                 report = retrain.retrained(submission, report)
@@ -213,7 +213,7 @@ def verify_folder(path: Path, value: str, options: argparse.Namespace) -> int:
     if options.fetch:
         refuse_problems(submission.path, submission.problems)
         fetcher, runs = Fetcher(options.cache / "policies", options.public_only), logged_runs(submission)
-        for name in after_merge.undecided_runs(submission):
+        for name in after_merge.runs_without_verdict(submission):
             runs[name].request(fetcher=fetcher)
         return 0
     if submission.code and not (submission.groups or submission.problems):

@@ -206,7 +206,7 @@ def _write_floor(folder: Path, place: tuple[str, str, int], budget: str, seeds: 
             write_bytes(folder / path.relative_to(out), path.read_bytes())
 
 
-def judge(request: dict[str, Any]) -> Iterator[Any]:
+def read_runs(request: dict[str, Any]) -> Iterator[Any]:
     """The job of that process: problems and budget of a folder of runs, and each one's digest and command."""
     runs = reader.read(Path(request["folder"]), policies=True)
     found = {name: (document.digest, document.command) for name, document in runs.documents.items()}
@@ -228,28 +228,28 @@ def take(submission: Submission, folder: Path, value: str = "") -> None:
     number, known = version_and_record(submission, value)
     record, source = folder / f"{number}.toml", folder / str(number)
 
-    def refuse(message: str) -> BenchError:
+    def refusal(message: str) -> BenchError:
         hint = "Write it again with: gym-extensions maintain train-here SUBMISSION"
         return BenchError("bad-training", message, str(record), hint)
 
     try:
         training = training_of(layout.read_regular(record, layout.max_bytes(layout.REVIEW)))
     except (OSError, ValueError, RecursionError) as error:
-        raise refuse(f"It is not a record: {error}.") from error
+        raise refusal(f"It is not a record: {error}.") from error
     if training.seeds != known.seeds:
-        raise refuse("Its seeds do not follow from the merge commit, the value and the code.")
+        raise refusal("Its seeds do not follow from the merge commit, the value and the code.")
     if not (known.runs.items() <= training.runs.items() and known.failed.items() <= training.failed.items()):
-        raise refuse("It changes a run that is known.")
-    (found,) = limits.answers(judge, {"folder": str(source.resolve())}, limits.READING)
+        raise refusal("It changes a run that is known.")
+    (found,) = limits.answers(read_runs, {"folder": str(source.resolve())}, limits.READING)
     if found["problems"]:
-        raise refuse(f"It breaks a rule: {found['problems'][0]}")
+        raise refusal(f"It breaks a rule: {found['problems'][0]}")
     if found["budget"] != STANDARD_BUDGET:
-        raise refuse(f"Its runs have the budget {found['budget']}, as a trial has.")
+        raise refusal(f"Its runs have the budget {found['budget']}, as a trial has.")
     digests = {key: digest for key, (digest, _) in found["runs"].items()}
     if not training.runs.items() <= digests.items():
-        raise refuse("Its runs are not those of the record.")
+        raise refusal("Its runs are not those of the record.")
     if any(training.seeds not in command for _, command in found["runs"].values()):
-        raise refuse("A run has other seeds.")
+        raise refusal("A run has other seeds.")
     target, unrecorded = submission.path / TRAINED, digests.keys() - known.runs.keys()
     for item in layout.scan(source).items:
         path, run = target / str(number) / item.path, item.path.partition(".")[0]

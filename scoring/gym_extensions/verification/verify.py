@@ -91,7 +91,7 @@ def verify(
     report = Report(submission.name)
     if runs:
         try:
-            report = _played(submission, value, runs, player, fetcher)
+            report = _findings(submission, value, runs, player, fetcher)
         except BenchError as error:
             if error.code != limits.TOO_SLOW:
                 raise
@@ -116,7 +116,7 @@ def _record(
     )
 
 
-def _played(
+def _findings(
     submission: Submission,
     value: str,
     runs: Mapping[str, LoggedRun],
