@@ -66,7 +66,7 @@ def test_a_group_that_nobody_entered_has_its_tasks_and_says_how_to_enter() -> No
 
 def test_a_submission_without_optional_parts_renders() -> None:
     submission = one_run()
-    submission["manifest"] = None
+    submission["manifest"] |= {"tuning": None, "memory": None}
     scores = submission["groups"]["hopper-gravity-v0"]["sequential"]
     scores.update(paper_table=[], paper_total=None, profile=None, iqm=None)
     pages = read(only(submission))

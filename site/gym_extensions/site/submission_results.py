@@ -14,7 +14,14 @@ from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.references import experts
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, Scorecard, SuiteScore, TaskChange
+from gym_extensions.scoring.scorecard import (
+    GroupScore,
+    ManifestSummary,
+    ReferenceValue,
+    Scorecard,
+    SuiteScore,
+    TaskChange,
+)
 from gym_extensions.site import paths
 from gym_extensions.site.text import count, digits_for, fixed, grouped, variation
 from gym_extensions.submissions.review import (
@@ -298,19 +305,16 @@ LEVELS = {
 NOT_STATED = "not stated"
 
 
-def task_label(card: Scorecard) -> str:
+def task_label(manifest: ManifestSummary) -> str:
     """When the agent receives the task label: ``none``, ``training``, ``evaluation`` or both."""
-    if card.manifest is None:
-        return NOT_STATED
-    observes = card.manifest.observes
+    observes = manifest.observes
     times = {"training": observes.task_in_training, "evaluation": observes.task_in_evaluation}
     return " and ".join(name for name, received in times.items() if received) or "none"
 
 
-def stored(card: Scorecard) -> str:
+def stored(manifest: ManifestSummary) -> str:
     """The maximum number of transitions that the agent stores."""
-    memory = card.manifest.memory if card.manifest else None
-    return NOT_STATED if memory is None else grouped(memory.stored_steps)
+    return grouped(manifest.memory.stored_steps) if manifest.memory else NOT_STATED
 
 
 def dated(card: Scorecard) -> str:
@@ -363,7 +367,7 @@ def parameters(card: Scorecard) -> str:
 
 
 def facts(card: Scorecard) -> list[tuple[str, str]]:
-    """What the manifest states on training and evaluation, as (label, value)."""
+    """What the manifest states on training and evaluation, as (label, value); nothing if it is refused."""
     if (manifest := card.manifest) is None:
         return []
     tuning = NOT_STATED
@@ -377,9 +381,9 @@ def facts(card: Scorecard) -> list[tuple[str, str]]:
         ("Algorithm", manifest.protocol.algorithm),
         ("Actions in evaluation", manifest.protocol.evaluation),
         *([("Training steps", steps)] if card.groups else []),
-        ("Task label", task_label(card)),
+        ("Task label", task_label(manifest)),
         ("Task boundaries", "observed" if manifest.observes.boundaries else "not observed"),
-        ("Batch or replay buffer", stored(card)),
+        ("Batch or replay buffer", stored(manifest)),
         ("Parameters", parameters(card)),
         ("Tuning", tuning),
     ]
