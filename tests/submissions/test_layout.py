@@ -22,7 +22,8 @@ def test_items_are_listed_by_path_to_a_limited_depth(tmp_path: Path) -> None:
     file, link = layout.FolderItem("a/file", "file", 5), layout.FolderItem("link", "link")
     folders = [layout.FolderItem(path, "folder") for path in ("a", "a/b", "a/b/c", "a/b/c/d")]
     agent = layout.FolderItem("agent", "folder")
-    assert layout.scan(tmp_path).items == (*folders, file, agent, link)
+    progress, cache = (layout.FolderItem(path, "ignored") for path in layout.IGNORED)
+    assert layout.scan(tmp_path).items == (progress, *folders, file, agent, cache, link)
     assert layout.scan(tmp_path).files == {"a/file": file}
 
 
@@ -61,6 +62,7 @@ def test_a_folder_that_git_leaves_behind_is_no_submission_unless_it_is_named(
     assert layout.submission_folders([tmp_path]) == [tmp_path / "empty", submission]
     (named,) = layout.submission_folders([left])
     assert found(named) == [("left", "not-a-submission")]
+    assert read(named).problems[0].hint.startswith("It contains only unfinished runs")
 
 
 @pytest.mark.parametrize(

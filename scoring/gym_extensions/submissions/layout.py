@@ -56,7 +56,7 @@ RESERVED = frozenset(
 CLONE = "A clone that converts line ends (core.autocrlf) or lacks Git LFS (git lfs pull) has other files."
 """A cause of files that differ from those that were written, for hints."""
 ROOT = "."
-"""The path of the submission's folder itself, listed only if it cannot be read."""
+"""The path of the submission's folder itself, listed only if it is none that can be read."""
 
 MEBIBYTE = 2**20
 MAX_FILE_BYTES = {
@@ -108,8 +108,9 @@ def max_bytes(path: str) -> int:
 class FolderItem(NamedTuple):
     """A path inside the submission (with ``/``), its kind, and its size in bytes.
 
-    The kind is ``file``, ``folder``, or one that a submission may not contain: ``link``, ``device``,
-    ``unreadable`` (a folder) or ``unreadable file``.
+    The kind is ``file``, ``folder``, ``ignored``, or one that a submission may not contain: ``link``,
+    ``device``, ``unreadable`` (a folder) or ``unreadable file``. The submission itself may also be
+    ``missing`` or ``no folder``.
     """
 
     path: str
@@ -171,8 +172,8 @@ def _items(folder: Path, prefix: str, depth: int) -> Iterator[FolderItem]:
     for child in children:
         path = f"{prefix}{escape(child.name)}"
         if path in IGNORED:
-            continue
-        if child.is_symlink():
+            yield FolderItem(path, "ignored")
+        elif child.is_symlink():
             yield FolderItem(path, "link")
         elif child.is_dir(follow_symlinks=False):
             yield FolderItem(path, "folder")
@@ -187,7 +188,7 @@ def _items(folder: Path, prefix: str, depth: int) -> Iterator[FolderItem]:
             yield FolderItem(path, "device")
 
 
-def exists_readable(path: Path, kind: Callable[[Path], bool] = Path.exists) -> bool:
+def _exists_readable(path: Path, kind: Callable[[Path], bool] = Path.exists) -> bool:
     """``kind(path)``, or False where permission is denied."""
     try:
         return kind(path)
@@ -196,12 +197,14 @@ def exists_readable(path: Path, kind: Callable[[Path], bool] = Path.exists) -> b
 
 
 def scan(root: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Folder:
-    """The folder as it is on disk; without items if the path is not a folder."""
-    name = escape(root.name or root.resolve().name)
-    if not exists_readable(root, Path.is_dir):
-        return Folder(root, name, (), groups)
-    items = tuple(sorted(_items(root, "", 1), key=lambda item: item.path))
-    return Folder(root, name, items, groups)
+    """The folder as it is on disk. A link, or what is no folder, is listed alone, as ``ROOT``."""
+    if _exists_readable(root, Path.is_symlink):
+        items = [FolderItem(ROOT, "link")]
+    elif _exists_readable(root, Path.is_dir):
+        items = sorted(_items(root, "", 1))
+    else:
+        items = [FolderItem(ROOT, "no folder" if _exists_readable(root) else "missing")]
+    return Folder(root, escape(root.name or root.resolve().name), tuple(items), groups)
 
 
 def _is_left_over(folder: Path) -> bool:
@@ -227,19 +230,19 @@ def _folders_at(path: Path) -> list[Path]:
             hint += f" What a clone leaves out is fetched by: git sparse-checkout {part}"
         raise BenchError("no-such-folder", "There is no such folder.", escape(str(path)), hint)
     target = path.resolve() if path.is_symlink() or path.name in ("", "..") else path
-    if exists_readable(target / MANIFEST):
+    if _exists_readable(target / MANIFEST):
         return [target]
-    if exists_readable(target.parent / MANIFEST):
+    if _exists_readable(target.parent / MANIFEST):
         message = f"It is a part of the submission {escape(target.parent.name)}."
         raise BenchError("no-such-folder", message, escape(str(path)), "Name the submission.")
     try:
         children = sorted(child for child in target.iterdir() if not child.name.startswith("."))
     except OSError:
         return [target]
-    if not any(exists_readable(child / MANIFEST) for child in children):
+    if not any(_exists_readable(child / MANIFEST) for child in children):
         return [target]
     kinds = (Path.is_dir, Path.is_symlink)
-    folders = [child for child in children if any(exists_readable(child, kind) for kind in kinds)]
+    folders = [child for child in children if any(_exists_readable(child, kind) for kind in kinds)]
     return [folder for folder in folders if not _is_left_over(folder)]
 
 

@@ -2,17 +2,16 @@
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 from gym_extensions.catalog.protocol import FIRST_REFERENCE_RUN, PROTOCOLS
 from gym_extensions.errors import did_you_mean
 from gym_extensions.submissions import layout
-from gym_extensions.submissions.layout import MANIFEST, Folder, exists_readable, run_file
+from gym_extensions.submissions.layout import MANIFEST, Folder, run_file
 from gym_extensions.submissions.problem import RULES, Finding, Rule, quote, rule
 
 READABLE = "Add read permission, or copy it again."
 IRREGULAR = {
-    "link": ("It is a symbolic link.", "Replace it by the file itself."),
+    "link": ("It is a symbolic link.", "Replace it by the file or folder itself."),
     "device": ("It is neither a file nor a folder.", "Replace it by the file itself."),
     "unreadable": ("The folder cannot be read.", READABLE),
     "unreadable file": ("The file cannot be read.", READABLE),
@@ -37,16 +36,14 @@ EXPECTED = {
 @rule("folder")
 def not_a_submission(folder: Folder) -> Iterator[Finding]:
     """A submission is a folder that contains submission.toml."""
-    is_link = exists_readable(folder.root, Path.is_symlink)
-    if is_link or any(item.path == layout.ROOT for item in folder.items):
-        return  # not_a_regular_file reports it
-    if not exists_readable(folder.root, Path.is_dir):
-        problem = "is not a folder" if exists_readable(folder.root) else "does not exist"
-        hint = f"Name a folder that contains {MANIFEST}."
-        yield Finding(folder.name, f"'{folder.name}' {problem}.", hint)
-    elif not any(item.path == MANIFEST and item.kind != "folder" for item in folder.items):
+    kinds = {item.path: item.kind for item in folder.items}
+    root = kinds.get(layout.ROOT)
+    if root in ("missing", "no folder"):
+        problem = "does not exist" if root == "missing" else "is not a folder"
+        yield Finding(folder.name, f"'{folder.name}' {problem}.", f"Name a folder that contains {MANIFEST}.")
+    elif root is None and kinds.get(MANIFEST, "folder") == "folder":  # not_a_regular_file reports other roots
         hint = f"Write {MANIFEST} as described in docs/rollout-log.md, or name the folder that contains it."
-        if not folder.items and exists_readable(folder.root / layout.PROGRESS):
+        if list(kinds) == [layout.PROGRESS]:
             hint = "It contains only unfinished runs: repeat the command that trains them."
         yield Finding(folder.name, f"The folder contains no {MANIFEST}.", hint)
 
@@ -63,8 +60,6 @@ def folder_name(folder: Folder) -> Iterator[Finding]:
 @rule("folder")
 def not_a_regular_file(folder: Folder) -> Iterator[Finding]:
     """A submission contains only folders and regular files: no symbolic links, no devices."""
-    if exists_readable(folder.root, Path.is_symlink):
-        yield Finding(folder.name, "It is a symbolic link.", "Replace it by the folder itself.")
     for item in folder.items:
         if item.kind in IRREGULAR:
             path = folder.name if item.path == layout.ROOT else item.path
