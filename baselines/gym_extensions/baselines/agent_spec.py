@@ -217,7 +217,6 @@ def checked_card(agent: Agent, name: str) -> Card:
 
 def card_tables(card: Card, observes: manifest.Observes) -> dict[str, Any]:
     """The sections of ``submission.toml`` that follow from a card, with values as TOML reads them back."""
-    settings: Mapping[str, Any] = card.hyperparameters
     parent = {"parent": card.parent} if card.parent else {}
     return {
         "format": manifest.FORMAT,
@@ -226,9 +225,7 @@ def card_tables(card: Card, observes: manifest.Observes) -> dict[str, Any]:
         "description": card.description,
         "code": {"url": "", "commit": ""},
         "protocol": {"algorithm": card.algorithm, "evaluation": card.evaluation} | parent,
-        "hyperparameters": {
-            key: list(value) if isinstance(value, tuple) else value for key, value in settings.items()
-        },
+        "hyperparameters": dict(card.hyperparameters),
         "observes": asdict(observes),
         "tuning": {"steps": card.tuning_steps, "tasks": list(card.tuning_tasks)},
     }

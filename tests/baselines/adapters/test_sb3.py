@@ -205,7 +205,7 @@ def linear(progress: float) -> float:
 
 VALUES: list[tuple[Any, Any]] = [
     *((value, value) for value in ("relu", 3, 0.5, True, [400, 300], [])),
-    ((8, "step"), [8, "step"]),
+    ((8, "step"), (8, "step")),
     (None, "None"),
     (float("inf"), "inf"),
     ({"net_arch": {"pi": [64], "vf": (32,)}}, "{'net_arch': {'pi': [64], 'vf': [32]}}"),

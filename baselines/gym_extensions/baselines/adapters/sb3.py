@@ -167,14 +167,12 @@ class Sb3Factory:
 
 
 def to_manifest_value(value: Any) -> agent.Setting:
-    """A plain value unchanged (a tuple as a list), any other value as text, cut at the manifest's limit.
+    """A plain value unchanged, any other value as text, cut at the manifest's limit.
 
     The text of a class or function is its qualified name, so two lambdas of one scope have the same text. The
     text contains no module name and no memory address: it is the same in every process.
     """
-    if not hyperparameter_error(value):
-        return list(value) if isinstance(value, tuple) else value
-    return _text(value)[:LONG]
+    return _text(value)[:LONG] if hyperparameter_error(value) else value
 
 
 def _text(value: Any) -> str:

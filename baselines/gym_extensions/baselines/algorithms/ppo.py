@@ -7,7 +7,7 @@ from stable_baselines3 import PPO
 
 from gym_extensions.baselines.adapters.sb3 import Sb3Factory
 from gym_extensions.baselines.agent import Card
-from gym_extensions.baselines.algorithms.additions import ADDITIONS, with_addition
+from gym_extensions.baselines.algorithms.additions import with_addition
 
 SETTINGS: dict[str, Any] = {
     "learning_rate": 3e-4,  # Schulman et al. 2017, table 3
@@ -46,6 +46,8 @@ make = Sb3Factory(
     batch_settings=one_rollout_per_batch,
 )
 
-make_reset, make_snapshots, make_cloning, make_online_ewc, make_packnet = (
-    with_addition(make, name) for name in ADDITIONS
-)
+make_reset = with_addition(make, "reset")
+make_snapshots = with_addition(make, "snapshots")
+make_cloning = with_addition(make, "cloning")
+make_online_ewc = with_addition(make, "online-ewc")
+make_packnet = with_addition(make, "packnet")

@@ -47,10 +47,9 @@ make = Sb3Factory(
     batch_settings=quarter_of_an_update_per_step,
 )
 
-make_reset, make_snapshots, make_packnet = (
-    with_addition(make, name) for name in ("reset", "snapshots", "packnet")
-)
+make_reset = with_addition(make, "reset")
+make_snapshots = with_addition(make, "snapshots")
+make_packnet = with_addition(make, "packnet")
 # Not tuned; larger than those of ppo, because the actor's loss has the scale of returns.
-make_cloning, make_online_ewc = (
-    with_addition(make, name, coefficient=10.0) for name in ("cloning", "online-ewc")
-)
+make_cloning = with_addition(make, "cloning", coefficient=10.0)
+make_online_ewc = with_addition(make, "online-ewc", coefficient=10.0)
