@@ -1,4 +1,4 @@
-"""``is_success``: its definition by body, its limits, and equal values in single and vector environments."""
+"""``is_success``: its definition by body, and its limits."""
 
 from collections.abc import Callable
 from typing import Any

@@ -90,10 +90,10 @@ class WallEffect(Effect):
     def draw(self, indices: Indices, generators: Generators, starts: dict[str, Array]) -> None:
         """Adds ``mocap_pos``, with the walls' centers."""
         starts["mocap_pos"] = np.array([self._rest[index] for index in indices])
-        for row, (index, generator) in enumerate(zip(indices, generators, strict=True)):
+        for centers, index, generator in zip(starts["mocap_pos"], indices, generators, strict=True):
             wall = self._walls[index]
             if not wall.parked:
-                starts["mocap_pos"][row, self._wall, 0] = generator.uniform(wall.nearest, wall.farthest)
+                centers[self._wall, 0] = generator.uniform(wall.nearest, wall.farthest)
 
 
 @functools.cache

@@ -53,16 +53,10 @@ class PlanarRules(Rules):
 
     def observe(self) -> Array:
         """Positions without x, then velocities, clipped to the body's limit."""
-        positions = self._qpos.shape[1] - 1
-        observations = np.empty((len(self._qpos), positions + self._qvel.shape[1]))
-        observations[:, :positions] = self._qpos[:, 1:]
-        limit = self._body.velocity_limit
-        if limit is None:
-            observations[:, positions:] = self._qvel
-        else:
-            velocities = np.maximum(self._qvel, -limit)
-            np.minimum(velocities, limit, out=observations[:, positions:])
-        return observations
+        velocities, limit = self._qvel, self._body.velocity_limit
+        if limit is not None:
+            velocities = np.minimum(np.maximum(velocities, -limit), limit)
+        return np.concatenate((self._qpos[:, 1:], velocities), axis=1)
 
 
 class HalfCheetahRules(PlanarRules):
