@@ -77,8 +77,8 @@ class Metric:
         name: its key in scorecards.
         title: its name on pages.
         formula: its definition as text.
-        terms: what it is the mean of, for one run: the position j of a task, and a value of that task. None
-            where the value is not a function of one run (joint gap).
+        terms: what it is the mean of, for one run: the position j of a task, and a value of that task. There
+            are none where the value is not a function of one run (joint gap).
         better: ``higher``, ``lower`` or empty (not ranked).
         protocols: the protocols that it is a metric of.
         needs: what it needs besides mean returns after training: of ``NEEDS``; or ``untrained`` (returns
@@ -94,7 +94,7 @@ class Metric:
     name: str
     title: str
     formula: str
-    terms: Callable[[NormalizedRun], Iterable[tuple[int, float]]] | None
+    terms: Callable[[NormalizedRun], Iterable[tuple[int, float]]]
     better: str
     protocols: tuple[str, ...] = IN_ORDER
     needs: tuple[str, ...] = ()
@@ -104,8 +104,8 @@ class Metric:
     limits: str = ""
 
     def of_run(self, run: NormalizedRun) -> Number:
-        """The value for one run; None without a term, or where it is not a function of one run."""
-        return mean(value for _, value in self.terms(run)) if self.terms else None
+        """The value for one run; None without a term."""
+        return mean(value for _, value in self.terms(run))
 
     def shares(self, run: NormalizedRun) -> dict[int, float]:
         """What each task adds to the value of one run, by task from 1: their sum is the value.
@@ -113,7 +113,7 @@ class Metric:
         Every share is proportional to the task's scores, so that an error of the span from floor to expert
         by one per cent changes it by one per cent.
         """
-        terms = list(self.terms(run)) if self.terms else []
+        terms = list(self.terms(run))
         shares: dict[int, list[float]] = defaultdict(list)
         for j, value in terms:
             shares[run.task(j)].append(value)
@@ -250,7 +250,7 @@ TABLE = (
         "joint_gap",
         "Joint gap",
         "final performance of joint training − final performance",
-        None,
+        lambda run: (),
         LOWER,
         needs=("joint",),
         shown=("boards", "screen"),

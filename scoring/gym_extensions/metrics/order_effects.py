@@ -47,7 +47,6 @@ def order_effects(runs: Sequence[NormalizedRun]) -> dict[str, OrderEffects]:
 
 
 def _effects_on(metric: Metric, runs: Sequence[NormalizedRun]) -> OrderEffects | None:
-    assert metric.terms is not None
     terms = [(at, j, run.task(j), value) for at, run in enumerate(runs) for j, value in metric.terms(run)]
     if not terms:
         return None

@@ -124,7 +124,7 @@ def _core(out: Console, core: scorecard.CoreScore) -> None:
     runs += f", {TRAINED_HERE}" if core.trained_here else ""
     out.print()
     out.print(Text.assemble(("core", "bold"), runs))
-    if any(value.mean is not None for value in core.metrics.values()):
+    if core.look:
         table = plain_table("metric, mean over groups", "mean", "95 % interval")
         for name, value in core.metrics.items():
             table.add_row(BY_NAME[name].title, number(value.mean), span(value))
