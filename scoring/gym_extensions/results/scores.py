@@ -219,7 +219,10 @@ def order_effects(
     """
     cards = valid_scorecards(submissions, make_scorer(groups, references)).values()
     rows = (
-        (card.name, group, score.budget, len(score.runs), metric, kind, str(level), value.mean, *ends)
+        (
+            *(card.name, group, score.budget, len(score.runs), metric, kind, str(level)),
+            *(value.mean, value.low, value.high),
+        )
         for card in cards
         for group, protocols in card.groups.items()
         if (score := protocols.get("balanced"))
@@ -230,7 +233,7 @@ def order_effects(
             "share": effects.shares.items(),
         }.items()
         for level, value in levels
-        if (ends := (value.low, value.high)) and value.mean is not None
+        if value.mean is not None
     )
     return board_frames.typed(rows, dtypes_of(order_effects))
 

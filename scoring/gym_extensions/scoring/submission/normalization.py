@@ -106,10 +106,12 @@ def normalized_runs(results: GroupReturns, references: References, protocol: str
         def areas(name: str) -> dict[int, float]:
             """The areas under the training curves of the run of this seed, by position."""
             heights = {}
-            for j, reference in scored.items() if is_in_order else ():
+            for j, reference in scored.items():
                 steps, values = results.curves.get((name, run, ids[at[j]]), ([], []))
-                heights[j] = area(steps, [reference.normalize(value) for value in values], results.steps)
-            return {j: height for j, height in heights.items() if height is not None}
+                height = area(steps, [reference.normalize(value) for value in values], results.steps)
+                if height is not None:
+                    heights[j] = height
+            return heights
 
         return NormalizedRun(
             T=T,
@@ -124,8 +126,8 @@ def normalized_runs(results: GroupReturns, references: References, protocol: str
             },
             single_task=last_stage("single", scored),
             cumulative=last_stage("cumulative", [j for j in scored if at[j] == T - 1]),
-            auc=areas(protocol),
-            single_task_auc=areas("single"),
+            auc=areas(protocol) if is_in_order else {},
+            single_task_auc=areas("single") if is_in_order else {},
             order=tuple(task + 1 for task in at.values()),
         )
 
