@@ -110,8 +110,8 @@ def alike_on(cards: Sequence[Scorecard], key: BoardKey, metric: str) -> dict[str
     found: dict[str, str] = {}
     for group_id in key.groups:
         logs = {card.name: card.log(group_id, key.protocol) for card in cards}
-        of = {name: log.metrics[metric] for name, log in logs.items() if log and is_verified(log.level)}
-        runs = {name: value.runs for name, value in of.items() if value.ends and value.ends[0] > 0}
+        values = {name: log.metrics[metric] for name, log in logs.items() if log and is_verified(log.level)}
+        runs = {name: value.runs for name, value in values.items() if value.ends and value.ends[0] > 0}
         for name, text in unusually_alike(runs, ALIKE_ALPHA / len(key.groups)).items():
             found.setdefault(name, text if len(key.groups) == 1 else f"{group_id}: {text}")
     return found

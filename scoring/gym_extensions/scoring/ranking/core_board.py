@@ -359,11 +359,11 @@ def _in_lists(
 ) -> dict[str, boards.VariantScore]:
     """The scores of a variant with places and ranks in the lists, which name their members."""
     pairs, found = compared_pairs(methods, FINAL.name), {}
-    of = {method.name: value for method, value in zip(methods, means, strict=True)}
+    by_name = {method.name: value for method, value in zip(methods, means, strict=True)}
     for members in lists:
         possible = ranks(members, pairs, FINAL.better)
         for name in members:
-            own = of[name]
-            place = 1 + sum((of[other].mean or 0.0) > (own.mean or 0.0) for other in members)
+            own = by_name[name]
+            place = 1 + sum((by_name[other].mean or 0.0) > (own.mean or 0.0) for other in members)
             found[name] = boards.VariantScore(own.mean, own.low, own.high, place, possible[name])
     return found

@@ -103,9 +103,9 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
             versus = _versus(ranked, separated)
     rows = []
     for row in made:
-        of = {each: replace(value, rank=ranks[each].get(row.name)) for each, value in row.metrics.items()}
+        found = {each: replace(value, rank=ranks[each].get(row.name)) for each, value in row.metrics.items()}
         vs_next, vs_leader = versus.get(row.name, (None, None))
-        rows.append(replace(row, metrics=of, vs_next=vs_next, vs_leader=vs_leader))
+        rows.append(replace(row, metrics=found, vs_next=vs_next, vs_leader=vs_leader))
     values_of = ((row.metrics.get(FORGETTING.name), row.name) for row in rows)
     forgetting = [(value.mean or 0.0, name) for value, name in values_of if value and value.rank]
     two = combinations([row.name for row in rows[:MAX_PAIRED]], 2)
@@ -149,35 +149,31 @@ def _versus(ranked: Mapping[str, Summary], separated: statistics.Mask) -> dict[s
 
 
 def _lead(rows: Sequence[BoardRow], metric: Metric) -> documents.Lead | None:
-    """The first ranked submission, or if none is ranked the first with a score, and how certain its lead is.
-
-    Ranked submissions are compared by their rank intervals, others by their intervals.
-    """
+    """The first ranked submission, or if none is ranked the first with a score."""
     scored = [row for row in rows if row.metrics[metric.name].mean is not None]
     ranked = [row for row in scored if row.ranked]
     if not scored:
         return None
-    first, *others = ranked or scored
-    value = first.metrics[metric.name]
-    if ranked:
-        best, worst = (value.rank if others else None) or (1, 1)
-        text = f"No significant difference from {count(worst - best, 'other ranked submission')}."
+    value, *others = (row.metrics[metric.name] for row in ranked or scored)
+    return documents.Lead((ranked or scored)[0].name, _certainty(value, others, is_ranked=bool(ranked)))
+
+
+def _certainty(value: BoardMetric, others: Sequence[BoardMetric], *, is_ranked: bool) -> str:
+    """How certain a lead is: of ranked submissions by their rank intervals, of others by their intervals."""
+    if not others:
+        return "It is the only ranked submission." if is_ranked else "It is the only submission with a score."
+    if is_ranked:
+        best, worst = value.rank or (1, 1)
         if best == worst:
-            text = "It is significantly better than every other ranked submission (95\u202f% confidence)."
-        if not others:
-            text = "It is the only ranked submission."
-    elif not others:
-        text = "It is the only submission with a score."
-    elif value.ends is None:
-        text = "It has one run, so its uncertainty is unknown."
-    else:
-        tops = [each.metrics[metric.name] for each in others]
-        overlapping = sum((top.ends[1] if top.ends else top.mean or 0.0) >= value.ends[0] for top in tops)
-        names = "another submission" if overlapping == 1 else f"{overlapping} others"
-        text = f"Its interval overlaps with {names}, so the order may be due to chance."
-        if not overlapping:
-            text = "Its interval lies above those of all other submissions."
-    return documents.Lead(first.name, text)
+            return "It is significantly better than every other ranked submission (95\u202f% confidence)."
+        return f"No significant difference from {count(worst - best, 'other ranked submission')}."
+    if value.ends is None:
+        return "It has one run, so its uncertainty is unknown."
+    overlapping = sum((top.ends[1] if top.ends else top.mean or 0.0) >= value.ends[0] for top in others)
+    if not overlapping:
+        return "Its interval lies above those of all other submissions."
+    names = "another submission" if overlapping == 1 else f"{overlapping} others"
+    return f"Its interval overlaps with {names}, so the order may be due to chance."
 
 
 def pairs_across(

@@ -168,8 +168,8 @@ def trained_logs(trained: submissions.Trained, references: References) -> Scores
 def completed(card: scorecard.Scorecard) -> scorecard.Scorecard:
     """The scorecard with all that follows from the rest of it: stages of tasks, the core score, the cost."""
     groups = {
-        name: {protocol: with_stages(each, protocol, of.get("single")) for protocol, each in of.items()}
-        for name, of in card.groups.items()
+        name: {protocol: with_stages(each, protocol, logs.get("single")) for protocol, each in logs.items()}
+        for name, logs in card.groups.items()
     }
     own = {
         name: with_stages(each, "sequential", groups[name].get("single")) for name, each in card.own.items()
