@@ -14,7 +14,7 @@ from gym_extensions.results.frames import dtypes_of
 from gym_extensions.scoring import pipeline
 from gym_extensions.scoring.output import board_frames
 from gym_extensions.scoring.pipeline import Paths, make_scorer, valid_scorecards
-from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard
+from gym_extensions.scoring.ranking.boards import BoardKey, CoreBoard, logs_on
 from gym_extensions.scoring.ranking.core_board import core_board
 from gym_extensions.scoring.ranking.group_board import board as board_of
 from gym_extensions.submissions.landscapes import best, landscapes_of, summary
@@ -112,8 +112,7 @@ def board(
     key = BoardKey(group_id, protocol, budget, task_conditioned)
     found = board_of(cards, key, scorer.references)
     if not found.rows:
-        logs = [card.log(name, protocol) for card in cards for name in key.groups]
-        budgets = sorted({log.budget for log in logs if log})
+        budgets = sorted({log.budget for card in cards for log in logs_on(card, key).values()})
         if budgets and budget not in budgets:
             message = f"The board of {group_id}, {protocol}, budget {budget} is empty. The submissions have "
             warnings.warn(f"{message}the budget {', '.join(budgets)}.", UserWarning, stacklevel=2)

@@ -346,10 +346,15 @@ def lookup(card: Scorecard, key: BoardKey) -> GroupScore | SuiteScore | None:
     return score if on_board and is_task_conditioned(card) == key.task_conditioned else None
 
 
+def logs_on(card: Scorecard, key: BoardKey, protocol: str = "") -> dict[str, GroupScore]:
+    """A submission's logs of a protocol (the board's if empty) on the groups of a board, by group id."""
+    return {name: log for name in key.groups if (log := card.log(name, protocol or key.protocol))}
+
+
 def board_level(card: Scorecard, key: BoardKey, protocol: str = "") -> review.Level:
-    """The lowest level of a submission's logs of a protocol (the board's if empty) on a board."""
-    logs = (card.log(name, protocol or key.protocol) for name in key.groups)
-    return min((log.level for log in logs if log), key=review.LEVELS.index, default=review.VERIFIED)
+    """The lowest level of these logs."""
+    levels = [log.level for log in logs_on(card, key, protocol).values()]
+    return min(levels, key=review.LEVELS.index, default=review.VERIFIED)
 
 
 def is_task_conditioned(card: Scorecard) -> bool:

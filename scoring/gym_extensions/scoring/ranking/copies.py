@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.metrics.statistics import smaller_spread_p, standard_deviation
-from gym_extensions.scoring.ranking.boards import BoardKey
-from gym_extensions.scoring.scorecard import SKETCH_SIZE, GroupScore, Scorecard, Sketch
+from gym_extensions.scoring.ranking.boards import BoardKey, logs_on
+from gym_extensions.scoring.scorecard import SKETCH_SIZE, Scorecard, Sketch
 from gym_extensions.submissions.review import is_verified
 
 COPY = "Has most episodes of {}."
@@ -32,17 +32,14 @@ def duplicates(cards: Sequence[Scorecard], key: BoardKey) -> dict[str, str]:
     if key.protocol not in IN_ORDER:
         return {}
 
-    def logs(card: Scorecard) -> dict[str, GroupScore]:
-        return {name: log for name in key.groups if (log := card.log(name, key.protocol))}
-
     def original_first(card: Scorecard) -> tuple[bool, str, str]:
-        waits = any({*log.runs} <= {*log.unverified} for log in logs(card).values())
+        waits = any({*log.runs} <= {*log.unverified} for log in logs_on(card, key).values())
         return waits, card.accepted or "9999", card.name
 
     def sketches(card: Scorecard) -> list[Sketch]:
         return [
             tuple(f"{name} {digest}" for digest in sketch)  # equal episodes in two groups are two
-            for name, log in logs(card).items()
+            for name, log in logs_on(card, key).items()
             for sketch in log.episode_sketches
         ]
 

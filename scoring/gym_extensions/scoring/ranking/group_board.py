@@ -84,7 +84,7 @@ def board(cards: Sequence[Scorecard], key: BoardKey, references: References | No
         for name, card in by_name.items()
     }
     with_logs = next((card for card in by_name.values() if card.level != REPORTED), None)
-    tasks = [with_logs.groups[name][key.protocol].tasks for name in key.groups] if with_logs else []
+    tasks = [log.tasks for log in documents.logs_on(with_logs, key).values()] if with_logs else []
     computed = computed_rows(key, references, tasks, by_name) if tasks else ()
     alone = next((row.metrics[first.name] for row in computed if row.name == ALONE), values.Estimate())
     alike = alike_on([card for name, card in by_name.items() if name not in copies], key, first.name)
@@ -225,7 +225,7 @@ def _rank_note(
 def _row(
     card: Scorecard, key: BoardKey, copied: str | None, summaries: Summaries, alone: values.Estimate
 ) -> BoardRow:
-    logs = [card.groups[name][key.protocol] for name in key.groups]
+    logs = list(documents.logs_on(card, key).values())
     manifest, score = card.manifest, documents.lookup(card, key)
     assert manifest is not None and score is not None, "it is on the board"
     level, metrics = documents.board_level(card, key), BOARD_METRICS[key.protocol]
