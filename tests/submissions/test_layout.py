@@ -10,7 +10,7 @@ from gym_extensions.submissions import layout
 from gym_extensions.submissions.reader import read
 
 from ..conftest import refused
-from .examples import GROUP, CopySubmission, put
+from .examples import GROUP, put
 
 
 def test_items_are_listed_by_path_to_a_limited_depth(tmp_path: Path) -> None:
@@ -39,27 +39,26 @@ def found(path: Path) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("target", ["submission", "nowhere"])
-def test_a_linked_submission_is_refused(good: CopySubmission, tmp_path: Path, target: str) -> None:
-    good(GROUP, tmp_path)
+@pytest.mark.usefixtures("folder")
+def test_a_linked_submission_is_refused(tmp_path: Path, target: str) -> None:
     (tmp_path / "other").symlink_to(tmp_path / target)
     problems = {path.name: found(path) for path in layout.submission_folders([tmp_path])}
     assert problems == {"submission": [], "other": [("other", "not-a-regular-file")]}
 
 
-def test_a_link_that_is_named_stands_for_its_submission(good: CopySubmission, tmp_path: Path) -> None:
-    submission = good(GROUP, tmp_path)
-    (tmp_path / "other").symlink_to(submission)
-    assert layout.submission_folders([tmp_path / "other"]) == [submission.resolve()]
+def test_a_link_that_is_named_stands_for_its_submission(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "other").symlink_to(folder)
+    assert layout.submission_folders([tmp_path / "other"]) == [folder.resolve()]
 
 
 def test_a_folder_that_git_leaves_behind_is_no_submission_unless_it_is_named(
-    good: CopySubmission, tmp_path: Path
+    folder: Path, tmp_path: Path
 ) -> None:
-    submission, left = good(GROUP, tmp_path), tmp_path / "left"
+    left = tmp_path / "left"
     put(".progress/train.log", b"")(left)
     for name in ("empty", ".hidden"):
         (tmp_path / name).mkdir()
-    assert layout.submission_folders([tmp_path]) == [tmp_path / "empty", submission]
+    assert layout.submission_folders([tmp_path]) == [tmp_path / "empty", folder]
     (named,) = layout.submission_folders([left])
     assert found(named) == [("left", "not-a-submission")]
     assert read(named).problems[0].hint.startswith("It contains only unfinished runs")
@@ -78,12 +77,11 @@ def test_a_missing_folder_is_refused_with_the_command_that_fetches_committed_one
     assert error.value.hint.partition("git sparse-checkout ")[2] == command
 
 
-def test_a_part_of_a_submission_is_none(good: CopySubmission, tmp_path: Path) -> None:
-    submission = good(GROUP, tmp_path)
-    with refused("no-such-folder", f"It is a part of the submission {submission.name}."):
-        layout.submission_folders([submission / GROUP])
-    put(f"{GROUP}/submission.toml", b"")(submission)
-    assert layout.submission_folders([submission]) == [submission]
+def test_a_part_of_a_submission_is_none(folder: Path) -> None:
+    with refused("no-such-folder", f"It is a part of the submission {folder.name}."):
+        layout.submission_folders([folder / GROUP])
+    put(f"{GROUP}/submission.toml", b"")(folder)
+    assert layout.submission_folders([folder]) == [folder]
 
 
 def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:
@@ -95,8 +93,7 @@ def test_two_submissions_of_the_same_name_are_refused(tmp_path: Path) -> None:
         layout.submission_folders(paths)
 
 
-def test_names_and_texts_are_printed_without_control_characters(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
+def test_names_and_texts_are_printed_without_control_characters(folder: Path, tmp_path: Path) -> None:
     put("ü\n\x1b[31m\u202e.txt", b"")(folder)
     submission = read(folder.rename(tmp_path / os.fsdecode(b"a\xff")))
     assert submission.name == "a\\udcff"

@@ -7,7 +7,7 @@ from gym_extensions.submissions.problem import PROBLEMS_LISTED
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import VERIFIED, level
 
-from .examples import GROUP, LOG, TOML, CopySubmission, cell, edit, put
+from .examples import GROUP, LOG, TOML, cell, edit, put
 
 
 def test_a_submission_has_its_logs_documents_and_review(make_submission: Callable[..., Path]) -> None:
@@ -44,8 +44,7 @@ def test_problems_of_all_files_are_reported_at_once(make_submission: Callable[..
     }
 
 
-def test_each_rule_lists_twenty_problems_and_counts_the_rest(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
+def test_each_rule_lists_twenty_problems_and_counts_the_rest(folder: Path) -> None:
     for number in range(25):
         (folder / f"notes{number:04}.txt").touch()
     cell(2, 5, "nan")(folder)

@@ -9,7 +9,7 @@ import pytest
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import code_digest
 
-from ..examples import GROUP, TOML, Change, CopySubmission, Table, all_of, put
+from ..examples import GROUP, TOML, Change, Table, all_of, put
 
 ROOT = Path(__file__).parents[3]
 ALGORITHMS = sorted(ROOT.glob("baselines/*/baselines/algorithms/[!_]*.py"))
@@ -109,27 +109,20 @@ EXAMPLES: Table = {
         ("if True:\n    other, make = 1, len\n", "[]"),
     ],
 )
-def test_these_agents_break_no_rule(text: str, packages: str, good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
+def test_these_agents_break_no_rule(text: str, packages: str, folder: Path) -> None:
     code(text.replace(". A", ".\nA"), packages)(folder)
     assert read(folder).problems == ()
 
 
 @pytest.mark.parametrize("path", ALGORITHMS, ids=lambda path: path.stem)
-def test_the_code_of_this_project_keeps_to_the_limits(
-    path: Path, good: CopySubmission, tmp_path: Path
-) -> None:
-    folder = good(GROUP, tmp_path)
+def test_the_code_of_this_project_keeps_to_the_limits(path: Path, folder: Path) -> None:
     code(path.read_text(encoding="utf-8"), path=f"agent/{path.stem}_.py")(folder)
     found = {problem.rule for problem in read(folder).problems}
     assert found <= {"foreign-package"}, "some import packages that this section does not state"
 
 
-def test_a_text_that_python_compiles_to_much_more_is_only_parsed(
-    good: CopySubmission, tmp_path: Path
-) -> None:
+def test_a_text_that_python_compiles_to_much_more_is_only_parsed(folder: Path) -> None:
     """Every ``return`` repeats what follows ``finally``, so that 23 kB need 330 MB when they are compiled."""
-    folder = good(GROUP, tmp_path)
     code("def make():\n try:\n" + "  return\n" * 1000 + " finally:\n" + "  make()\n" * 1500)(folder)
     tracemalloc.start()
     assert read(folder).problems == ()
@@ -137,8 +130,7 @@ def test_a_text_that_python_compiles_to_much_more_is_only_parsed(
     tracemalloc.stop()
 
 
-def test_code_alone_is_a_submission(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
+def test_code_alone_is_a_submission(folder: Path) -> None:
     shutil.rmtree(folder / GROUP)
     code(MAKE)(folder)
     found = read(folder)

@@ -7,7 +7,7 @@ import pytest
 from gym_extensions.submissions.layout import MAX_FILE_BYTES
 from gym_extensions.submissions.reader import read
 
-from ..examples import DOCUMENT, GROUP, LOG, TOML, Change, CopySubmission, Table, edit, put, remove
+from ..examples import DOCUMENT, GROUP, LOG, TOML, Change, Table, edit, put, remove
 
 
 def rename(old: str, new: str) -> Change:
@@ -76,21 +76,17 @@ EXAMPLES: Table = {
 }
 
 
-def test_an_unreadable_file_is_named(
-    good: CopySubmission, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unreadable_file_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(path: Path, max_bytes: int) -> bytes:
         raise PermissionError(13, "Permission denied")
 
-    folder = good(GROUP, tmp_path)
     monkeypatch.setattr("gym_extensions.submissions.layout.read_regular", refuse)
     problems = read(folder).problems
     assert {problem.rule for problem in problems} == {"unreadable-file"}
     assert (LOG, "Add read permission, or copy it again.") in [(each.where, each.hint) for each in problems]
 
 
-def test_poses_are_part_of_a_submission(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
+def test_poses_are_part_of_a_submission(folder: Path) -> None:
     put("poses/hopper-gravity.json", b"{}")(folder)
     assert read(folder).problems == ()
     put("poses/run.py", b"")(folder)

@@ -94,8 +94,7 @@ def test_the_limit_is_where_it_is_said_to_be(good: CopySubmission, tmp_path: Pat
 
 
 @pytest.mark.parametrize(("last", "problems"), [(99, 0), (100, 1)])
-def test_at_most_a_hundred_runs(good: CopySubmission, tmp_path: Path, last: int, problems: int) -> None:
-    folder = good(GROUP, tmp_path)
+def test_at_most_a_hundred_runs(folder: Path, last: int, problems: int) -> None:
     shutil.rmtree(folder / GROUP / "sequential")
     path = folder / GROUP / "single"
     for run, suffix in product(range(2, last + 1), (".csv", ".json")):

@@ -11,7 +11,7 @@ from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.rules.manifest import hyperparameter_error
 
 from ...conftest import MANIFEST
-from ..examples import GROUP, TOML, Change, CopySubmission, Table, all_of, edit, put
+from ..examples import GROUP, TOML, Change, Table, all_of, edit, put
 
 SUBMISSIONS = Path(__file__).parents[3] / "submissions"
 README = "README.md"
@@ -130,8 +130,7 @@ EXAMPLES: Table = {
 }
 
 
-def test_all_mistakes_of_a_manifest_are_reported_at_once(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
+def test_all_mistakes_of_a_manifest_are_reported_at_once(folder: Path) -> None:
     all_of(value('"smoke"', '"x"'), value("boundaries = false", "boundaries = 1"), title("\u200b"))(folder)
     rules = {problem.rule for problem in read(folder).problems}
     assert rules == {"bad-value", "control-character", "empty-title"}
@@ -144,8 +143,7 @@ def test_the_digest_of_the_settings_stays_as_reviews_state_it() -> None:
     assert manifest_of(tables | {"hyperparameters": {}}).digest != manifest_of(tables).digest
 
 
-def test_a_byte_order_mark_before_the_manifest_is_read_over(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
+def test_a_byte_order_mark_before_the_manifest_is_read_over(folder: Path) -> None:
     (folder / TOML).write_bytes(MARK + (folder / TOML).read_bytes())
     submission = read(folder)
     assert submission.problems == ()
@@ -170,15 +168,13 @@ LANGUAGES += [
 
 @pytest.mark.parametrize("text", LANGUAGES)
 def test_texts_in_every_language_and_line_breaks_in_the_description_are_valid(
-    good: CopySubmission, tmp_path: Path, text: str
+    folder: Path, text: str
 ) -> None:
-    folder = good(GROUP, tmp_path)
     all_of(title(text), value("Made up by a formula.", "One.\\n\\tTwo."))(folder)
     assert read(folder).problems == ()
 
 
-def test_the_readme_is_read_as_it_is_but_for_its_line_ends(good: CopySubmission, tmp_path: Path) -> None:
-    folder = good(GROUP, tmp_path)
+def test_the_readme_is_read_as_it_is_but_for_its_line_ends(folder: Path) -> None:
     put(README, "# Wörter\r\n\tText\r\n".encode())(folder)
     assert read(folder).readme == "# Wörter\n\tText\n"
 
