@@ -311,6 +311,9 @@ def test_a_record_of_other_files_or_seeds_is_not_taken(
         "seeds do not follow": text.replace(value, "3f" * 20),
         "about other files": re.sub(r'(sequential/run0" = )"\w{64}"', rf'\1"{"0" * 64}"', text),
         "about other": text.partition("\n[verifications.files]")[0],
+        "trained again that no job trains": text.replace(
+            "retrained = []", f'retrained = ["{GROUP}/sequential/run0"]'
+        ),
         "or decisions": text + DECISION,
         "has no verification": "",
     }

@@ -215,15 +215,28 @@ def test_policies_that_were_mended_are_run_again(submission: Path) -> None:
     assert verify(submission) == 0
 
 
+def move_policies(submission: Path) -> Path:
+    """Moves the policies of the first run to another address."""
+    path = submission / GROUP / "sequential" / "run0.npz"
+    elsewhere, stated = path.rename(submission.parent / "elsewhere.npz"), read_run(path.with_suffix(".json"))
+    assert stated.policies is not None
+    there = msgspec.structs.replace(stated.policies, url=elsewhere.as_uri(), size=0)
+    submissions.change_document(path.with_suffix(".json"), policies=there)
+    return elsewhere
+
+
+def test_policies_that_lie_elsewhere_are_fetched_before_they_run_without_a_network(submission: Path) -> None:
+    elsewhere = move_policies(submission)
+    assert verify(submission, "--fetch") == 0
+    elsewhere.unlink()
+    assert verify(submission, "--write") == 0
+
+
 def test_an_address_with_another_file_decides_nothing_and_is_fetched_again(
     submission: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = submission / GROUP / "sequential" / "run0.npz"
-    whole, elsewhere = path.read_bytes(), path.rename(submission.parent / "elsewhere.npz")
-    stated = read_run(path.with_suffix(".json")).policies
-    assert stated is not None
-    there = msgspec.structs.replace(stated, url=elsewhere.as_uri(), size=0)
-    submissions.change_document(path.with_suffix(".json"), policies=there)
+    elsewhere = move_policies(submission)
+    whole = elsewhere.read_bytes()
     elsewhere.write_bytes(b"an error page")
     assert verify(submission, "--write") == 2
     assert "another file than the run states" in capsys.readouterr().err

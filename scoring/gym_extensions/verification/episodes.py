@@ -114,18 +114,18 @@ def run_cell(
             that is not finite.
     """
     env: Any = make_vec(world or group.tasks[cell.task], len(cell.seeds))
-    shape = env.single_action_space.shape
-    if policy.num_actions != int(np.prod(shape)):
-        message = f"The policy has {policy.num_actions} actions; the task has {shape[0]}."
-        raise BenchError("bad-actions", message)
-    policy.reset()
-    noise = None if cell.noise is None else np.random.default_rng(cell.noise)
-
-    def act(observations: Any, *_: Any) -> Any:
-        return policy.act(observations, noise, cell.task).reshape(len(observations), *shape)
-
-    seen = None if watch is None else lambda actions: watch(env, actions)
     with closing(env), np.errstate(all="ignore"), no_log_file():
+        shape = env.single_action_space.shape
+        if policy.num_actions != int(np.prod(shape)):
+            message = f"The policy has {policy.num_actions} actions; the task has {shape[0]}."
+            raise BenchError("bad-actions", message)
+        policy.reset()
+        noise = None if cell.noise is None else np.random.default_rng(cell.noise)
+
+        def act(observations: Any, *_: Any) -> Any:
+            return policy.act(observations, noise, cell.task).reshape(len(observations), *shape)
+
+        seen = None if watch is None else lambda actions: watch(env, actions)
         return rollout.run_episodes(env, cell.seeds, act, watch=seen, where="the policy")
 
 
