@@ -131,6 +131,14 @@ def test_a_run_without_a_stage_is_left_out(function: Callable[[pd.DataFrame], pd
     assert function(frame[frame["stage"] > 0]).empty
 
 
+def test_a_run_without_a_network_such_as_one_that_failed_is_left_out_of_the_changes() -> None:
+    frame = made(np.zeros((3, 2)), np.zeros((3, 2)))
+    whole = results.network_changes(frame[frame["run"] != 0])
+    for name in ("norms", "ranks", "inactive"):
+        frame[name] = frame[name].where(frame["run"] != 0, [()] * len(frame))
+    pd.testing.assert_frame_equal(results.network_changes(frame), whole)
+
+
 def test_the_change_of_a_network_is_from_the_first_task_to_the_last() -> None:
     frame = results.network_changes(made(np.zeros((3, 2)), np.zeros((3, 2))))
     (first, second) = frame[frame["measure"] == "ranks"].to_dict("records")

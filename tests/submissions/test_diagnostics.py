@@ -1,6 +1,7 @@
 """The diagnostics of a submission belong to its present policies, and say how networks change."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -26,9 +27,10 @@ def diagnosed(submission: Path, run: int) -> diagnostics.DiagnosedRun:
     return diagnostics.DiagnosedRun(policies=policies.sha256, diagnoses=stages)
 
 
-def write(submission: Path) -> Path:
-    runs = {f"{HERE.name}/sequential/run{run}": diagnosed(submission, run) for run in (0, 1)}
-    document = diagnostics.Diagnostics(group=HERE.id, states=states.VERSION, runs=runs)
+def write(submission: Path, runs: Mapping[int, diagnostics.DiagnosedRun] | None = None) -> Path:
+    runs = runs or {run: diagnosed(submission, run) for run in (0, 1)}
+    named = {f"{HERE.name}/sequential/run{run}": each for run, each in runs.items()}
+    document = diagnostics.Diagnostics(group=HERE.id, states=states.VERSION, runs=named)
     return document.write(diagnostics.path_of(submission, HERE))
 
 
@@ -43,6 +45,14 @@ def test_a_change_is_that_of_the_last_hidden_layer_with_an_interval_over_runs(
     assert (rank.untrained, rank.first, rank.last, rank.change.runs) == (2.0, 3.5, 9.5, (4.0, 8.0))
     assert rank.change.ends == pytest.approx((6 - 12.706 * 2, 6 + 12.706 * 2), rel=1e-4)
     assert (inactive.first, inactive.last, inactive.change.ends) == (0.0, 1.0, (1.0, 1.0))
+
+
+def test_a_run_that_failed_has_no_network_and_does_not_count(make_submission: Callable[..., Path]) -> None:
+    submission = make_submission(protocols=("sequential",))
+    lost = diagnosed(submission, 0)
+    lost = replace(lost, diagnoses=(Diagnosis(parameters=0, ranks=(), inactive=()),) * 6)
+    write(submission, {0: lost, 1: diagnosed(submission, 1)})
+    assert diagnostics.changes(submission)[HERE.id]["ranks"].change.runs == (8.0,)
 
 
 def test_diagnostics_of_other_policies_or_observations_do_not_count(

@@ -1,4 +1,4 @@
-"""What docs/findings.md says of the same additions to TRPO, PPO and SAC, from the runs that there are."""
+"""What docs/findings.md says of the same additions to TRPO and PPO, from the runs that there are."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -21,9 +21,9 @@ from tools.findings.orders import agreement
 from tools.findings.tables import NONE, Value, of_edition
 
 GROUPS = ("hopper-gravity-v0", "halfcheetah-gravity-v0", "walker2d-wall-v0")
-BASES = {"trpo": "TRPO", "ppo": "PPO", "sac64": "SAC 64-64"}
+BASES = {"trpo": "TRPO", "ppo": "PPO"}
 """The learners by the name of their agent."""
-ALONE = {"trpo": "trpo", "ppo": "ppo-tuned", "sac64": "sac64"}
+ALONE = {"trpo": "trpo", "ppo": "ppo-tuned"}
 """Their submissions without an addition. The additions to PPO have its tuned settings."""
 ADDITIONS = ("reset", "snapshots", "cloning", "online-ewc", "packnet")
 
@@ -32,7 +32,7 @@ def submission(base: str, addition: str = "") -> str:
     """The submission of a base with an addition, if any; those to ``trpo`` have the name of the addition."""
     if not addition:
         return ALONE[base]
-    return {"trpo": of_edition(addition, 2), "ppo": f"ppo-{addition}-tuned"}.get(base, f"{base}-{addition}")
+    return of_edition(addition, 2) if base == "trpo" else f"ppo-{addition}-tuned"
 
 
 def equal_means_p(estimates: Sequence[Summary]) -> float:

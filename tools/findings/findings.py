@@ -136,6 +136,7 @@ def core_facts(evidence: Evidence) -> dict[str, Any]:
         "tuning": {name: manifest.tuning for name, manifest in manifests.items()},
         "improvements": tables.improvements(evidence.methods, cards),
         "other_ways": evidence.other_ways,
+        "failed": {name: card.training.failed for name, card in cards.items() if card.training},
         "incomplete": core[~core["ranked"] & core["name"].isin(evidence.names)].to_dict("records"),
         "variants": board.variants,
         "lacking": evidence.lacking,

@@ -216,12 +216,13 @@ def network_changes(policies: pd.DataFrame) -> pd.DataFrame:
     ==========  =======  ==========================================================================
 
     Args:
-        policies: rows of :func:`policies`, for example of some groups. Runs that lack a stage are left out.
+        policies: rows of :func:`policies`, or some of them. Runs without a stage or a network are left out.
     """
     found: dict[tuple[str, str, int], list[pd.DataFrame]] = {}
     for (name, _), frame in _whole_runs(policies, "ranks").groupby(["submission", "group"], sort=False):
         for measure in ("ranks", "inactive", "norms"):
-            layers = pd.DataFrame(frame[measure].tolist(), index=[frame["run"], frame["stage"]])
+            known = frame[frame[measure].map(bool)]
+            layers = pd.DataFrame(known[measure].tolist(), index=[known["run"], known["stage"]])
             for number, layer in enumerate(layers, 1):
                 found.setdefault((str(name), measure, number), []).append(layers[layer].unstack())
     rows = []

@@ -80,8 +80,7 @@ def changes(submission: Path) -> dict[str, dict[str, Change]]:
         runs = [run.diagnoses for name, run in load(submission, group).items() if "/sequential/" in name]
         for measure in ("ranks", "inactive"):
             layers = [[getattr(stage, measure) for stage in run] for run in runs]  # [run][stage][layer]
-            if runs and all(stage for run in layers for stage in run):
-                hidden = [[stage[-1] for stage in run] for run in layers]
+            if hidden := [[stage[-1] for stage in run] for run in layers if all(run)]:  # none if it failed
                 values = [run[-1] - run[1] for run in hidden]
                 untrained, first, last = (fmean(run[at] for run in hidden) for at in (0, 1, -1))
                 change = MetricValue.of(interval(values), values)

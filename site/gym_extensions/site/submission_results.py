@@ -154,9 +154,7 @@ def group_order(group_id: str) -> tuple[int, str]:
     return (ids.index(group_id) if group_id in ids else len(ids), group_id)
 
 
-def results_of(
-    found: Mapping[str, Mapping[str, GroupScore | SuiteScore]],
-) -> tuple[SubmissionResult, ...]:
+def results_of(found: Mapping[str, Mapping[str, GroupScore | SuiteScore]]) -> tuple[SubmissionResult, ...]:
     """The scores of every group, or of every suite, of a scorecard, and every protocol."""
     results = [
         SubmissionResult(name, p, score) for name, scores in found.items() for p, score in scores.items()
@@ -318,8 +316,12 @@ def stored(manifest: ManifestSummary) -> str:
 
 
 def dated(card: Scorecard) -> str:
-    """When a submission was accepted, or else last verified, YYYY-MM-DD; empty without either."""
-    return card.accepted or next((found.date for found in reversed(card.verifications) if found.passed), "")
+    """When a submission was trained here, accepted or last verified, such as ``accepted on 2026-11-22``."""
+    if card.level == TRAINED_HERE and card.training:
+        return f"trained on {card.training.date}"
+    if card.accepted:
+        return f"accepted on {card.accepted}"
+    return next((f"verified on {each.date}" for each in reversed(card.verifications) if each.passed), "")
 
 
 def has_policies(card: Scorecard) -> bool:
@@ -349,8 +351,11 @@ def checked(card: Scorecard) -> str:
         text += " (on the type of processor that logged them)"
     if episodes > repeated:
         text += f", the other {grouped(episodes - repeated)} differ"
-    again = any(found.retrained for found in passed)
-    return text + (". A run was trained again and agrees." if again else ".")
+    if any(found.retrained for found in passed):
+        text += ". A run was trained again and agrees"
+    if card.core and card.core.trained_here:
+        text += ". The project trained the sequential runs on the core itself"
+    return f"{text}."
 
 
 def parameters(card: Scorecard) -> str:

@@ -136,9 +136,12 @@ def test_the_failures_of_the_core_are_those_of_its_sequential_runs(
     made = TrainingSummary(
         attempts=1, date="", version="", commit="", value="", agent="", failed=failed, outdated=False
     )
-    core = core_score(replace(trained(on_core("new", normal(1, 0.5)), normal(2, 0.5)), training=made))
+    card = replace(trained(on_core("new", normal(1, 0.5)), normal(2, 0.5)), training=made)
+    core, changed = core_score(card), core_score(replace(card, training=replace(made, outdated=True)))
     assert core is not None
-    assert sum(note.startswith("failed-runs: 1") for note in core.notes) == noted
+    assert changed is not None
+    assert core.notes.count("failed-runs: Runs that failed, and count as the floor: 1.") == noted
+    assert changed.notes == (*core.notes, "outdated: Its code was changed since, and waits to be trained.")
 
 
 def test_steps_that_the_author_claims_are_not_those_of_runs_that_were_trained_here(on_core: OnCore) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 
 from gym_extensions.scoring.ranking.wanted import Wanted, wanted
-from gym_extensions.scoring.scorecard import Scorecard
+from gym_extensions.scoring.scorecard import Scorecard, TrainingSummary
 from gym_extensions.scoring.submission.core_score import core_score
 
 from .conftest import GROUPS, OnCore, board_of, normal, trained
@@ -33,6 +33,11 @@ def test_maintainers_train_the_next_look_of_what_was_trained_here(on_core: OnCor
         for name in ("trpo", "stranger")
     }
     assert all(each.trained_here and each.count == 5 * len(GROUPS) for each in found)
+    changed = TrainingSummary(
+        attempts=1, date="", version="", commit="", value="", agent="", failed={}, outdated=True
+    )
+    found = wanted_of([trpo, replace(stranger, training=changed)])
+    assert [each.name for each in found] == ["trpo"], "the next training is one of other code, from run 0 on"
 
 
 def test_in_the_first_edition_runs_are_donated(on_core: OnCore) -> None:

@@ -113,6 +113,7 @@ def test_the_answer_over_the_core_comes_first(visit: Visit) -> None:
     page = visit("compare.html")
     first, second = page.locator("#compared .answers p").all_inner_texts()
     assert " keeps more than W" in first
+    assert ", a significant difference (preliminary) in final performance: " in first
     assert second.startswith("Keeps forgets less than W")
     assert page.locator("#differences tbody tr").count() == 8
     page.get_by_label("Second").select_option("agile")

@@ -104,3 +104,12 @@ def test_a_page_has_a_tab_per_board_and_one_of_its_tasks(document: dict[str, Any
         for observes in ("", "-task-conditioned")
     ]
     assert tabs == panels == [*(f"#hopper-gravity-v0-{kind}" for kind in kinds), "#tasks"]
+
+
+def test_forgetting_that_rounds_to_zero_is_not_called_an_improvement(document: dict[str, Any]) -> None:
+    said = []
+    for keeps in (1.00001, 1.1):
+        document["submissions"] = [method("a", 0.8, keeps)]
+        text = read(document)["groups/hopper-gravity-v0.html"].text
+        said.append("below 0, because later training improved" in text.partition("Least forgetting")[2])
+    assert said == [False, True]

@@ -17,10 +17,12 @@ GROUP = "groups/hopper-gravity-v0.html"
 def test_the_dash_of_a_missing_value_links_to_its_reason(document: dict[str, Any]) -> None:
     metrics = scores_of(document)["metrics"]
     metrics["zero_shot_transfer"] = metrics["asymptotic_transfer"]
-    page = dict(files(document))[GROUP]
+    pages = dict(files(document))
+    page = pages[GROUP]
     assert '<p class="small">No asymptotic transfer: It needs single-task runs' in page, (
         "a column without a value"
     )
+    assert 'data-key="asymptotic_transfer"' not in pages["boards/hopper-gravity-v0-sequential-100k.html"]
     cell = page.split('data-label="Transfer"')[1].split("</td>")[0]
     (note,) = re.findall(r'– <a class="see" href="#([a-z0-9-]+)" title="[^"]+"><sup>1</sup></a>', cell)
     assert f'<li id="{note}">It needs single-task runs: there' in page
@@ -144,7 +146,8 @@ def test_decisions_are_shown_as_they_are_and_escaped(document: dict[str, Any]) -
     assert page.errors == []
     assert "challenged" in pages[GROUP].text
     decisions.append({"action": "withdrawn", "by": "one", "date": "2026-11-24", "reason": "An error."})
-    assert "Agile agile verified withdrawn 1 2026-11-22 –" in text_of(document, "submissions.html")
+    text = text_of(document, "submissions.html")
+    assert "Agile agile verified withdrawn 1 accepted on 2026-11-22 –" in text
 
 
 def test_what_the_project_trained_is_shown_with_attempts_seeds_and_failures(document: dict[str, Any]) -> None:
@@ -169,6 +172,7 @@ def test_runs_that_were_trained_here_are_shown_before_the_authors_own(document: 
     first, second = (page.text.index(f"{title}, group by group") for title in titles)
     assert first < second
     assert "of groups whose runs above the project trained on 2026-01-02" in page.text
+    assert "The project trained the sequential runs on the core itself." in page.text
     assert "policies.load('submissions/trpo/trained/2', 'hopper-gravity', run=0" in page.text
     for group in GROUPS:
         on_group = pages[f"submissions/trpo/{group}-v0.html"]
@@ -178,6 +182,16 @@ def test_runs_that_were_trained_here_are_shown_before_the_authors_own(document: 
         assert tuple(each for each in on_group.ids if each in names) == names
         assert f"{group}-v0-sequential-experts" not in on_group.ids
         assert page.errors == on_group.errors == []
+
+
+def test_a_submission_that_was_trained_here_has_the_date_of_its_training(document: dict[str, Any]) -> None:
+    document["submissions"] = [trained_here("trpo") | {"level": "trained here"}]
+    pages = dict(files(document))
+    assert ", trained on 2026-01-02</p>" in pages["submissions/trpo.html"]
+    assert ">trained on 2026-01-02</td>" in pages["submissions.html"]
+    citation = pages["submissions/trpo/citation.bib"]
+    assert "year = {2026}" in citation
+    assert ", trained on 2026-01-02, core score" in citation
 
 
 @pytest.mark.parametrize(

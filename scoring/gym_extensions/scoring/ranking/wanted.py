@@ -70,7 +70,7 @@ def wanted(cards: Sequence[Scorecard], board: CoreBoard | None, agents: Collecti
     """What submissions of this project's agents, given by name, or trained here, need for their next look.
 
     First what decides most open comparisons per hour of processor time, then submissions without a rank. In
-    the second edition, all are trained here.
+    the second edition, all are trained here; code that was changed waits for its training and needs nothing.
     """
     if board is None:
         return []
@@ -81,7 +81,8 @@ def wanted(cards: Sequence[Scorecard], board: CoreBoard | None, agents: Collecti
         agent = card.manifest.protocol.algorithm
         is_here = any(log.level == TRAINED_HERE for log in core_logs(card).values())
         is_donated = board.edition == 1 and card.steps_counted and agent in agents
-        if look is None or not (is_here or is_donated) or not (row.ranked or row.look == 0):
+        waits = card.training is not None and card.training.outdated
+        if look is None or waits or not (is_here or is_donated) or not (row.ranked or row.look == 0):
             continue
         if runs := _missing(card, look):
             decides = decided_by(row, board) if row.ranked else None

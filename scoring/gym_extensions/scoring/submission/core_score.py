@@ -224,8 +224,7 @@ def _notes(
         until = (
             f"Waiting until every group has {after} runs" if (after := next_look(look)) else "Not compared"
         )
-        parts = _runs_by_group(beyond)
-        yield f"runs-beyond-the-look: Compared: runs 0 to {look - 1}. {until}: {parts}."
+        yield f"runs-beyond-the-look: Compared: runs 0 to {look - 1}. {until}: {_runs_by_group(beyond)}."
     if not (card.steps_counted or is_trained_here(card)):
         yield "steps-claimed: Its training steps are claimed; its page says where its policies are from."
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
@@ -236,9 +235,10 @@ def _notes(
         yield f"claim: The author's own runs {says}."
     if card.training and card.training.attempts > 1:
         yield f"attempts: {card.training.attempts} versions of its code were trained; this is the last."
-    failed = [key for key in card.training.failed if "/sequential/" in key] if card.training else []
-    if failed:
-        yield f"failed-runs: {len(failed)} runs failed and count as the floor."
+    if card.training and (failed := sum("/sequential/" in key for key in card.training.failed)):
+        yield f"failed-runs: Runs that failed, and count as the floor: {failed}."
+    if card.training and card.training.outdated:
+        yield "outdated: Its code was changed since, and waits to be trained."
 
 
 def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:

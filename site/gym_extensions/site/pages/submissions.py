@@ -69,16 +69,13 @@ URL = re.compile(r"[^\s{}\\%]+")
 
 
 def bibtex(card: Scorecard, source: paths.Source) -> str:
-    """A submission of type ``misc`` with title, authors, code, core score and the date of its acceptance.
-
-    Text of the submission is escaped.
-    """
+    """A submission of type ``misc`` with title, authors, code, date and core score. Its text is escaped."""
     facts = card.manifest
     fields = {"title": f"{{{_escaped(card.title)}}}"}
     if facts is not None and facts.authors:
         fields["author"] = " and ".join(f"{{{_escaped(author)}}}" for author in facts.authors)
-    if card.accepted:
-        fields["year"] = card.accepted.partition("-")[0]
+    if dated := submission_results.dated(card):
+        fields["year"] = dated.split()[-1].partition("-")[0]
     fields["howpublished"] = "Submission of the gym-extensions leaderboard"
     if source.url or source.repository:
         page = f"{source.url}/{paths.submission_path(card.name)}" if source.url else source.repository
@@ -86,13 +83,12 @@ def bibtex(card: Scorecard, source: paths.Source) -> str:
     if source.version:
         fields["version"] = f"gym-extensions {_escaped(source.version)}"
     fields["note"] = f"Submission {_escaped(card.name)}"
-    url = facts.code.url if facts is not None else ""
-    if URL.fullmatch(url):
-        fields["url"] = url
+    if facts is not None and URL.fullmatch(facts.code.url):
+        fields["url"] = facts.code.url
     if facts is not None and facts.code.commit:
         fields["note"] += f", code at commit {_escaped(facts.code.commit)}"
-    if card.accepted:
-        fields["note"] += f", accepted on {card.accepted}"
+    if dated:
+        fields["note"] += f", {dated}"
     if card.core and (score := card.core.metrics[core.FINAL]).mean is not None:
         fields["note"] += f", core score {mean(score)} ({ends(score)})"
     lines = [f"  {name} = {{{value}}}," for name, value in fields.items()]

@@ -38,8 +38,8 @@ function answer(first, second, boards) {
     ["forgetting", "forgets more", "forgets less", "forgetting"]]) {
     const found = verdict(index.core[metric], first, second);
     if (!found) continue;
-    const words = `${found.verdict === "separated" && found.remark ? `${found.remark} ` : ""}${VERDICTS[found.verdict] ?? found.verdict}`;
-    const is = found.verdict === "separated" ? `${found.mean > 0 ? more : less} than ${title(second)}, a ${words} in `
+    const words = VERDICTS[found.verdict] ?? found.verdict, remark = found.remark ? ` (${found.remark})` : "";
+    const is = found.verdict === "separated" ? `${found.mean > 0 ? more : less} than ${title(second)}, a ${words}${remark} in `
       : `and ${title(second)}: ${words} in `;
     list.append(make("p", {}, make("strong", {}, title(first)), ` ${is}`, link(what, `metrics.html#${metric}`),
       `: ${fixed(found.mean)} (${range(found.low, found.high)}), `, link(found.p, "metrics.html#core"),
