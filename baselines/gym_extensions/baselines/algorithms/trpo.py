@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -225,8 +226,24 @@ class Trpo:
         return self._exported(self._theta, self._moments)
 
     def _exported(self, theta: Array, moments: policies.Moments) -> Policy:
-        box, deterministic = (self._middle, self._half), self._settings.deterministic_evaluation
-        return policies.exported(self._architecture, theta, moments, box, deterministic=deterministic)
+        """The policy of these parameters. It computes in float64, so it acts as the agent up to rounding."""
+        architecture, normalization = self._architecture, dict[str, Any]()
+        if moments.count:
+            normalization["observation_mean"] = moments.mean
+            normalization["observation_scale"] = policies.scale(moments)
+            normalization["observation_clip"] = policies.CLIP
+        network = policies.layers(architecture.sizes, theta)
+        return Policy(
+            action_offset=self._middle.ravel(),
+            action_scale=self._half.ravel(),
+            weights=tuple(weights for weights, _ in network),
+            biases=tuple(bias for _, bias in network),
+            activation=architecture.activation,
+            output_activation="tanh" if architecture.tanh_mean else "linear",
+            head="deterministic" if self._settings.deterministic_evaluation else "gaussian",
+            log_sigma=theta[architecture.log_sigmas],
+            **normalization,
+        )
 
     def card(self) -> Card:
         return Card(

@@ -4,13 +4,11 @@ import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from gym_extensions.baselines.agent import Array
 from gym_extensions.files import compiled
-from gym_extensions.submissions.policies.mlp import Policy
 
 CLIP = 10.0
 """Standardized observations are clipped to ±10 standard deviations, as by SB3's ``VecNormalize``."""
@@ -311,37 +309,3 @@ def fisher_product(
         return image
 
     return product
-
-
-def exported(
-    architecture: Architecture,
-    theta: Array,
-    moments: Moments,
-    box: tuple[Array, Array],
-    *,
-    deterministic: bool,
-) -> Policy:
-    """The policy of the parameters. It computes in float64, so its actions are the agent's up to rounding.
-
-    Args:
-        architecture: the network of the mean.
-        theta: the parameters, log σ last.
-        moments: of the observations; those of no observations normalize nothing.
-        box: middle and half width of the action space, (a,) each.
-        deterministic: whether the action is the mean or a sample.
-    """
-    network, normalization = layers(architecture.sizes, theta), dict[str, Any]()
-    if moments.count:
-        normalization = {"observation_mean": moments.mean, "observation_scale": scale(moments)}
-        normalization["observation_clip"] = CLIP
-    return Policy(
-        action_offset=box[0].ravel(),
-        action_scale=box[1].ravel(),
-        weights=tuple(weights for weights, _ in network),
-        biases=tuple(bias for _, bias in network),
-        activation=architecture.activation,
-        output_activation="tanh" if architecture.tanh_mean else "linear",
-        head="deterministic" if deterministic else "gaussian",
-        log_sigma=theta[architecture.log_sigmas],
-        **normalization,
-    )
