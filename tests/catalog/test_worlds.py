@@ -3,8 +3,8 @@
 import pytest
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup, group
-from gym_extensions.catalog.tasks import TASKS, task as task_named
-from gym_extensions.catalog.variations import Gravity, Wall
+from gym_extensions.catalog.tasks import TASKS, Task, customize, task as task_named
+from gym_extensions.catalog.variations import Gravity, LimbScale, RangeSensor, Wall
 from gym_extensions.catalog.worlds import Axis, Trained, axes
 from gym_extensions.envs.mujoco.env import TaskEnv
 
@@ -19,13 +19,29 @@ def axis_of(name: str, number: int = 0) -> Axis:
 def test_gravity_body_and_wall_groups_vary_one_quantity() -> None:
     assert {name for name, _ in ALL} == WITH_AXES - {"humanoid-standup-run-wall"}
     assert [axis.name for axis in axes(group("hopper-body"))] == ["foot", "leg", "thigh", "torso"]
-    assert axes(TaskGroup("mine", (task_named("HopperGravityHalf"), task_named("Walker2d")))) == ()
+
+
+SEEING = customize("Hopper", [RangeSensor()])
+NO_AXES = {
+    "two bodies": (task_named("HopperGravityHalf"), task_named("Walker2d")),
+    "two kinds": (task_named("HopperGravityHalf"), task_named("HopperBigFoot")),
+    "two quantities in one task": (
+        customize("HopperBigFoot", [LimbScale("Leg", 1.25)]),
+        task_named("Hopper"),
+    ),
+    "walls of two widths": (customize(SEEING, [Wall(0.9)]), customize(SEEING, [Wall(1.0)])),
+    "a wall, and none": (customize(SEEING, [Wall(0.9)]), SEEING),
+}
+
+
+@pytest.mark.parametrize("tasks", NO_AXES.values(), ids=NO_AXES)
+def test_a_group_that_varies_more_than_one_quantity_has_no_axes(tasks: tuple[Task, ...]) -> None:
+    assert axes(TaskGroup("mine", tasks)) == ()
 
 
 def test_a_task_without_the_variation_trains_on_the_value_of_its_body() -> None:
     (foot,) = axes(TaskGroup("mine", (task_named("HopperBigFoot"), task_named("Hopper"))))
     assert foot.trained == (Trained(0, 1.25, 1.25), Trained(1, 1.0, 1.0))
-    assert axes(TaskGroup("mine", (task_named("HopperWall"), task_named("Hopper")))) == ()
     (wall,) = axes(group("hopper-wall"))
     assert wall.trained == (Trained(1, 1.8, 3.8),), "the first task's wall is parked"
 

@@ -73,8 +73,8 @@ def axes(group: groups.TaskGroup) -> tuple[Axis, ...]:
         measured = {each: each.quantity for each in task.variations if each.quantity is not None}
         if len(measured) > 1:
             return ()
-        others = tuple(each for each in task.variations if each not in measured)
-        bases.add(replace(task, name=task.base, variations=others, version=0))
+        unmeasured = tuple(each for each in task.variations if each not in measured)
+        bases.add(replace(task, name=task.base, variations=unmeasured, version=0))
         for variation, quantity in measured.items():
             kinds.add(type(variation))
             varied.setdefault(quantity.name, {})[index] = quantity
@@ -84,14 +84,14 @@ def axes(group: groups.TaskGroup) -> tuple[Axis, ...]:
     plain = set(range(len(group.tasks))).difference(*varied.values())
     found = []
     for name, by_task in varied.items():
-        first = next(iter(by_task.values()))
-        if len({each.at(first.points[0]) for each in by_task.values()}) > 1:
+        first, *others = by_task.values()
+        if any(each.at(first.points[0]) != first.at(first.points[0]) for each in others):
             return ()  # they differ in more than the quantity
-        if plain and first.unchanged is None:
-            return ()
         values = {index: each.trained for index, each in by_task.items()}
         if first.unchanged is not None:
             values |= dict.fromkeys(plain, (first.unchanged, first.unchanged))
+        elif plain:
+            return ()
         trained = tuple(Trained(index, *ends) for index, ends in sorted(values.items()) if ends)
         if trained:
             found.append(Axis(name, first.title, first.unit, first.points, trained, base, first.at))
