@@ -249,36 +249,42 @@ class Player:
         """
         self.started(sum(len(request.cells) for request in requests))
         found = [self._kept(request) for request in requests]
-        missing = list[tuple[int, RunRequest]]()
+        missing = dict[int, RunRequest]()
         for number, request in enumerate(requests):
             cells = tuple(cell for cell in request.cells if cell not in found[number])
             if cells or not found[number]:
-                missing.append((number, replace(request, cells=cells)))
+                missing[number] = replace(request, cells=cells)
             self.done(len(request.cells) - len(cells))
-        batches = list[list[tuple[int, RunRequest]]]()
-        for group in dict.fromkeys(request.group for _, request in missing):
-            runs = [(number, request) for number, request in missing if request.group == group]
-            batches += [runs[first :: self.jobs] for first in range(min(self.jobs, len(runs)))]
-        left = 3600 * self.hours - (processor_seconds() - self._before)
-        if batches and left <= 0:
-            raise BenchError(TOO_SLOW, f"{self.hours:g} hours of processor time were used up.")
-        per_process = min(BASE_SECONDS, left / max(1, len(batches)))
-        count = sum(len(request.cells) for _, request in missing)
-        per_cell = min(SECONDS_PER_CELL, (left - per_process * len(batches)) / max(1, count))
+        if missing:
+            self._run(missing, found)
+        return [_joined(request, parts) for request, parts in zip(requests, found, strict=True)]
 
-        def work(batch: Sequence[tuple[int, RunRequest]]) -> None:
-            own = [request for _, request in batch]
-            call = {"runs": msgspec.to_builtins(own), "groups": list(self.groups)}
-            waiting = [iter(request.cells or (None,)) for request in own]
-            for place, answer in answers(play, call, limits_of(own, per_process, per_cell)):
-                (number, request), cell = batch[place], next(waiting[place])
-                found[number][cell] = part = msgspec.convert(answer, Played)
+    def _run(self, missing: Mapping[int, RunRequest], found: Sequence[dict[Cell | None, Played]]) -> None:
+        """Runs what is missing of the requests with these numbers, keeps it, and adds it to what is found."""
+        batches = list[list[int]]()  # of the numbers of requests, by group
+        for group in dict.fromkeys(request.group for request in missing.values()):
+            numbers = [number for number, request in missing.items() if request.group == group]
+            batches += [numbers[first :: self.jobs] for first in range(min(self.jobs, len(numbers)))]
+        left = 3600 * self.hours - (processor_seconds() - self._before)
+        if left <= 0:
+            raise BenchError(TOO_SLOW, f"{self.hours:g} hours of processor time were used up.")
+        per_process = min(BASE_SECONDS, left / len(batches))
+        cells = sum(len(request.cells) for request in missing.values())
+        per_cell = min(SECONDS_PER_CELL, (left - per_process * len(batches)) / max(1, cells))
+
+        def work(numbers: Sequence[int]) -> None:
+            batch = [missing[number] for number in numbers]
+            call = {"runs": msgspec.to_builtins(batch), "groups": list(self.groups)}
+            waiting = [iter(request.cells or (None,)) for request in batch]
+            for place, answer in answers(play, call, limits_of(batch, per_process, per_cell)):
+                request, cell, part = batch[place], next(waiting[place]), msgspec.convert(answer, Played)
+                found[numbers[place]][cell] = part
                 if not part.problem and request.group not in self._foreign:  # a problem may be mended
                     files.write_bytes(self._file(request, cell), msgspec.json.encode(part))
                 self.done(len(request.cells) if part.problem else 1)
 
         with ThreadPoolExecutor(self.jobs) as pool:
-            futures = [pool.submit(work, batch) for batch in batches]
+            futures = [pool.submit(work, numbers) for numbers in batches]
             try:
                 for future in as_completed(futures):
                     future.result()
@@ -286,7 +292,6 @@ class Player:
                 pool.shutdown(wait=False, cancel_futures=True)
                 end_all()
                 raise
-        return [_joined(request, parts) for request, parts in zip(requests, found, strict=True)]
 
 
 def _joined(request: RunRequest, parts: Mapping[Cell | None, Played]) -> Played:
