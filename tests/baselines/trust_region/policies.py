@@ -18,7 +18,8 @@ each_architecture = pytest.mark.parametrize("architecture", ARCHITECTURES, ids=[
 def random_policy(architecture: Architecture, seed: int = 0) -> Array:
     """Nonzero parameters in float64."""
     rng = np.random.default_rng(seed)
-    theta = policy.initial_policy(architecture, rng, 1.0).astype(np.float64)
+    network = policy.initial(architecture.sizes, rng).astype(np.float64)
+    theta = np.concatenate([network, np.zeros(architecture.sizes[-1])])
     return theta + 0.1 * rng.standard_normal(theta.shape)
 
 

@@ -133,8 +133,9 @@ class Trpo:
         self._value = values.ValueFunction(inputs, self._learning, self._settings.value)
 
     def _initial_policy(self) -> Array:
-        start = (self._settings.last_layer_scale, self._settings.initial_log_sigma)
-        return policies.initial_policy(self._architecture, self._learning, *start)
+        sizes, settings = self._architecture.sizes, self._settings
+        network = policies.initial(sizes, self._learning, settings.last_layer_scale)
+        return np.concatenate([network, np.full(sizes[-1], settings.initial_log_sigma, np.float32)])
 
     def act(self, observations: Array) -> Array:
         """Mean or sampled actions (num_envs, a), depending on the settings. The moments do not change."""

@@ -97,24 +97,6 @@ class Evaluator:
             env.close()
 
 
-@contextmanager
-def acting_copy(agent: Agent, create: Callable[[], Agent], path: Path) -> Iterator[Agent]:
-    """A copy of the agent that acts without an effect on its training; restores global random generators.
-
-    An agent that cannot be saved acts itself, so that its generator for acting moves on. ``create`` makes an
-    agent of the same kind; the file ``path`` is written and deleted.
-    """
-    with generators.preserved_global_generators():
-        acting = agent
-        if isinstance(agent, Resumable):
-            try:
-                agents.save(agent, path)
-                acting = agents.load(create(), path)  # type: ignore[arg-type]
-            finally:
-                remove(path)
-        yield acting
-
-
 @dataclass(frozen=True)
 class PendingJob:
     """A job with everything that a worker process needs to run it."""
@@ -275,7 +257,7 @@ class StageRun:
         every, episodes = self.pending.settings.evaluate_every, self.pending.settings.evaluate_episodes
         if every and self._next <= batch.step < self.stage.steps:
             self._next = every * (1 + batch.step // every)
-            with acting_copy(self.agent, self.create, self.folder.path / "acting.npz") as agent:
+            with self._acting_copy() as agent:
                 for task in self.stage.evaluated:
                     start = time.perf_counter()
                     mean_return = self.evaluator.mean_return(agent, task, episodes)
@@ -283,6 +265,22 @@ class StageRun:
                     self._evaluations[task.id].returns.append(mean_return)
                     result = task.id, episodes, mean_return, time.perf_counter() - start
                     self.listen(progress.TaskEvaluated(*where, *result, in_training=True))
+
+    @contextmanager
+    def _acting_copy(self) -> Iterator[Agent]:
+        """A copy of the agent that acts without an effect on its training; restores global random generators.
+
+        An agent that cannot be saved acts itself, so that its generator for acting moves on.
+        """
+        with generators.preserved_global_generators():
+            acting, path = self.agent, self.folder.path / "acting.npz"
+            if isinstance(self.agent, Resumable):
+                try:
+                    agents.save(self.agent, path)
+                    acting = agents.load(self.create(), path)  # type: ignore[arg-type]
+                finally:
+                    remove(path)
+            yield acting
 
     def _where(self, step: int) -> tuple[str, int, int, int]:
         return self.pending.job.title, self.stage.number, step, self.steps_before + step

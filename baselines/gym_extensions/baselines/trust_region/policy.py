@@ -225,14 +225,6 @@ class Batch:
     advantages: Array
 
 
-def initial_policy(
-    architecture: Architecture, rng: np.random.Generator, last_scale: float, log_sigma: float = 0.0
-) -> Array:
-    """A flat vector of random weights and the initial ``log_sigma``, float32."""
-    sizes = architecture.sizes
-    return np.concatenate([initial(sizes, rng, last_scale), np.full(sizes[-1], log_sigma, np.float32)])
-
-
 def means(architecture: Architecture, output: Array) -> Array:
     """The means (n, a) of the policy for outputs (n, a) of the network."""
     return np.tanh(output) if architecture.tanh_mean else output
