@@ -130,8 +130,8 @@ class Policy:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name in LAYER_FIELDS:
-                layers = {f"{LAYER_FIELDS[field.name]}_{layer}": array for layer, array in enumerate(value)}
-                content |= {name: array for name, array in layers.items() if array is not None}
+                part = LAYER_FIELDS[field.name]
+                content |= {f"{part}_{i}": array for i, array in enumerate(value) if array is not None}
             elif isinstance(value, str):
                 content[field.name] = np.frombuffer(value.encode(), np.uint8)
             elif value is not None:
