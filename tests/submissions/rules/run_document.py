@@ -47,7 +47,10 @@ EXAMPLES: Table = {
     "repeated-package": [("numpy", document(packages={"numpy": "1"}), key("packages"), "'numpy'")],
     "control-character-in-document": [
         ("an escape sequence", document(command="train \x1b[31m"), key("command"), "control or invisible"),
-        ("of a package", document(packages={"torch": "2\x1b"}), key("packages, torch"), "control"),
+        (
+            *("a fingerprint", document(**{f"fingerprints__{HALF}": "a\x1b"}), key(f"fingerprints, {HALF}")),
+            *("control", ("foreign-fingerprint",)),
+        ),
     ],
     "foreign-fingerprint": [
         ("another task under the name", document(**{f"fingerprints__{HALF}": "0" * 16}), PRINTS, HALF),
