@@ -56,6 +56,13 @@ def test_a_difference_below_the_tolerance_is_ignored() -> None:
     assert list(fingerprinting.compare("", {"a": [1.0]}, {"a": [1.0 + 2e-9]})) == [("a[0]", 1.0, 1.0 + 2e-9)]
 
 
+def test_a_row_of_another_processor_within_the_tolerance_has_its_own_digest(table: Any) -> None:
+    row = table["tasks"][HALF]
+    row["canary"]["episodes"][0]["rewards"][0] += 1e-10
+    row["fingerprint"] = fingerprints.digest(row)
+    assert fingerprinting.check([task(HALF)]) == []
+
+
 def test_a_task_without_a_row_and_a_row_without_a_task_are_reported(
     table: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -41,6 +41,7 @@ def test_another_time_limit_is_another_task() -> None:
     ended = [env.step(np.zeros(1, np.float32))[3] for _ in range(5)]
     assert ended == [False] * 4 + [True]
     assert fingerprint_of(short) != fingerprint_of(PENDULUM)
+    assert customize(PENDULUM, max_steps=5) == short
 
 
 @pytest.fixture
@@ -192,6 +193,13 @@ BROKEN: dict[str, tuple[dict[str, Any], str]] = {
         "differ at step 1.",
     ),
     "SeededWhenMade": ({"steps": 0, "reset": lambda self, **_: (self.seen(), {})}, "differ at step 0."),
+    "DrawnWhenMade": (
+        {
+            "__init__": lambda self: setattr(self, "offset", np.random.uniform()),  # noqa: NPY002
+            "reward": lambda self, _: self.offset,
+        },
+        "differ at step 1.",
+    ),
     "GlobalGenerator": (
         {"reward": lambda self, _: np.random.normal() if self.steps == 100 else 0.0},  # noqa: NPY002
         "two episodes with the seed 0 and the same actions differ at step 100.",

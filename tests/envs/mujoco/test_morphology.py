@@ -5,11 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from gym_extensions.catalog.tasks import Task, task
+from gym_extensions.catalog.tasks import customize, task
 from gym_extensions.catalog.variations import LimbScale
 from gym_extensions.envs import Gravity, make
 from gym_extensions.envs.mujoco.env import TaskEnv
-from gym_extensions.envs.mujoco.model import compile_model
 
 from ...conftest import refused
 
@@ -64,7 +63,8 @@ def test_inertia_is_that_of_the_new_shape_at_the_new_mass() -> None:
 
 def test_variations_of_different_parts_compose_in_any_order() -> None:
     chosen = (Gravity(0.7), LimbScale("Foot", 1.2), LimbScale("Torso", 0.9))
-    models = [compile_model(Task("Free", "HalfCheetah", order)) for order in itertools.permutations(chosen)]
+    orders = itertools.permutations(chosen)
+    models = [TaskEnv(customize("HalfCheetah", order)).model for order in orders]
     for model in models[1:]:
         np.testing.assert_array_equal(model.body_mass, models[0].body_mass)
         np.testing.assert_array_equal(model.body_inertia, models[0].body_inertia)
