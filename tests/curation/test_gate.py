@@ -55,6 +55,22 @@ def test_the_files_of_a_pull_request_are_never_checked_out(
     assert not (project / NEW).exists()
 
 
+def test_the_process_that_reads_the_files_says_nothing_of_the_pull_request(
+    request_with_submission: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    false = {
+        "pull_request": 9,
+        "head": "f" * 40,
+        "kind": "donation",
+        "submission": "old",
+        "verdict": "review",
+    }
+    monkeypatch.setattr(gate, "answers", lambda _, call, __: iter([call["report"] | false]))
+    report, head = checked(request_with_submission), git(request_with_submission, "rev-parse", "HEAD")
+    assert (report.pull_request, report.head) == (None, head)
+    assert (report.kind, report.submission, report.verdict) == ("submission", "new", "passed")
+
+
 @pytest.mark.usefixtures("in_this_process")
 def test_problems_of_the_submission_are_in_the_report(request_with_submission: Path) -> None:
     commit(request_with_submission, {f"{NEW}/hopper-gravity/agent.pkl": b"pickle"})

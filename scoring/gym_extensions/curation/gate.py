@@ -30,6 +30,8 @@ SAMPLE = 20
 """Cells of 20 episodes that are repeated."""
 SAMPLE_SECONDS = 240.0
 """No further cell is started after this time."""
+JUDGED = ("level", "repeated", "episodes", "without_policies", "problems", "more_problems", "scores")
+"""What the process that reads the files of a submission says for the report, besides notes."""
 
 
 def check_pull_request(
@@ -114,14 +116,16 @@ def _judged(
         call = {"folder": str(folder), "report": msgspec.to_builtins(report)}
         call |= {"donated": pull_request.donated_runs, "changed": pull_request.changed_runs}
         (answer,) = answers(judge, call, READING)
-        report = msgspec.convert(answer, reports.GateReport)
-        report = replace(report, trains=report.trains and pull_request.changes_code(report.submission))
-        is_tried = try_code and report.trains and not report.problems
+        found = msgspec.convert(answer, reports.GateReport)
+        trains = found.trains and pull_request.changes_code(report.submission)
+        is_tried = try_code and trains and not found.problems
         tried = [train_here.repeats(folder)] if is_tried else []
-    notes = [*changed_values(pull_request), *tried, *report.notes]
+    judged = {name: getattr(found, name) for name in JUDGED}
+    verdict = "refused" if found.problems else report.verdict
+    notes = [*changed_values(pull_request), *tried, *found.notes]
     if missing := sum(title is None for title in pull_request.base_titles.values()):
         notes.append(f"Not compared: the titles of {count(missing, 'submission')}, which this clone lacks.")
-    return _noted(report, notes)
+    return _noted(replace(report, **judged, verdict=verdict, trains=trains), notes)
 
 
 def changed_values(pull_request: pull_request_rules.PullRequest) -> Iterator[str]:
