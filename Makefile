@@ -31,8 +31,8 @@ browser: .venv/everything.installed .venv/docs.installed site-assets  ## run the
 
 extras: .venv/everything.installed  ## run the tests of the extras onnx, sbx, examples and parquet, and of Minari (needs EGL and OSMesa); none may be skipped
 	$(PIP) -e '.[dev,onnx,sbx,examples,parquet]' mlcroissant 'minari[create,hdf5]>=0.5.3,<0.6'
-	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/adapters tests/envs/test_wrappers.py \
-	  tests/export tests/examples/test_formats.py tests/results/test_frames.py tests/submissions/policies tests/verification/test_networks.py tests/test_policies.py
+	.venv/bin/pytest --no-skips tests/baselines/algorithms/test_ppo_and_sac.py tests/baselines/adapters tests/baselines/test_submission.py \
+	  tests/envs/test_wrappers.py tests/export tests/examples/test_formats.py tests/results/test_frames.py tests/submissions/policies tests/verification/test_networks.py tests/test_policies.py
 
 slow: .venv/everything.installed  ## run the tests that are marked as slow
 	.venv/bin/pytest -m slow
