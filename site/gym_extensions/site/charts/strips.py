@@ -18,16 +18,16 @@ TICK_DISTANCE = 22
 """Minimum distance of a tick label from those of 0 and 1."""
 
 
-Shown = MetricValue | BoardMetric
+AnyMetric = MetricValue | BoardMetric
 """A value of a scorecard, with its runs, or of a board."""
 
 
-def runs_of(value: Shown) -> tuple[float, ...]:
+def runs_of(value: AnyMetric) -> tuple[float, ...]:
     """The values of the runs, which boards do not repeat."""
     return value.runs if isinstance(value, MetricValue) else ()
 
 
-def metric_scale(values: Iterable[Shown]) -> svg.Scale:
+def metric_scale(values: Iterable[AnyMetric]) -> svg.Scale:
     """One scale for strips that are read together. It contains every mean and every run, 0 and 1.
 
     Intervals may exceed it, because those of two runs are wide; they then end in an arrow.
@@ -44,19 +44,19 @@ def board_scale(results: Sequence[submission_results.SubmissionResult]) -> svg.S
     return metric_scale(result.metric(name) for result in results for name in drawn)
 
 
-def describe(value: Shown) -> str:
+def describe(value: AnyMetric) -> str:
     """A metric value in words, for screen readers."""
     alone = ", one run, no interval" if runs_of(value) else ", no interval"
     ends = f", 95 % interval {text.interval(*value.ends)}" if value.ends else alone
     return f"{text.mean(value)}{ends}"
 
 
-def strip(value: Shown, scale: svg.Scale) -> Markup:
+def strip(value: AnyMetric, scale: svg.Scale) -> Markup:
     """One metric value on one line: interval as a bar, runs as dots, mean as a disc; empty without a mean."""
     return _drawn(value, scale, describe(value))
 
 
-def dumbbell(before: Shown, after: Shown, scale: svg.Scale, *, described: bool = True) -> Markup:
+def dumbbell(before: AnyMetric, after: AnyMetric, scale: svg.Scale, *, described: bool = True) -> Markup:
     """Two metric values on one line: a ring right after the training, a disc with its interval at the end.
 
     A disc to the left of its ring shows forgetting. ``described``: for screen readers.
@@ -86,7 +86,7 @@ def ruler(scale: svg.Scale) -> Markup:
     return svg.picture("ruler", WIDTH, 16, "", "".join(marks))
 
 
-def _drawn(value: Shown, scale: svg.Scale, label: str, before: str = "") -> Markup:
+def _drawn(value: AnyMetric, scale: svg.Scale, label: str, before: str = "") -> Markup:
     """The interval, runs and mean of a value on the grid, above what stands ``before``."""
     if value.mean is None:
         return Markup("")

@@ -228,7 +228,7 @@ def _rotation(quaternion: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class View:
+class Frame:
     """The part of the view that all episodes of a task share, in m, and its scale in units per m."""
 
     left: float
@@ -287,7 +287,7 @@ def _moved_apart(bodies: Sequence[Sequence[Placed]], episodes: Sequence[Episode]
     return moved
 
 
-def frame_of(shapes: Sequence[Placed], travels: bool) -> View:
+def frame_of(shapes: Sequence[Placed], travels: bool) -> Frame:
     """The smallest part of the view that contains all shapes, and the floor of a body that travels."""
     ends = [
         point + sign * shape.radius
@@ -299,7 +299,7 @@ def frame_of(shapes: Sequence[Placed], travels: bool) -> View:
     low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
     if travels:
         low[1] = min(low[1], -MARGIN)
-    return View(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+    return Frame(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
 
 def _ghosts(episode: Episode) -> Array:
@@ -309,7 +309,7 @@ def _ghosts(episode: Episode) -> Array:
     return rows[np.unique(np.rint(np.linspace(0, len(rows) - 1, ghosts)).astype(int))]
 
 
-def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, has_ticks: bool) -> Markup:
+def _picture(shapes: Sequence[Placed], frame: Frame, episode: Episode, has_ticks: bool) -> Markup:
     """The picture of one episode, with a tick per m of the floor where poses are at their true distance."""
     width, height = frame.size
     parts = []
@@ -336,7 +336,7 @@ def _picture(shapes: Sequence[Placed], frame: View, episode: Episode, has_ticks:
     return picture("strobe", width, height, label, "".join(parts), drawn=drawn)
 
 
-def _limbs(limbs: Sequence[Placed], ghost: int, frame: View) -> str:
+def _limbs(limbs: Sequence[Placed], ghost: int, frame: Frame) -> str:
     """The limbs of one pose as a path; a limb continues the one before where it begins at its end."""
     path, pen, last = "", (-1, -1), np.full(2, np.inf)
     for limb in limbs:
