@@ -89,25 +89,14 @@ class Raised(Variation):
         spec.body("torso").pos = [x, y, z + self.height]
 
 
+MODEL, SEEN = (envs.Gravity(0.7), envs.LimbScale("Foot", 1.2)), (RangeSensor(), Wall(), envs.SensorNoise())
+MOVING = (envs.MovingStart(), envs.TrackingGoal(), envs.MotorNoise(0.02))
 CUSTOM: dict[str, list[Task]] = {
     "sensors at several heights": [
         Task("CheetahWall", "HalfCheetah", (RangeSensor(), Wall())),
         Task("CheetahRaised", "HalfCheetah", (RangeSensor(), Wall(), Raised(0.1))),
     ],
-    "everything at once on one body": [
-        Task(
-            "HopperBusy",
-            "Hopper",
-            (
-                envs.Gravity(0.7),
-                envs.LimbScale("Foot", 1.2),
-                RangeSensor(),
-                Wall(),
-                envs.SensorNoise(),
-                envs.MotorNoise(),
-            ),
-        )
-    ],
+    "everything at once on one body": [Task("HopperBusy", "Hopper", (*MODEL, *SEEN, envs.MotorNoise()))],
     "a sensor, and no wall to see": [
         Task("WalkerLooking", "Walker2d", (RangeSensor(),)),
         Task("WalkerBlurred", "Walker2d", (RangeSensor(), envs.SensorNoise(dropout=0.5))),
@@ -123,14 +112,7 @@ CUSTOM: dict[str, list[Task]] = {
         Task("PusherMoving", "Pusher", (envs.MovingGoal(), envs.MotorNoise()), max_steps=50),
     ],
     "two tasks, of which one reports success": [task("Humanoid"), task("HumanoidStandup")],
-    "a ball that starts elsewhere": [
-        Task(
-            "StrikerBoth",
-            "Striker",
-            (envs.MovingStart(), envs.TrackingGoal(), envs.MotorNoise(0.02)),
-            max_steps=60,
-        )
-    ],
+    "a ball that starts elsewhere": [Task("StrikerBoth", "Striker", MOVING, max_steps=60)],
 }
 
 
