@@ -171,6 +171,23 @@ def test_the_numbers_and_words_of_the_readme_are_in_the_findings() -> None:
     assert "lies above 0 on: none" in first
 
 
+def test_without_joint_runs_the_readme_says_nothing_of_them() -> None:
+    """As when the runs of the first edition have left the tree."""
+    names: dict[str, Any] = {
+        "edition": 2,
+        "cloning": "cloning-tuned",
+        "packnet": "packnet-tuned",
+        "hypotheses": [],
+    }
+    section = findings.jinja().get_template("readme.md.jinja")
+    row = pd.Series(
+        {"name": "joint", "look": 5, tables.FINAL: 0.5, f"{tables.FINAL}_low": 0.4}
+        | {f"{tables.FINAL}_high": 0.6}
+    )
+    texts = [section.render(names, known={}, other_ways=ways) for ways in ([], [tables.Method(row, {})])]
+    assert ["all tasks at once" in text for text in texts] == [False, True]
+
+
 @pytest.mark.committed
 def test_the_landscape_of_the_readme_is_that_of_the_committed_submission(tmp_path: Path) -> None:
     (axis,) = findings.landscape(ROOT / "submissions", "cloning-tuned", "cloning").axes

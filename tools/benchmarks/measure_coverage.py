@@ -1,6 +1,6 @@
 """Measures the coverage of the intervals in docs/metrics.md and prints its two tables in Markdown.
 
-    python -m tools.benchmarks.measure_coverage [--datasets 4000] [--boards 1000] [--seed 0]
+    python -m tools.benchmarks.measure_coverage [--datasets 4000] [--boards 1000]
 
 Coverage: how often a 95 % interval over N runs contains the true mean, for ten shapes of variation between
 runs. Student's t is compared with the percentile, BCa and bootstrap-t intervals, whose resamples are
@@ -11,7 +11,7 @@ rank.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 from statistics import NormalDist
 
 import numpy as np
@@ -27,6 +27,7 @@ TASK_NOISE = 0.2
 """Standard deviation between runs of a task, learned or not."""
 LARGE = 200_000
 """Number of data sets for Student's t, which needs no resampling."""
+BOOTSTRAPS = ("percentile", "BCa", "bootstrap-t")
 CELLS = 4_000_000
 """Number of resampled means in memory at a time."""
 
@@ -68,12 +69,8 @@ SHAPES = (
 
 def multisets(runs: int) -> tuple[Array, Array]:
     """Every resample of N runs as counts [multiset, run], and its probability."""
-    counts = np.array(
-        [
-            np.bincount(resample, minlength=runs)
-            for resample in combinations_with_replacement(range(runs), runs)
-        ]
-    )
+    resamples = combinations_with_replacement(range(runs), runs)
+    counts = np.array([np.bincount(resample, minlength=runs) for resample in resamples])
     ways = np.array([math.factorial(runs) / math.prod(map(math.factorial, row)) for row in counts])
     return counts.astype(np.float64), ways / runs**runs
 
@@ -145,7 +142,7 @@ def coverage(shape: Shape, runs: int, datasets: int, rng: np.random.Generator) -
     if runs > 10:
         return shares
     counts, weights = multisets(runs)
-    covered = dict.fromkeys(("percentile", "BCa", "bootstrap-t"), 0)
+    covered = dict.fromkeys(BOOTSTRAPS, 0)
     chunk = max(1, CELLS // len(weights))
     for start in range(0, datasets, chunk):
         data = shape.draw(rng, (min(chunk, datasets - start), runs))
@@ -159,18 +156,13 @@ def family_wise(
 ) -> tuple[float, float]:
     """How often any rank interval of a board misses a true rank, and the mean number of ranks in one."""
     truth = np.arange(submissions) * -gap
+    true = [(1, submissions) if gap == 0 else (rank, rank) for rank in range(1, submissions + 1)]
     missed, width = 0, 0
     for _ in range(boards):
         board = [summary(row) for row in (truth[:, None] + rng.normal(0, 1, (submissions, runs))).tolist()]
         ranks = rank_intervals(board, significant_pairs(board), "higher")
-        true = (
-            [(1, submissions)] * submissions
-            if gap == 0
-            else [(rank, rank) for rank in range(1, submissions + 1)]
-        )
-        missed += any(
-            low > first or high < last for (low, high), (first, last) in zip(ranks, true, strict=True)
-        )
+        pairs = zip(ranks, true, strict=True)
+        missed += any(low > first or high < last for (low, high), (first, last) in pairs)
         width += sum(high - low + 1 for low, high in ranks)
     return missed / boards, width / boards / submissions
 
@@ -182,36 +174,34 @@ def _error(share: float, count: int) -> float:
 def main() -> None:
     """Print both tables."""
     parser = argument_parser("tools.benchmarks.measure_coverage", __doc__)
-    datasets = "number of data sets at N = 3 and 5; a twentieth of it at 10"
-    parser.add_argument("--datasets", type=int, default=4000, help=datasets)
+    at_most = "number of data sets at N = 3 and 5; a twentieth of it at 10"
+    parser.add_argument("--datasets", type=int, default=4000, help=at_most)
     parser.add_argument("--boards", type=int, default=1000, help="number of boards per family-wise error")
-    parser.add_argument("--seed", type=int, default=0)
-    arguments = parser.parse_args()
-    seeds = iter(np.random.SeedSequence(arguments.seed).spawn(len(SHAPES) * 4 + 12))
+    options = parser.parse_args()
+    generators = map(np.random.default_rng, np.random.SeedSequence(0).spawn(len(SHAPES) * 4 + 12))
 
     print("| shape | N | t | percentile | BCa | bootstrap-t |\n| --- | --- | --- | --- | --- | --- |")
-    for shape in SHAPES:
-        for runs in (3, 5, 10, 20):
-            # ten runs have 92,378 resamples
-            datasets = max(1, arguments.datasets // 20) if runs == 10 else arguments.datasets
-            shares = coverage(shape, runs, datasets, np.random.default_rng(next(seeds)))
-            cells = [f"{100 * shares['t']:.1f}"] + [
-                f"{100 * shares[m]:.1f} ± {100 * _error(shares[m], datasets):.1f}" if m in shares else "–"
-                for m in ("percentile", "BCa", "bootstrap-t")
-            ]
-            print(f"| {shape.name} | {runs} | {' | '.join(cells)} |", flush=True)
+    for shape, runs in product(SHAPES, (3, 5, 10, 20)):
+        # ten runs have 92,378 resamples
+        datasets = max(1, options.datasets // 20) if runs == 10 else options.datasets
+        shares = coverage(shape, runs, datasets, next(generators))
+        cells = [f"{100 * shares['t']:.1f}"]
+        for method in BOOTSTRAPS:
+            if method in shares:
+                error = _error(shares[method], datasets)
+                cells.append(f"{100 * shares[method]:.1f} ± {100 * error:.1f}")
+            else:
+                cells.append("–")
+        print(f"| {shape.name} | {runs} | {' | '.join(cells)} |", flush=True)
 
     print("\n| truth | submissions | runs | family-wise error | mean width of a rank interval |")
     print("| --- | --- | --- | --- | --- |")
-    for gap, truth in ((0.0, "all tied"), (1.0, "one run standard deviation apart")):
-        for submissions in (5, 10, 20):
-            for runs in (5, 10):
-                error, width = family_wise(
-                    submissions, gap, runs, arguments.boards, np.random.default_rng(next(seeds))
-                )
-                uncertainty = _error(max(error, 1 / arguments.boards), arguments.boards)
-                cell = f"{100 * error:.1f} ± {100 * uncertainty:.1f}"
-                print(f"| {truth} | {submissions} | {runs} | {cell} | {width:.1f} |", flush=True)
+    truths = {"all tied": 0.0, "one run standard deviation apart": 1.0}
+    for truth, submissions, runs in product(truths, (5, 10, 20), (5, 10)):
+        wrong, width = family_wise(submissions, truths[truth], runs, options.boards, next(generators))
+        error = _error(max(wrong, 1 / options.boards), options.boards)
+        cell = f"{100 * wrong:.1f} ± {100 * error:.1f}"
+        print(f"| {truth} | {submissions} | {runs} | {cell} | {width:.1f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -234,8 +234,8 @@ def main() -> None:
     draw_retention(scores, tables.most_forgotten(evidence.learned), FOLDER / "retention.svg")
 
     known = {method.row["name"]: method for method in evidence.methods}
-    block = templates.get_template("readme.md.jinja").render(known=known, joint=evidence.other_ways[0])
-    write_text(README, RESULTS.sub(lambda _: block + "\n", README.read_text("utf-8")))
+    readme = templates.get_template("readme.md.jinja").render(known=known, other_ways=evidence.other_ways)
+    write_text(README, RESULTS.sub(lambda _: readme + "\n", README.read_text("utf-8")))
     facts = core_facts(evidence) | other_facts(evidence)
     text = templates.get_template("page.md.jinja").render(facts, outcomes=editions.outcomes(before, stated))
     write_text(PAGE, text + "\n")
