@@ -143,7 +143,7 @@ def repetition(run: LoggedRun, cells: Sequence[Cell], played: Played) -> Repetit
         return Repetition(0, episodes, played.problem, other_machine)
     tolerance = review.TOLERANCE if played.runtime else 0.0
     repeated, difference = 0, ""
-    for cell, outcomes in zip(cells, played.outcomes, strict=False):
+    for cell, outcomes in zip(cells, played.outcomes[: len(cells)], strict=True):
         logged = run.logged[cell.stage, cell.task]
         for episode, (old, new) in enumerate(zip(logged, outcomes, strict=True)):
             change = new.return_ - old.return_
