@@ -41,7 +41,7 @@ class Run:
     """One seed of one agent: the tasks that it learns in order, and the steps per task."""
 
     agent: str
-    arguments: tuple[tuple[str, Any], ...]
+    arguments: dict[str, Any]  # of the agent's factory
     tasks: tuple[str, ...]
     seed: int
     steps: int
@@ -86,7 +86,7 @@ def measure(run: Run) -> list[dict[str, Any]]:
     evaluation = [make_vec(each, len(EVALUATION_SEEDS)) for each in tasks]
     spaces = (evaluation[0].single_observation_space, evaluation[0].single_action_space)
     make: Any = algorithms.factory("trpo" if run.agent in TABLES else run.agent)
-    agent, rows = make(*spaces, run.seed, **dict(run.arguments)), []
+    agent, rows = make(*spaces, run.seed, **run.arguments), []
     observes, ids = observes_of(agent, run.agent), tuple(each.id for each in tasks)
     for number, each in enumerate(tasks, start=1):
         env = make_vec(each, run.num_envs)
@@ -133,10 +133,10 @@ def runs(options: argparse.Namespace) -> Iterator[Run]:
     arguments = {name: json.loads(value) for name, _, value in pairs}
     arguments |= trpo_settings(options.agent, options.set)
     names = tuple(options.tasks.split(","))
+    sizes = (options.steps, options.batch_steps, options.num_envs)
     for tasks in [names] if options.sequential else [(name,) for name in names]:
         for seed in options.seeds:
-            sizes = (options.steps, options.batch_steps, options.num_envs)
-            yield Run(options.agent, tuple(arguments.items()), tasks, seed, *sizes)
+            yield Run(options.agent, arguments, tasks, seed, *sizes)
 
 
 @reports_mistakes

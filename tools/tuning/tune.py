@@ -92,9 +92,8 @@ def missing(plan: Plan, trials: Sequence[Trial]) -> list[tuple[int, str]]:
 def run_trial(plan: Plan, setting: int, body: str) -> Trial:
     """Trains one setting on the tasks of one body."""
     tasks = tuple(f"{body}@{gravity}" for gravity in plan.gravities)
-    arguments = tuple(plan.settings[setting].items())
     sizes = (plan.steps, plan.batch_steps, plan.num_envs)
-    rows = measure(Run(plan.method, arguments, tasks, plan.seed, *sizes))
+    rows = measure(Run(plan.method, plan.settings[setting], tasks, plan.seed, *sizes))
     returns = [[row["returns"][name] for name in tasks] for row in rows]
     seconds = sum(row["cpu_s_per_1M"] for row in rows) * plan.steps / 1e6
     return Trial(setting, body, returns, *scores(plan, body, returns), round(seconds, 1), commit_of(HERE))
