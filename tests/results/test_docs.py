@@ -22,7 +22,7 @@ def test_the_columns_of_metrics_are_those_of_the_frame(make_submission: Write) -
 
 
 @pytest.mark.parametrize("protocol", BOARD_METRICS)
-def test_the_columns_of_of_a_board_are_repeated_per_metric(protocol: str, make_submission: Write) -> None:
+def test_the_columns_of_a_board_are_repeated_per_metric(protocol: str, make_submission: Write) -> None:
     *first, mean, low, high = ((column, installed(dtype)) for column, dtype, _ in columns_of(results.board))
     frame = results.board("hopper-gravity", make_submission(), protocol, "smoke")
     expected = [

@@ -8,6 +8,7 @@ runs nor their choice can depend on their results.
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from statistics import fmean
 
 import numpy as np
@@ -117,13 +118,13 @@ def counted_runs(log: scorecard.GroupScore) -> int:
 
 def on_group(log: scorecard.GroupScore, look: int, metric: Metric = FINAL) -> scorecard.CoreGroup:
     """A metric on one group over the runs of a look; over all that may be compared if that is 0."""
-    runs = counted_runs(log)
-    values = log.metrics[metric.name].runs[: look or runs]
+    runs = look or counted_runs(log)
+    values = log.metrics[metric.name].runs[:runs]
     if not values:
         return scorecard.CoreGroup(runs=runs)
     value = to_interval(summary(values), suite_expert_errors([log], metric))
     others = {
-        name: fmean(found[: look or runs])
+        name: fmean(found[:runs])
         for name in CORE_METRICS
         if name != metric.name and name in log.metrics and (found := log.metrics[name].runs)
     }
@@ -173,14 +174,14 @@ def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
         if not value.runs
     ]
     look = 0 if missing or without else last_look(min(map(counted_runs, logs.values())))
-    protocol = card.manifest.protocol if card.manifest else None
-    why, found = _why(logs, missing, without), claim(card)
+    assert card.manifest is not None, "it has runs"
+    protocol, why = card.manifest.protocol, _why(logs, missing, without)
     metrics = dict.fromkeys(CORE_METRICS, MetricValue(why=why))
     if look:
         metrics = {name: over_groups(logs.values(), BY_NAME[name], look) for name in CORE_METRICS}
-    return scorecard.CoreScore(
+    core = scorecard.CoreScore(
         why=why,
-        parent=(protocol.parent or protocol.algorithm) if protocol else "",
+        parent=protocol.parent or protocol.algorithm,
         look=look,
         next_look=next_look(look),
         missing=missing,
@@ -188,10 +189,10 @@ def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
         retention=retention(logs.values(), look) if look else Estimate(),
         groups={name: on_group(log, look) for name, log in logs.items()},
         trained_here=is_trained_here(card),
-        claim=found,
+        claim=claim(card),
         cost=_cost(logs),
-        notes=tuple(_notes(card, logs, look, found)),
     )
+    return replace(core, notes=tuple(_notes(card, logs, core)))
 
 
 def _why(logs: Mapping[str, scorecard.GroupScore], missing: Sequence[str], without: Sequence[str]) -> str:
@@ -208,30 +209,25 @@ def _why(logs: Mapping[str, scorecard.GroupScore], missing: Sequence[str], witho
 
 
 def _notes(
-    card: scorecard.Scorecard,
-    logs: Mapping[str, scorecard.GroupScore],
-    look: int,
-    found: scorecard.Claim | None,
+    card: scorecard.Scorecard, logs: Mapping[str, scorecard.GroupScore], core: scorecard.CoreScore
 ) -> Iterator[str]:
     """What is not compared, and what to know of runs that were trained here, with the name of the case."""
-    counts = {name: counted_runs(log) for name, log in logs.items()}
-    if missing := [name for name in CORES[CORE] if name not in logs]:
-        yield f"partial-core: It has no sequential runs of {', '.join(missing)}."
+    counts, look = {name: counted_runs(log) for name, log in logs.items()}, core.look
+    if core.missing:
+        yield f"partial-core: It has no sequential runs of {', '.join(core.missing)}."
     if len(set(counts.values())) > 1:
         parts = ", ".join(f"{name} {count}" for name, count in counts.items())
         yield f"different-numbers-of-runs: The groups have {parts} runs."
     if beyond := {name: range(look, count) for name, count in counts.items() if count > look > 0}:
-        until = (
-            f"Waiting until every group has {after} runs" if (after := next_look(look)) else "Not compared"
-        )
+        until = f"Waiting until every group has {core.next_look} runs" if core.next_look else "Not compared"
         yield f"runs-beyond-the-look: Compared: runs 0 to {look - 1}. {until}: {_runs_by_group(beyond)}."
-    if not (card.steps_counted or is_trained_here(card)):
+    if not (card.steps_counted or core.trained_here):
         yield "steps-claimed: Its training steps are claimed; its page says where its policies are from."
     waiting = {name: sorted(log.unverified) for name, log in logs.items() if log.unverified}
     if waiting and look:
         yield f"unverified-runs: Not compared until they are verified: {_runs_by_group(waiting)}."
-    if found:
-        says = "agree with these" if found.agrees else f"claim {found.difference:.2f} more"
+    if core.claim:
+        says = "agree with these" if core.claim.agrees else f"claim {core.claim.difference:.2f} more"
         yield f"claim: The author's own runs {says}."
     if card.training and card.training.attempts > 1:
         yield f"attempts: {card.training.attempts} versions of its code were trained; this is the last."
