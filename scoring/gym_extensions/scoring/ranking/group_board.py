@@ -4,7 +4,6 @@ A board is made from scorecards and the references alone. What it adds (ranks, d
 references) belongs to the board and may change when a submission joins; the scores never move.
 """
 
-import math
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -287,7 +286,7 @@ def computed_rows(
         metrics = {}
         for metric in BOARD_METRICS[key.protocol]:
             means = [mean for each in of_groups if (mean := each[metric.name]) is not None]
-            mean = math.fsum(means) / len(means) if len(means) == len(of_groups) else None
+            mean = statistics.mean(means) if len(means) == len(of_groups) else None
             metrics[metric.name] = BoardMetric(mean, None, None, FROM_FLOORS)
         submissions.append(documents.ComputedRow(name, title, metrics))
     return tuple(submissions)
