@@ -100,9 +100,9 @@ def compute(
         if "curves" in needs:  # the areas alone are enough for forward transfer
             needs = ("auc", "single_auc")
         present = {*found, "untrained"} if first == 0 else found.keys()
-        if lacking := [name for name in needs if name not in present]:
-            words = " and ".join(lacking).replace("untrained", "a first row of the untrained agent")
-            return MetricValue(why=f"It needs {words}.")
+        words = {"untrained": "a first row of the untrained agent"}
+        if lacking := [words.get(name, name) for name in needs if name not in present]:
+            return MetricValue(why=f"It needs {' and '.join(lacking)}.")
         if metric is formulas.JOINT_GAP:
             joint_runs = _last_stage(found["joint"], scored)
             return joint_gap(over_runs(formulas.FINAL, all_runs), over_runs(formulas.FINAL, joint_runs))

@@ -80,9 +80,9 @@ def wanted(cards: Sequence[Scorecard], board: CoreBoard | None, agents: Collecti
         assert card.manifest is not None, "it has runs"
         agent = card.manifest.protocol.algorithm
         is_here = any(log.level == TRAINED_HERE for log in core_logs(card).values())
-        is_donated = board.edition == 1 and card.steps_counted and agent in agents
+        can_be_donated = board.edition == 1 and card.steps_counted and agent in agents
         waits = card.training is not None and card.training.outdated
-        if look is None or waits or not (is_here or is_donated) or not (row.ranked or row.look == 0):
+        if look is None or waits or not (is_here or can_be_donated) or not (row.ranked or row.look == 0):
             continue
         if runs := _missing(card, look):
             decides = decided_by(row, board) if row.ranked else None
