@@ -36,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.fixture
-def side_by_side(request: pytest.FixtureRequest) -> Compare:
+def side_by_side(benchmark: Any, request: pytest.FixtureRequest) -> Compare:
     """Returns the median ratio of the first contestant's speed to each other one's, by name.
 
     A ratio below its bar is reported as missed. A ratio below ``FLOOR`` × its bar fails the benchmark.
@@ -51,12 +51,16 @@ def side_by_side(request: pytest.FixtureRequest) -> Compare:
         **about: Any,
     ) -> dict[str, float]:
         speeds: dict[str, list[float]] = {name: [] for name in contestants}
-        for turn in contestants.values():  # a warm-up round
-            turn()
-        for _ in range(rounds):
-            for name, turn in contestants.items():
-                steps, seconds = turn()
-                speeds[name].append(steps / seconds)
+
+        def take_turns() -> None:
+            for turn in contestants.values():  # a warm-up round
+                turn()
+            for _ in range(rounds):
+                for name, turn in contestants.items():
+                    steps, seconds = turn()
+                    speeds[name].append(steps / seconds)
+
+        benchmark.pedantic(take_turns, rounds=1, iterations=1)
         ours, *others = contestants
         ratios = {
             other: statistics.median(a / b for a, b in zip(speeds[ours], speeds[other], strict=True))
@@ -70,6 +74,7 @@ def side_by_side(request: pytest.FixtureRequest) -> Compare:
             "ratios": {other: round(ratio, 3) for other, ratio in ratios.items()},
             "bars": bars,
         }
+        benchmark.extra_info.update(row)  # for --benchmark-json
         request.config.stash[ROWS].append(row)
         regressions = {other: ratios[other] for other, bar in bars.items() if ratios[other] < FLOOR * bar}
         assert not regressions, f"{measure}: {regressions} are below {FLOOR} × the bars {bars}"
