@@ -110,6 +110,7 @@ def test_pytorch_and_onnx_act_as_numpy_does(activation: str, dtype: str, rows: b
 
 
 def test_a_network_is_written_and_read(tmp_path: Path) -> None:
+    pytest.importorskip("torch")
     pytest.importorskip("onnxruntime", reason="needs the extra onnx")
     made("relu", "float32", rows=False).to_onnx(tmp_path / "policy.onnx")
     policy = policies.OnnxPolicy.load(tmp_path / "policy.onnx")

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields
+from inspect import cleandoc
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
@@ -81,4 +82,5 @@ def json_schema(document: type[JsonDocument]) -> dict[str, Any]:
         for field in part["properties"].values():
             field.pop("default", None)
         part |= {"required": sorted(part["properties"]), "additionalProperties": False}
+        part["description"] = cleandoc(part.get("description", ""))  # as Python 3.13 does
     return {"$schema": DIALECT, **schema}

@@ -34,6 +34,10 @@ def test_the_best_is_the_highest_mean_over_runs_of_any_stage_and_submission() ->
     assert best({}) == {}
 
 
+def test_a_mean_over_runs_is_exact_so_that_all_versions_of_python_give_the_same() -> None:
+    assert landscape(*[0.1] * 10).axes[0].means[-1][1:] == (0.1,) * 14
+
+
 def test_a_share_needs_a_best_return_above_zero() -> None:
     assert share(50.0, 200.0) == 0.25
     assert share(-50.0, 200.0) == -0.25

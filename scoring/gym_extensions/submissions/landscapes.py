@@ -8,6 +8,7 @@ submission's folder. Loads no simulator.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import fmean
 from typing import Annotated, Literal
 
 from gym_extensions.catalog.groups import GROUPS, TaskGroup
@@ -47,10 +48,8 @@ class MeasuredAxis:
     @property
     def means(self) -> tuple[tuple[float, ...], ...]:
         """Mean returns over runs by stage and point."""
-        return tuple(
-            tuple(sum(runs) / len(runs) for runs in zip(*stage, strict=True))
-            for stage in zip(*self.returns, strict=True)
-        )
+        stages = zip(*self.returns, strict=True)
+        return tuple(tuple(map(fmean, zip(*runs, strict=True))) for runs in stages)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -133,7 +133,9 @@ class Repository:
         for line in filter(None, output.split(b"\0")):
             meta, _, path = line.partition(b"\t")
             mode, _, object_id, *size = meta.decode().split()
-            known = int(size[0]) if size and size[0] != "-" else None
+            if size == ["BAD"]:  # newer versions of git go on; older ones fail
+                self._explain("missing")
+            known = int(size[0]) if size and size[0].isdigit() else None
             found.append(TreeEntry(mode, object_id, known, os.fsdecode(path)))
         return tuple(found)
 

@@ -3,6 +3,7 @@
 import json
 import tomllib
 from collections.abc import Callable
+from inspect import cleandoc
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,12 @@ def manifest(name: str) -> Json:
 @pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
 def test_a_schema_is_a_valid_schema(schema: Json) -> None:
     Draft202012Validator.check_schema(schema)
+
+
+@pytest.mark.parametrize("schema", SCHEMAS.values(), ids=SCHEMAS)
+def test_a_schema_is_the_same_in_versions_of_python_that_indent_docstrings_or_not(schema: Json) -> None:
+    texts = [part["description"] for part in schema["$defs"].values()]
+    assert texts == list(map(cleandoc, texts))
 
 
 @pytest.mark.committed

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from inspect import cleandoc
 from typing import Annotated, Literal
 
 import msgspec
@@ -98,9 +99,8 @@ class GroupDocument(JsonDocument):
 def publish_submission(submission: Scorecard, render: Render) -> Iterator[File]:
     """The scorecard of a submission, as ``score --json`` prints it, and its scores alone."""
     info = ReferencesInfo.of(render.references)
-    document = ScorecardDocument(references=info, submissions=(submission,))
     path = paths.submission_data(submission.name)
-    yield path, document.to_json()
+    yield path, ScorecardDocument(references=info, submissions=(submission,)).to_json()
 
     def known(metrics: Mapping[str, Estimate]) -> dict[str, Estimate]:
         """The metrics with a value, with their intervals alone."""
@@ -173,7 +173,7 @@ def schema_texts() -> dict[str, str]:
     schemas = {"submission": msgspec.json.schema(Manifest)}
     parts = schemas["submission"]["$defs"]
     for part in parts.values():
-        part["additionalProperties"] = False
+        part |= {"additionalProperties": False, "description": cleandoc(part.get("description", ""))}
     parts["Observes"]["required"] = sorted(parts["Observes"]["properties"])
     manifest = parts["Manifest"]
     manifest["properties"]["reported"]["enum"] = list(REPORTS)
