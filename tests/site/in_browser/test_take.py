@@ -76,5 +76,5 @@ def test_a_table_is_saved_as_it_is_shown(visit: Visit) -> None:
     rows = list(csv.reader(saved(page, "CSV").read_text("utf-8-sig").splitlines()))
     assert len(rows) == page.locator("main table tr").count()
     assert [row[-1] for row in rows[1:6]] == ["-0.42 -0.50 to -0.34", "1000", "-3", "'-3+cmd|x", "'=1"]
-    assert rows[0] == ["Submission", "Level", "Groups", "Accepted or verified", "Core score"]
+    assert rows[0] == ["Submission", "Level", "Groups", "Date", "Core score"]
     assert all(len(row) == len(rows[0]) for row in rows)
