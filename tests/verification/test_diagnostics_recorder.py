@@ -60,5 +60,5 @@ def test_a_policy_that_does_not_fit_the_observations_loses_nothing_else(
 def test_a_group_without_observations_is_refused(
     submission: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert record(submission, "--groups", "nav-image") == 2
+    assert record(submission, "--groups", f"{GROUP},nav-image") == 2
     assert "No observations of nav-image are published." in capsys.readouterr().err

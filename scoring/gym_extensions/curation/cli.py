@@ -99,7 +99,8 @@ def maintain_parser() -> argparse.ArgumentParser:
     for part in (poses, landscapes, diagnostics):
         add, several = part.add_argument, "a submission's folder, or a folder of them"
         add("submissions", nargs="+", type=Path, metavar="SUBMISSION", help=several)
-        add("--groups", nargs="+", default=[], metavar="NAME", help="only these groups (default: all)")
+        names = "comma-separated names of groups (default: all)"
+        add("--groups", type=parse_names, default=[], metavar="NAMES", help=names)
         add("--again", action="store_true", help="also measure what is up to date")
         verification.add_options(part)
     train = parts.add_parser(
