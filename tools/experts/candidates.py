@@ -162,7 +162,7 @@ class Workplace:
         return None
 
     def best(self, task: Task) -> str | None:
-        """The best candidate of those with 100 selection episodes, or with the most if none has so many."""
+        """The best candidate of those with 100 selection episodes, or with the most if none has 100."""
         found = self.candidates(task)
         most = max((seen.episodes for seen in found.values()), default=0)
         full = {name: seen for name, seen in found.items() if seen.episodes >= min(most, QUICK)}

@@ -56,7 +56,7 @@ def has_stacked_marks(text: str) -> bool:
 
 
 def is_visible(text: str) -> bool:
-    """Whether a text has a character with a glyph that is no mark."""
+    """Whether a text has a visible character other than a mark."""
     kinds = [unicodedata.category(char) for char in text if char not in BLANK]
     return any(kind[0] not in "CMZ" or kind == "Cn" for kind in kinds)  # "Cn": newer than Python's Unicode
 

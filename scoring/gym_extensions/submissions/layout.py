@@ -197,7 +197,7 @@ def _exists_readable(path: Path, kind: Callable[[Path], bool] = Path.exists) -> 
 
 
 def scan(root: Path, groups: Mapping[str, TaskGroup] = GROUPS) -> Folder:
-    """The folder as it is on disk. A link, or what is no folder, is listed alone, as ``ROOT``."""
+    """The folder as it is on disk. A link, or a path that is not a folder, is its only item, ``ROOT``."""
     if _exists_readable(root, Path.is_symlink):
         items = [FolderItem(ROOT, "link")]
     elif _exists_readable(root, Path.is_dir):
