@@ -47,7 +47,7 @@ total                       1117 ± 1050   3001 ± 1  1501 ± 1  1117 ± 1050
 hopper-gravity-v0, single, budget smoke, 2 runs, claimed
 metric                    mean   95 % interval
 Single-task performance  1.117  1.110 to 1.123
-All metrics and tables: --json or --csv.
+All metrics: --json or --csv.
 """
 
 
@@ -68,6 +68,7 @@ def test_a_submission_with_many_groups_is_one_screen_and_group_shows_one(
     shown = score(folder).out
     assert len(shown.splitlines()) <= 24
     assert "suite gravity" in shown
+    assert ["sequential", "single"] in map(str.split, shown.splitlines())  # the protocols that have runs
     assert "--group hopper-gravity-v0" in shown
     for name in ("walker2d-gravity", "walker2d-gravity-v0"):
         shown = score(folder, "--group", name).out

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from gym_extensions.scoring.ranking.boards import Comparison
 
 MAX_ROWS, MAX_NOTES = 16, 3
-"""Most suites and groups, and most notes, on the screen of a submission."""
+"""Most suites and groups, and most notes or passed verifications, on the screen of a submission."""
 Item = TypeVar("Item")
 THOUSANDS = 100_000
 """From this return on, the paper's table is printed in thousands."""
@@ -69,16 +69,7 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
     In full are the only group, and groups that the user has ``chosen``.
     """
     show_line(out, card)
-    for part in card.verifications:
-        agrees = "agrees" if part.passed else "does not agree"
-        found = part.undecided or f"{agrees} on new seeds (p = {part.p_value:.3g})"
-        if part.episodes:
-            found += f", {part.repeated:,} of {part.episodes:,} episodes repeated"
-        out.print(f"  verification of {part.date}: {count(part.runs, 'run')}, {found}")
-    if len(card.verifications) > 1:
-        repeated = sum(part.repeated for part in card.verifications)
-        episodes = sum(part.episodes for part in card.verifications)
-        out.print(f"  all verifications: {repeated:,} of {episodes:,} episodes repeated")
+    _verifications(out, card.verifications)
     for doubt in card.doubts:
         out.print(f"  {doubt}")
     reasons = (log.why_claimed for protocols in card.groups.values() for log in protocols.values())
@@ -97,7 +88,7 @@ def show(out: Console, card: scorecard.Scorecard, chosen: bool = False) -> None:
         _overview(out, card)
         hint = f"One group in full: --group {next(iter(card.groups), 'NAME')}. "
     if card.groups:
-        out.print(f"{hint}All metrics and tables: --json or --csv.", style="dim")
+        out.print(f"{hint}All metrics: --json or --csv.", style="dim")
     out.print()
 
 
@@ -116,6 +107,22 @@ def show_line(out: Console, card: scorecard.Scorecard) -> None:
         out.print(f"  note: {note}")
     if len(card.notes) > MAX_NOTES:
         out.print(f"  … and {count(len(card.notes) - MAX_NOTES, 'note')} more: --json")
+
+
+def _verifications(out: Console, parts: Sequence[scorecard.VerificationSummary]) -> None:
+    """A line per verification. Of many, those that passed have one line, except the newest."""
+    for part in parts:
+        if len(parts) > MAX_NOTES and part.passed and part is not parts[-1]:
+            continue
+        agrees = "agrees" if part.passed else "does not agree"
+        found = part.undecided or f"{agrees} on new seeds (p = {part.p_value:.3g})"
+        if part.episodes:
+            found += f", {part.repeated:,} of {part.episodes:,} episodes repeated"
+        out.print(f"  verification of {part.date}: {count(part.runs, 'run')}, {found}")
+    if len(parts) > 1:
+        repeated = sum(part.repeated for part in parts)
+        episodes = sum(part.episodes for part in parts)
+        out.print(f"  all {len(parts)} verifications: {repeated:,} of {episodes:,} episodes repeated")
 
 
 def _core(out: Console, core: scorecard.CoreScore) -> None:
@@ -181,25 +188,34 @@ def _returns(cell: scorecard.PaperCell | None) -> str:
 
 
 def _overview(out: Console, card: scorecard.Scorecard) -> None:
-    table = plain_table("first metric ± half of its 95 % interval", *METRICS)
+    recorded = {protocol for protocols in card.groups.values() for protocol in protocols}
+    first = {protocol: metrics[0] for protocol, metrics in METRICS.items() if protocol in recorded}
     suites = {f"suite {name}": protocols for name, protocols in card.suites.items()}
     parts: list[tuple[str, Mapping[str, scorecard.GroupScore | scorecard.SuiteScore]]] = [
         *suites.items(),
         *card.groups.items(),
     ]
-    shown = parts if len(parts) <= MAX_ROWS else parts[: MAX_ROWS - 1]
-    for name, protocols in shown:
+    rows = []
+    for name, protocols in parts:
         cells = []
-        for protocol, (first, *_) in METRICS.items():
-            value = protocols[protocol].metrics[first.name] if protocol in protocols else Estimate()
-            half = "" if value.high is None or value.mean is None else f" ± {value.high - value.mean:.2f}"
+        for protocol, metric in first.items():
+            value = protocols[protocol].metrics[metric.name] if protocol in protocols else Estimate()
+            half = "" if value.high is None or value.mean is None else f"±{value.high - value.mean:.2f}"
             cells.append(f"{number(value.mean, 2)}{half}")
-        table.add_row(name, *cells)
-    if table.row_count:
-        out.print()
-        out.print(table)
-    if len(shown) < len(parts):
-        out.print(f"… and {count(len(parts) - len(shown), 'group')} more")
+        if name in card.groups or any(cell != number(None) for cell in cells):
+            rows.append((name, *cells))
+    if not rows:
+        return
+    shown = rows if len(rows) <= MAX_ROWS else rows[: MAX_ROWS - 1]
+    table = plain_table("", *first)
+    table.columns[0].no_wrap = True
+    for row in shown:
+        table.add_row(*row)
+    out.print()
+    out.print("First metric of each protocol, ± half of its 95 % interval")
+    out.print(table)
+    if len(shown) < len(rows):
+        out.print(f"… and {count(len(rows) - len(shown), 'group')} more")
 
 
 def show_comparison(out: Console, first: str, second: str, comparisons: "Sequence[Comparison]") -> None:
