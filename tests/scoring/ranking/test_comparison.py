@@ -1,13 +1,18 @@
 """``score --compare``: two submissions side by side, with the interval of their difference."""
 
+from dataclasses import replace
+
 import pytest
 
 from gym_extensions.references import References
+from gym_extensions.scoring.output.screen import console, show_comparison
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import compare
+from gym_extensions.scoring.submission.core_score import core_score
 
 from ...conftest import GRAVITY, MANIFEST, Write, refused
 from ..made_submissions import Command
+from .conftest import FINAL, GROUPS, OnCore
 
 
 def test_groups_and_suites_are_compared_by_every_metric_of_both(
@@ -56,3 +61,26 @@ def test_a_comparison_by_hand(make_submission: Write, references: References) ->
     half_width = 4.302653 * 5e-7**0.5
     assert difference.mean == pytest.approx(0.05)
     assert difference.ends == pytest.approx((0.05 - half_width, 0.05 + half_width), rel=1e-6)
+
+
+def test_the_core_is_compared_first_over_the_runs_that_both_have(
+    on_core: OnCore, capsys: pytest.CaptureFixture[str]
+) -> None:
+    higher = on_core("a", dict.fromkeys(GROUPS, (0.2, 0.3, 0.4, 0.5, 0.6)))
+    lower = on_core("b", dict.fromkeys(GROUPS, (0.1, 0.2, 0.3, 0.4, 0.5, 9.0, 9.0, 9.0, 9.0, 9.0)))
+    core, *rest = compare(*(replace(card, core=core_score(card)) for card in (higher, lower)))
+    assert (core.name, core.protocol, core.budget, core.look) == ("core-v1", "sequential", "300k", 5)
+    assert [each.name for each in rest[: len(GROUPS)]] == list(GROUPS)
+    first, second, difference = core.metrics[FINAL]
+    # s² = .025 in every group, SE² = .025 / 5 / 7 of each, 28 degrees of freedom of each, t(56) = 2.003241.
+    half_width = 2.003241 * (2 * 0.025 / 5 / 7) ** 0.5
+    assert (first, second, difference.mean) == pytest.approx((0.4, 0.3, 0.1))
+    assert difference.ends == pytest.approx((0.1 - half_width, 0.1 + half_width), rel=1e-6)
+    show_comparison(console(), "a", "b", [core])
+    assert "core-v1, sequential, budget 300k, runs 0 to 4 of every group\n" in capsys.readouterr().out
+
+
+def test_without_a_complete_look_of_both_the_core_is_not_compared(on_core: OnCore) -> None:
+    first, second = (on_core("a", dict.fromkeys(GROUPS, (0.5,) * runs)) for runs in (5, 4))
+    found = compare(*(replace(card, core=core_score(card)) for card in (first, second)))
+    assert {each.look for each in found} == {0}

@@ -222,7 +222,8 @@ def show_comparison(out: Console, first: str, second: str, comparisons: "Sequenc
     """Two submissions side by side, with the interval of their difference."""
     for each in comparisons:
         name = f"suite {each.name}" if each.name in SUITES else each.name
-        out.print(Text.assemble((f"{name}, {each.protocol}", "bold"), f", budget {each.budget}"))
+        runs = f", runs 0 to {each.look - 1} of every group" if each.look else ""
+        out.print(Text.assemble((f"{name}, {each.protocol}", "bold"), f", budget {each.budget}{runs}"))
         table = plain_table("metric", first, second, "difference", "95 % interval")
         for metric in METRICS[each.protocol]:
             if metric.name in each.metrics:

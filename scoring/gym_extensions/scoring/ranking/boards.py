@@ -10,12 +10,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeVar
 
-from gym_extensions.catalog.groups import CORES, SUITES
-from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
+from gym_extensions.catalog.groups import CORE, CORES, SUITES
+from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.documents import JsonDocument, about
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics import formulas, statistics, values
 from gym_extensions.scoring.scorecard import CoreGroup, CoreRuns, GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.submission.core_score import core_logs
 from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions import manifest, review, run
 
@@ -289,26 +290,37 @@ class BoardsDocument(JsonDocument):
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two submissions on one group or suite, under one protocol with one budget.
+    """Two submissions on the core, or on one group or suite, under one protocol with one budget.
 
-    ``metrics`` has of every metric of both, by name: both means, and the first minus the second.
+    ``metrics`` has of every metric of both, by name: both means, and the first minus the second. On the core
+    they are over the runs 0 to ``look`` − 1.
     """
 
     name: str
     protocol: str
     budget: str
     metrics: dict[str, tuple[float, float, Difference]]
+    look: int = 0
 
 
 def compare(first: Scorecard, second: Scorecard) -> list[Comparison]:
-    """What two submissions without problems have in common: groups, then suites.
+    """What two submissions without problems have in common: the core, groups, then suites.
 
-    The intervals are Welch's 95 % intervals for this one pair, not corrected for multiple comparisons.
+    The core is compared over the runs of the last look that both have. The intervals are Welch's 95 %
+    intervals for this one pair, not corrected for multiple comparisons.
 
     Raises:
         BenchError: the two have no group with the same protocol and budget.
     """
     found = []
+    if look := min(card.core.look if card.core else 0 for card in (first, second)):
+        logs = [core_logs(card).values() for card in (first, second)]
+        core = {}
+        for name in formulas.CORE_METRICS:
+            parts = ([statistics.summary(log.metrics[name].runs[:look]) for log in each] for each in logs)
+            mean, other = map(statistics.mean_of_groups, parts)
+            core[name] = mean.mean, other.mean, Difference.of(mean, other)
+        found.append(Comparison(CORE, "sequential", STANDARD_BUDGET, core, look))
     others = {(name, protocol, score.budget) for name, protocol, score in second.scores()}
     for name, protocol, score in first.scores():
         if (name, protocol, score.budget) in others:
