@@ -29,7 +29,13 @@ def parser() -> argparse.ArgumentParser:
     output = command.add_mutually_exclusive_group()
     output.add_argument("--json", action="store_true", help="print scorecards as JSON (docs/scorecard.md)")
     output.add_argument("--csv", action="store_true", help="print one CSV row per metric")
-    add("--compare", nargs=2, type=Path, metavar=("A", "B"), help="compare two submissions by metric")
+    add(
+        "--compare",
+        nargs=2,
+        type=Path,
+        metavar=("A", "B"),
+        help="compare two submissions by metric, the core first",
+    )
     help_ = "score only this group (or core), in full; may be repeated"
     add("--group", action="append", default=[], metavar="NAME", help=help_)
     help_ = "also accept the custom group in this TOML file; may be repeated"
@@ -48,9 +54,9 @@ def parse_args(argv: list[str] | None) -> argparse.Namespace:
     options = command.parse_args(argv)
     if not options.folders and not options.compare:
         command.error("name at least one FOLDER, or two with --compare")
-    others = ("folders", "json", "csv", "out", "jobs", "group")
+    others = ("folders", "json", "csv", "out", "jobs")
     if options.compare and any(getattr(options, name) for name in others):
-        command.error("--compare takes two submissions, only with --groups and --references")
+        command.error("--compare takes two submissions, only with --group, --groups and --references")
     if options.out and options.group:
         command.error("--out writes whole submissions: leave out --group")
     if options.jobs is not None and options.jobs < 1:

@@ -28,6 +28,9 @@ def test_groups_and_suites_are_compared_by_every_metric_of_both(
     at = lines.index("suite gravity, sequential, budget smoke")
     gaps = [line.split() for line in lines[at:] if line.startswith("Joint gap")]
     assert gaps[0][4:] == ["0.000", "-0.001", "to", "0.001"]
+    chosen = score("--compare", *pair, "--group", "hopper-gravity").out
+    titles = [line for line in chosen.splitlines() if ", budget " in line]
+    assert titles == [f"hopper-gravity-v0, {protocol}, budget smoke" for protocol in options["protocols"]]
 
 
 def test_the_problems_of_a_submission_that_has_some_are_told(make_submission: Write, score: Command) -> None:
