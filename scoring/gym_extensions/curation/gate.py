@@ -82,7 +82,8 @@ def opened(repository: git.Repository, base: str, head: str) -> pull_request_rul
         raise BenchError("crossed-history", message, hint="Rebase the branch on the base's branch.")
     pull_request = pull_request_rules.PullRequest(repository, starts[0], base, head)
     if not pull_request.changes:
-        raise BenchError("no-change", "It changes nothing.", head, "Commit the submission on a branch.")
+        hint = "Commit the submission. If it is on main, name the base: --base origin/main."
+        raise BenchError("no-change", "It changes nothing.", head, hint)
     return pull_request
 
 
