@@ -16,7 +16,7 @@ from gym_extensions.documents import JsonDocument, about
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics import formulas, statistics, values
 from gym_extensions.scoring.scorecard import CoreGroup, CoreRuns, GroupScore, Scorecard, SuiteScore
-from gym_extensions.scoring.submission.core_score import core_logs
+from gym_extensions.scoring.submission.core_score import core_logs, mean_over_groups
 from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions import manifest, review, run
 
@@ -317,8 +317,7 @@ def compare(first: Scorecard, second: Scorecard) -> list[Comparison]:
         logs = [core_logs(card).values() for card in (first, second)]
         core = {}
         for name in formulas.CORE_METRICS:
-            parts = ([statistics.summary(log.metrics[name].runs[:look]) for log in each] for each in logs)
-            mean, other = map(statistics.mean_of_groups, parts)
+            mean, other = (mean_over_groups(each, name, look) for each in logs)
             core[name] = mean.mean, other.mean, Difference.of(mean, other)
         found.append(Comparison(CORE, "sequential", STANDARD_BUDGET, core, look))
     others = {(name, protocol, score.budget) for name, protocol, score in second.scores()}

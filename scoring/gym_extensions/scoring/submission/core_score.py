@@ -131,9 +131,14 @@ def on_group(log: scorecard.GroupScore, look: int, metric: Metric = FINAL) -> sc
     return scorecard.CoreGroup(value.mean, value.low, value.high, len(values), others)
 
 
+def mean_over_groups(logs: Iterable[scorecard.GroupScore], metric: str, runs: int) -> Summary:
+    """The mean over groups of the first runs of each, with its error over runs."""
+    return mean_of_groups([summary(log.metrics[metric].runs[:runs]) for log in logs])
+
+
 def over_groups(logs: Collection[scorecard.GroupScore], metric: Metric, runs: int) -> MetricValue:
     """The mean over groups of the first runs of each, with the errors of the experts."""
-    mean = mean_of_groups([summary(log.metrics[metric.name].runs[:runs]) for log in logs])
+    mean = mean_over_groups(logs, metric.name, runs)
     return MetricValue.of(to_interval(mean, suite_expert_errors(logs, metric)))
 
 
