@@ -13,8 +13,9 @@ from scipy import stats
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import Expert, Floor, Reference, References
+from gym_extensions.scoring.group_score import GroupScore, ReferenceValue
 from gym_extensions.scoring.pipeline import score_folder, score_folders
-from gym_extensions.scoring.scorecard import GroupScore, ReferencesInfo, ReferenceValue
+from gym_extensions.scoring.scorecard import ReferencesInfo
 from gym_extensions.scoring.submission.suites import suite_scores
 from gym_extensions.submissions.manifest import Observes
 from gym_extensions.submissions.reader import read

@@ -2,7 +2,8 @@
 
 import pytest
 
-from gym_extensions.scoring.scorecard import CoreGroup, ReferenceValue, TaskChange
+from gym_extensions.scoring.group_score import ReferenceValue, TaskChange
+from gym_extensions.scoring.scorecard import CoreGroup
 from gym_extensions.site.pages.overview import Cell
 from gym_extensions.site.submission_results import change_tint, tint
 

@@ -15,8 +15,8 @@ from scipy import stats
 
 from gym_extensions.catalog.groups import CORES
 from gym_extensions.metrics.statistics import Interval
+from gym_extensions.scoring.group_score import PaperCell, PaperRow
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 
 pytest.importorskip("matplotlib", reason="the figures need matplotlib: the extra `plot`")
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from gym_extensions import site
 from gym_extensions.files import write_text
 from gym_extensions.results.plots import plot_retention
-from gym_extensions.scoring.scorecard import PaperRow
+from gym_extensions.scoring.group_score import PaperRow
 from gym_extensions.scoring.submission.stages import task_name
 from tools.findings.tables import Value
 

@@ -12,7 +12,8 @@ from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.protocol import STANDARD_BUDGET
 from gym_extensions.metrics.formulas import FINAL, FORGETTING
 from gym_extensions.metrics.statistics import difference, interval
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+from gym_extensions.scoring.group_score import GroupScore
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import final_scores
 from tools.findings.tables import COLUMNS, Value, value, values_of
 

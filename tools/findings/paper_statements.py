@@ -14,7 +14,8 @@ import pandas as pd
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.catalog.variations import Gravity
 from gym_extensions.metrics.statistics import difference, interval, standard_deviation
-from gym_extensions.scoring.scorecard import GroupScore, PaperRow, Scorecard
+from gym_extensions.scoring.group_score import GroupScore, PaperRow
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.text import fixed, interval as interval_text
 from tools.findings.tables import FINAL, LEARNED, LOST, Value
 

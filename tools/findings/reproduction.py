@@ -23,8 +23,8 @@ from gym_extensions.metrics.statistics import (
     to_interval,
     zero_mean_p,
 )
+from gym_extensions.scoring.group_score import PaperCell, PaperRow
 from gym_extensions.scoring.pipeline import make_scorer
-from gym_extensions.scoring.scorecard import PaperCell, PaperRow
 from gym_extensions.scoring.submission.stages import task_name
 from gym_extensions.site.text import fixed, interval
 from tools import ROOT

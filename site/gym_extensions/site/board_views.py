@@ -10,8 +10,9 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics import formulas, values
 from gym_extensions.references import References
+from gym_extensions.scoring.group_score import GroupScore
 from gym_extensions.scoring.ranking import boards as model, group_board
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site.submission_results import SEQUENTIAL, SubmissionResult, group_order
 from gym_extensions.submissions.review import REPORTED
 

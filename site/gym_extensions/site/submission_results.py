@@ -14,14 +14,15 @@ from gym_extensions.metrics.formulas import COLUMNS, LEARNING
 from gym_extensions.metrics.values import LEAST_LEARNED, NOTHING_LEARNED, MetricValue, learned_nothing
 from gym_extensions.references import experts
 from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import (
+from gym_extensions.scoring.group_score import (
     GroupScore,
-    ManifestSummary,
     ReferenceValue,
-    Scorecard,
+    RunProvenance,
+    StageScore,
     SuiteScore,
     TaskChange,
 )
+from gym_extensions.scoring.scorecard import ManifestSummary, Scorecard
 from gym_extensions.site import paths
 from gym_extensions.site.text import count, digits_for, fixed, grouped, variation
 from gym_extensions.submissions.review import (
@@ -73,7 +74,7 @@ class SubmissionResult:
         return self.detail.runs
 
     @property
-    def made(self) -> tuple[tuple[scorecard.RunProvenance, ...], ...]:
+    def made(self) -> tuple[tuple[RunProvenance, ...], ...]:
         """How the runs were made; runs with the same command, commit, versions and steps together."""
         same = groupby(
             self.detail.provenance, key=lambda made: (made.command, made.commit, made.versions, made.steps)
@@ -118,7 +119,7 @@ class SubmissionResult:
         return rates if any(rate is not None for row in rates for rate in row) else ()
 
     @property
-    def stages(self) -> tuple[tuple[scorecard.StageScore, ...], ...]:
+    def stages(self) -> tuple[tuple[StageScore, ...], ...]:
         """``[stage][task]`` scores of a sequential log; else empty."""
         return self.detail.stages if self.protocol == SEQUENTIAL else ()
 

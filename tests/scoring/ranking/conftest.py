@@ -11,9 +11,10 @@ import pytest
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.formulas import METRICS
 from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.group_score import GroupScore
 from gym_extensions.scoring.ranking import core_board as core_boards
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair, CoreRow
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import core_score
 
 from ..made_submissions import Enter, at_level

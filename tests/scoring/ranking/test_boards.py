@@ -5,8 +5,9 @@ from typing import Any
 
 from gym_extensions.catalog.groups import SUITES
 from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.group_score import GroupScore, SuiteScore
 from gym_extensions.scoring.ranking.boards import BoardKey, board_keys, lookup
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.scorecard import Scorecard
 
 METRICS = {"final_performance": MetricValue(mean=0.5, runs=(0.5,))}
 

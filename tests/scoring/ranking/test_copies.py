@@ -9,6 +9,7 @@ import pytest
 
 from gym_extensions.catalog.groups import GROUPS
 from gym_extensions.references import References
+from gym_extensions.scoring.group_score import Sketch
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.copies import (
     duplicate_submissions,
@@ -17,7 +18,7 @@ from gym_extensions.scoring.ranking.copies import (
     unusually_alike,
 )
 from gym_extensions.scoring.ranking.group_board import board
-from gym_extensions.scoring.scorecard import Scorecard, Sketch
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.scorer import run_sketches
 from gym_extensions.submissions.reader import read
 from gym_extensions.submissions.review import Decision

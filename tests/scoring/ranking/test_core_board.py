@@ -9,9 +9,10 @@ from scipy import stats
 
 from gym_extensions.metrics.statistics import ALPHA
 from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.group_score import GroupScore, ReferenceValue, RunProvenance
 from gym_extensions.scoring.ranking import core_board as core_boards
 from gym_extensions.scoring.ranking.boards import CorePair
-from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue, RunProvenance, Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission import core_score
 from gym_extensions.scoring.submission.core_score import LOOKS, last_look, next_look
 from gym_extensions.submissions.manifest import Observes

@@ -7,8 +7,8 @@ import pytest
 from scipy import stats
 
 from gym_extensions.references import Expert, Floor, Reference, References
+from gym_extensions.scoring.group_score import GroupScore, ReferenceValue
 from gym_extensions.scoring.pipeline import score_folder
-from gym_extensions.scoring.scorecard import GroupScore, ReferenceValue
 from gym_extensions.scoring.submission.stages import with_stages
 
 from ...conftest import Write

@@ -10,7 +10,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from gym_extensions.references import load_references
-from gym_extensions.scoring.scorecard import ReferenceValue, ScorecardDocument
+from gym_extensions.scoring.group_score import ReferenceValue
+from gym_extensions.scoring.scorecard import ScorecardDocument
 
 from ..browser import files, typed
 from ..conftest import scores_of

@@ -8,8 +8,9 @@ import pandas as pd
 from gym_extensions.catalog.groups import CORE, CORES
 from gym_extensions.metrics.formulas import BOARD_METRICS, CORE_METRICS, FINAL, FORGETTING, METRICS
 from gym_extensions.metrics.values import Estimate
+from gym_extensions.scoring.group_score import GroupScore
 from gym_extensions.scoring.ranking import boards, core_board
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 
 ENDS = ("", "_low", "_high")
 METRIC_DTYPES = dict.fromkeys(("name", "level", "group", "protocol", "budget"), "str")

@@ -15,6 +15,7 @@ from gym_extensions.errors import working
 from gym_extensions.metrics.formulas import BY_NAME, METRICS
 from gym_extensions.metrics.values import Estimate
 from gym_extensions.scoring import scorecard
+from gym_extensions.scoring.group_score import PAPER_COLUMNS, GroupScore, PaperCell, SuiteScore
 from gym_extensions.scoring.submission.stages import task_name
 from gym_extensions.submissions.problem import count
 from gym_extensions.submissions.review import TRAINED_HERE
@@ -142,7 +143,7 @@ def _core(out: Console, core: scorecard.CoreScore) -> None:
         out.print(f"note: {note.partition(': ')[2]}")
 
 
-def _group(out: Console, name: str, protocol: str, score: scorecard.GroupScore) -> None:
+def _group(out: Console, name: str, protocol: str, score: GroupScore) -> None:
     runs = f", {count(len(score.runs), 'run')}" if score.runs else ""
     custom = "" if score.published else ", custom group (not published)"
     facts = f", budget {score.budget}{runs}, {score.level}{custom}"
@@ -165,7 +166,7 @@ def _group(out: Console, name: str, protocol: str, score: scorecard.GroupScore) 
     if score.paper_table:
         table = plain_table(
             "task, mean ± deviation",
-            *("\n".join(title.rsplit(" ", 1)) for title in scorecard.PAPER_COLUMNS.values()),
+            *("\n".join(title.rsplit(" ", 1)) for title in PAPER_COLUMNS.values()),
         )
         rows = [(task_name(row.task), row.cells()) for row in score.paper_table]
         totals = (("total", score.paper_total), ("printed total", score.printed_total))
@@ -178,7 +179,7 @@ def _group(out: Console, name: str, protocol: str, score: scorecard.GroupScore) 
         out.print(f"! {note}")
 
 
-def _returns(cell: scorecard.PaperCell | None) -> str:
+def _returns(cell: PaperCell | None) -> str:
     """Mean and deviation of raw returns, in thousands where they would be too wide."""
     if cell is None:
         return "–"
@@ -191,7 +192,7 @@ def _overview(out: Console, card: scorecard.Scorecard) -> None:
     recorded = {protocol for protocols in card.groups.values() for protocol in protocols}
     first = {protocol: metrics[0] for protocol, metrics in METRICS.items() if protocol in recorded}
     suites = {f"suite {name}": protocols for name, protocols in card.suites.items()}
-    parts: list[tuple[str, Mapping[str, scorecard.GroupScore | scorecard.SuiteScore]]] = [
+    parts: list[tuple[str, Mapping[str, GroupScore | SuiteScore]]] = [
         *suites.items(),
         *card.groups.items(),
     ]

@@ -15,7 +15,8 @@ from gym_extensions.catalog.protocol import BUDGETS, PROTOCOLS, STANDARD_BUDGET
 from gym_extensions.documents import JsonDocument, about
 from gym_extensions.errors import BenchError
 from gym_extensions.metrics import formulas, statistics, values
-from gym_extensions.scoring.scorecard import CoreGroup, CoreRuns, GroupScore, Scorecard, SuiteScore
+from gym_extensions.scoring.group_score import GroupScore, SuiteScore
+from gym_extensions.scoring.scorecard import CoreGroup, CoreRuns, Scorecard
 from gym_extensions.scoring.submission.core_score import core_logs, mean_over_groups
 from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions import manifest, review, run

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 from gym_extensions.catalog.protocol import IN_ORDER
 from gym_extensions.metrics.statistics import smaller_spread_p, standard_deviation
+from gym_extensions.scoring.group_score import SKETCH_SIZE, Sketch
 from gym_extensions.scoring.ranking.boards import BoardKey, logs_on
-from gym_extensions.scoring.scorecard import SKETCH_SIZE, Scorecard, Sketch
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.submissions.review import is_verified
 
 COPY = "Has most episodes of {}."

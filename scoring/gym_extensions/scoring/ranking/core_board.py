@@ -18,9 +18,10 @@ from gym_extensions.metrics import statistics, values
 from gym_extensions.metrics.formulas import CORE_METRICS, FINAL, FORGETTING, METRICS
 from gym_extensions.metrics.statistics import ALPHA, Summary, summary
 from gym_extensions.references import ALONE
+from gym_extensions.scoring.group_score import GroupScore
 from gym_extensions.scoring.ranking import boards
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates
-from gym_extensions.scoring.scorecard import CoreScore, GroupScore, Scorecard
+from gym_extensions.scoring.scorecard import CoreScore, Scorecard
 from gym_extensions.scoring.submission import core_score
 from gym_extensions.submissions.review import VERIFIED, is_verified
 

@@ -16,11 +16,12 @@ from gym_extensions.metrics.formulas import BOARD_METRICS, BY_NAME, COLUMNS, FOR
 from gym_extensions.metrics.statistics import Summary, summary
 from gym_extensions.metrics.values import MetricValue
 from gym_extensions.references import ALONE, References, load_references, trained_alone
+from gym_extensions.scoring.group_score import GroupScore
 from gym_extensions.scoring.ranking import boards as documents
 from gym_extensions.scoring.ranking.boards import BoardKey, BoardMetric, BoardRow, Difference, Versus
 from gym_extensions.scoring.ranking.copies import COPY, alike_on, duplicates, related_submissions
 from gym_extensions.scoring.ranking.core_board import core_board
-from gym_extensions.scoring.scorecard import GroupScore, Scorecard
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.suites import estimate
 from gym_extensions.submissions.problem import count
 from gym_extensions.submissions.review import REPORTED, TRAINED_HERE, Level, is_verified

@@ -27,6 +27,7 @@ from gym_extensions.metrics.statistics import (
 )
 from gym_extensions.metrics.values import Estimate, MetricValue
 from gym_extensions.scoring import scorecard
+from gym_extensions.scoring.group_score import GroupScore, RunProvenance
 from gym_extensions.scoring.submission.suites import suite_expert_errors
 from gym_extensions.submissions.review import TRAINED_HERE
 from gym_extensions.submissions.run import consecutive
@@ -58,12 +59,12 @@ def is_trained_here(card: scorecard.Scorecard) -> bool:
     return len(found) == len(CORES[CORE]) and all(len(log.runs) >= LOOKS[0] for log in found)
 
 
-def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[str, scorecard.GroupScore]:
+def core_logs(card: scorecard.Scorecard, protocol: str = "sequential") -> dict[str, GroupScore]:
     """The scores of a submission's runs with the core's budget on its groups, by group id, in its order."""
     return _on_core({name: card.log(name, protocol) for name in CORES[CORE]})
 
 
-def _on_core(logs: Mapping[str, scorecard.GroupScore | None]) -> dict[str, scorecard.GroupScore]:
+def _on_core(logs: Mapping[str, GroupScore | None]) -> dict[str, GroupScore]:
     found = {name: log for name in CORES[CORE] if (log := logs.get(name))}
     return {name: log for name, log in found.items() if log.runs and log.budget == STANDARD_BUDGET}
 
@@ -102,12 +103,12 @@ def claim_of(groups: Iterable[tuple[Sequence[float], Sequence[float]]]) -> score
     return scorecard.Claim(found.mean, p_value, p_value > CLAIM_LEVEL)
 
 
-def verified_runs(log: scorecard.GroupScore) -> int:
+def verified_runs(log: GroupScore) -> int:
     """The number N of runs 0 to N − 1 that are all verified."""
     return consecutive([run for run in log.runs if run not in log.unverified])
 
 
-def counted_runs(log: scorecard.GroupScore) -> int:
+def counted_runs(log: GroupScore) -> int:
     """The number N of runs 0 to N − 1 that may be compared. Later ones wait until they are verified.
 
     A submission that has verified too few for the first look has no rank, and shows all of its runs.
@@ -116,7 +117,7 @@ def counted_runs(log: scorecard.GroupScore) -> int:
     return verified if verified >= LOOKS[0] else consecutive(log.runs)
 
 
-def on_group(log: scorecard.GroupScore, look: int, metric: Metric = FINAL) -> scorecard.CoreGroup:
+def on_group(log: GroupScore, look: int, metric: Metric = FINAL) -> scorecard.CoreGroup:
     """A metric on one group over the runs of a look; over all that may be compared if that is 0."""
     runs = look or counted_runs(log)
     values = log.metrics[metric.name].runs[:runs]
@@ -131,24 +132,24 @@ def on_group(log: scorecard.GroupScore, look: int, metric: Metric = FINAL) -> sc
     return scorecard.CoreGroup(value.mean, value.low, value.high, len(values), others)
 
 
-def mean_over_groups(logs: Iterable[scorecard.GroupScore], metric: str, runs: int) -> Summary:
+def mean_over_groups(logs: Iterable[GroupScore], metric: str, runs: int) -> Summary:
     """The mean over groups of the first runs of each, with its error over runs."""
     return mean_of_groups([summary(log.metrics[metric].runs[:runs]) for log in logs])
 
 
-def over_groups(logs: Collection[scorecard.GroupScore], metric: Metric, runs: int) -> MetricValue:
+def over_groups(logs: Collection[GroupScore], metric: Metric, runs: int) -> MetricValue:
     """The mean over groups of the first runs of each, with the errors of the experts."""
     mean = mean_over_groups(logs, metric.name, runs)
     return MetricValue.of(to_interval(mean, suite_expert_errors(logs, metric)))
 
 
-def final_scores(logs: Collection[scorecard.GroupScore], runs: int) -> list[NDArray[np.float64]]:
+def final_scores(logs: Collection[GroupScore], runs: int) -> list[NDArray[np.float64]]:
     """The scores at the end of the first runs of each group, (runs, tasks), without open tasks."""
     scored = ([log.scores(at) for at in range(len(log.tasks))] for log in logs)
     return [np.array([[run[-1] for run in task[:runs]] for task in tasks if task]).T for tasks in scored]
 
 
-def retention(logs: Collection[scorecard.GroupScore], runs: int) -> Estimate:
+def retention(logs: Collection[GroupScore], runs: int) -> Estimate:
     """The score that is left of all tasks but the last, as a share of their score right after training.
 
     Both are means over tasks, then over groups, of the first runs. Empty if these tasks were not learned: the
@@ -200,7 +201,7 @@ def core_score(card: scorecard.Scorecard) -> scorecard.CoreScore | None:
     return replace(core, notes=tuple(_notes(card, logs, core)))
 
 
-def _why(logs: Mapping[str, scorecard.GroupScore], missing: Sequence[str], without: Sequence[str]) -> str:
+def _why(logs: Mapping[str, GroupScore], missing: Sequence[str], without: Sequence[str]) -> str:
     """Why a submission has no rank on the core; empty if it has one."""
     for log in logs.values():
         if verified_runs(log) < min(LOOKS[0], consecutive(log.runs)):
@@ -214,7 +215,7 @@ def _why(logs: Mapping[str, scorecard.GroupScore], missing: Sequence[str], witho
 
 
 def _notes(
-    card: scorecard.Scorecard, logs: Mapping[str, scorecard.GroupScore], core: scorecard.CoreScore
+    card: scorecard.Scorecard, logs: Mapping[str, GroupScore], core: scorecard.CoreScore
 ) -> Iterator[str]:
     """What is not compared, and what to know of runs that were trained here, with the name of the case."""
     counts, look = {name: counted_runs(log) for name, log in logs.items()}, core.look
@@ -252,7 +253,7 @@ def _runs_by_group(found: Mapping[str, Sequence[int]]) -> str:
     return "; ".join(f"{runs} of {', '.join(groups)}" for runs, groups in names.items())
 
 
-def _cost(logs: Mapping[str, scorecard.GroupScore]) -> scorecard.CoreCost:
+def _cost(logs: Mapping[str, GroupScore]) -> scorecard.CoreCost:
     """The cost of a run. Some runs state the largest memory of all groups; a group's least is its own."""
     documents = [log.provenance for log in logs.values()]
     total = _total(documents)
@@ -278,7 +279,7 @@ def run_cost(card: scorecard.Scorecard) -> scorecard.RunCost | None:
     return _total(found) if found else None
 
 
-def _total(groups: Sequence[Sequence[scorecard.RunProvenance]]) -> scorecard.RunCost:
+def _total(groups: Sequence[Sequence[RunProvenance]]) -> scorecard.RunCost:
     times = [[run.cpu_seconds for run in runs if run.cpu_seconds is not None] for runs in groups]
     timed = [seconds for seconds in times if seconds]
     numbers = [len(seconds) for seconds in timed]

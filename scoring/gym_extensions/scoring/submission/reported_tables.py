@@ -10,8 +10,14 @@ import msgspec
 from gym_extensions.catalog.tasks import NAMESPACE
 from gym_extensions.metrics import formulas, statistics
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.scoring import scorecard
-from gym_extensions.scoring.scorecard import PAPER_COLUMNS, PaperCell, PaperColumns, PaperRow
+from gym_extensions.scoring.group_score import (
+    PAPER_COLUMNS,
+    GroupScore,
+    PaperCell,
+    PaperColumns,
+    PaperRow,
+    ReferenceValue,
+)
 from gym_extensions.scoring.submission.normalization import GroupReturns
 from gym_extensions.submissions.review import REPORTED
 
@@ -80,7 +86,7 @@ def findings(name: str) -> dict[str, Finding]:
     return msgspec.convert(document["groups"], dict[str, Finding])
 
 
-def reported_groups(name: str, budget: str) -> dict[str, dict[str, scorecard.GroupScore]]:
+def reported_groups(name: str, budget: str) -> dict[str, dict[str, GroupScore]]:
     """The scores of a published table by group id, under the protocol ``sequential`` alone."""
     printed: dict[str, dict[str, dict[str, PaperCell]]] = {}
     with table_path(name).open(encoding="utf-8", newline="") as lines:
@@ -92,13 +98,13 @@ def reported_groups(name: str, budget: str) -> dict[str, dict[str, scorecard.Gro
     for group, environments in printed.items():
         total = PaperColumns(**environments.pop("TOTAL", {}))
         rows = tuple(PaperRow(task_id(env), env, **cells) for env, cells in environments.items())
-        score = scorecard.GroupScore(
+        score = GroupScore(
             level=REPORTED,
             budget=budget,
             runs=(),
             tasks=tuple(row.task for row in rows),
             metrics={metric.name: MetricValue(why=WHY) for metric in formulas.METRICS["sequential"]},
-            reference={row.task: scorecard.ReferenceValue() for row in rows},
+            reference={row.task: ReferenceValue() for row in rows},
             return_matrix=(),
             paper_table=rows,
             paper_total=found[group].paper_total,

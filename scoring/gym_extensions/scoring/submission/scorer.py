@@ -14,6 +14,14 @@ from gym_extensions.metrics.order_effects import order_effects
 from gym_extensions.metrics.values import MetricValue, joint_gap, over_runs
 from gym_extensions.references import References
 from gym_extensions.scoring import scorecard
+from gym_extensions.scoring.group_score import (
+    SKETCH_SIZE,
+    GroupScore,
+    ReferenceValue,
+    RunProvenance,
+    Sketch,
+    TrainingCurve,
+)
 from gym_extensions.scoring.submission import normalization, reported_tables, suites
 from gym_extensions.scoring.submission.core_score import core_score, run_cost
 from gym_extensions.scoring.submission.stages import with_stages
@@ -39,7 +47,7 @@ def score(
     that are scored; all if empty.
     """
     manifest, of_code = submission.manifest, submission.trained
-    groups, own, level = Scores(), dict[str, scorecard.GroupScore](), None
+    groups, own, level = Scores(), dict[str, GroupScore](), None
     scored = dict[str, submissions.SubmittedGroup]()
     if manifest and not submission.problems:
         if manifest.reported:
@@ -121,7 +129,7 @@ def author_logs(
                 why=why,
                 unverified=tuple(run for run, claim in zip(runs, claims, strict=True) if claim),
                 provenance=[
-                    scorecard.RunProvenance.of(document, key in again)
+                    RunProvenance.of(document, key in again)
                     for document, key in zip(documents, digests, strict=True)
                 ],
                 sketches=run_sketches(submitted, protocol) if protocol in IN_ORDER else (),
@@ -159,7 +167,7 @@ def trained_logs(trained: submissions.Trained, references: References) -> Scores
                 *(returns, references, protocol, budget),
                 level=TRAINED_HERE if is_recorded else CLAIMED,
                 why="" if is_recorded else "The record of its training has other runs.",
-                provenance=list(map(scorecard.RunProvenance.of, documents)),
+                provenance=list(map(RunProvenance.of, documents)),
                 sketches=tuple(() if key in trained.training.failed else each for key, each in sketches),
             )
     return found
@@ -188,15 +196,15 @@ def score_group(
     level: Level = CLAIMED,
     why: str = "",
     unverified: tuple[int, ...] = (),
-    provenance: Sequence[scorecard.RunProvenance] = (),
-    sketches: tuple[scorecard.Sketch, ...] = (),
-) -> scorecard.GroupScore:
+    provenance: Sequence[RunProvenance] = (),
+    sketches: tuple[Sketch, ...] = (),
+) -> GroupScore:
     """Scores one group and protocol, with metrics, the paper's table, references and raw returns."""
     tasks = results.group.task_ids
     runs = [] if references.missing(tasks) else normalization.normalized_runs(results, references, protocol)
     final = [[run.p(run.T, j) for j in run.scored] for run in runs]
     rows, total = reported_tables.paper_table(results) if protocol == "sequential" else ((), None)
-    return scorecard.GroupScore(
+    return GroupScore(
         published=results.group.published,
         level=level,
         why_claimed=why if level == CLAIMED else "",
@@ -208,11 +216,11 @@ def score_group(
         metrics=metric_values(results, references, protocol, runs),
         profile=profile(final),
         iqm=iqm(final),
-        reference={task: scorecard.ReferenceValue.of(references.tasks.get(task)) for task in tasks},
+        reference={task: ReferenceValue.of(references.tasks.get(task)) for task in tasks},
         return_matrix=tuple(tuple(map(tuple, run)) for run in results.means[protocol]),
         success_rates=results.success_rates(protocol),
         curves=tuple(
-            scorecard.TrainingCurve(run, task, tuple(zip(steps, values, strict=True)))
+            TrainingCurve(run, task, tuple(zip(steps, values, strict=True)))
             for (name, run, task), (steps, values) in results.curves.items()
             if name == protocol and run in results.runs[protocol]
         ),
@@ -254,7 +262,7 @@ def metric_values(
     return values
 
 
-def run_sketches(submitted: submissions.SubmittedGroup, protocol: str) -> tuple[scorecard.Sketch, ...]:
+def run_sketches(submitted: submissions.SubmittedGroup, protocol: str) -> tuple[Sketch, ...]:
     """What two equal runs have in common: the sketch of the last episodes of each run of a log.
 
     In navigation, returns are whole numbers, and different agents that stand still have equal episodes.
@@ -268,7 +276,7 @@ def run_sketches(submitted: submissions.SubmittedGroup, protocol: str) -> tuple[
     return tuple((each.sha256,) if each else () for each in policies)
 
 
-def episode_sketches(log: Log) -> tuple[scorecard.Sketch, ...]:
+def episode_sketches(log: Log) -> tuple[Sketch, ...]:
     """The sketch of each run: the 16 smallest digests of its episodes after the last stage, sorted.
 
     Where there are several tasks, the one that was trained last does not count: methods that only differ in
@@ -288,4 +296,4 @@ def episode_sketches(log: Log) -> tuple[scorecard.Sketch, ...]:
     for run, *key, return_, terminated in zip(*(last[name].tolist() for name in columns), strict=True):
         episode = (*key, f"{return_:.4e}", terminated)
         digests[run].add(hashlib.sha256(repr(episode).encode()).hexdigest()[:8])
-    return tuple(tuple(sorted(digests[run])[: scorecard.SKETCH_SIZE]) for run in log.runs)
+    return tuple(tuple(sorted(digests[run])[:SKETCH_SIZE]) for run in log.runs)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gym_extensions.metrics.statistics import holm, interval, summary, zero_mean_p
 from gym_extensions.metrics.values import learned_nothing
-from gym_extensions.scoring.scorecard import GroupScore, LargestChange, StageScore, TaskChange
+from gym_extensions.scoring.group_score import GroupScore, LargestChange, StageScore, TaskChange
 
 LEAST_CHANGE = 0.05
 """The smallest change of normalized return that is reported."""

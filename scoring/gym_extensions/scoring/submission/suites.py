@@ -7,9 +7,9 @@ from gym_extensions.catalog.groups import SUITES
 from gym_extensions.metrics.formulas import FINAL, JOINT_GAP, METRICS, Metric
 from gym_extensions.metrics.statistics import Summary, mean_of_groups, subtract, summary, to_interval
 from gym_extensions.metrics.values import MetricValue
-from gym_extensions.scoring import scorecard
+from gym_extensions.scoring.group_score import GroupScore, SuiteScore
 
-Scores = dict[str, dict[str, scorecard.GroupScore]]
+Scores = dict[str, dict[str, GroupScore]]
 """Scores by group id and protocol, as in a scorecard."""
 
 
@@ -22,7 +22,7 @@ def estimate(groups: Scores, names: Iterable[str], protocol: str, metric: Metric
     return present[0] if len(present) == 1 else mean_of_groups(present)
 
 
-def _of_group(protocols: Mapping[str, scorecard.GroupScore], protocol: str, metric: Metric) -> Summary | None:
+def _of_group(protocols: Mapping[str, GroupScore], protocol: str, metric: Metric) -> Summary | None:
     if metric is JOINT_GAP:  # not a function of one run: joint and sequential runs are not paired
         if len({protocols[name].budget for name in ("joint", protocol) if name in protocols}) > 1:
             return None
@@ -33,7 +33,7 @@ def _of_group(protocols: Mapping[str, scorecard.GroupScore], protocol: str, metr
     return summary(value.runs) if value and value.runs else None
 
 
-def suite_scores(groups: Scores) -> dict[str, dict[str, scorecard.SuiteScore]]:
+def suite_scores(groups: Scores) -> dict[str, dict[str, SuiteScore]]:
     """The mean of each metric over a suite's groups, by suite and protocol.
 
     Of suites with every group, all with the same budget.
@@ -47,21 +47,19 @@ def suite_scores(groups: Scores) -> dict[str, dict[str, scorecard.SuiteScore]]:
         errors = suite_expert_errors([groups[name][protocol] for name in names], metric)
         return MetricValue.of(to_interval(total, errors))
 
-    suites: dict[str, dict[str, scorecard.SuiteScore]] = {}
+    suites: dict[str, dict[str, SuiteScore]] = {}
     for suite, names in SUITES.items():
         for protocol, metrics in METRICS.items():
             logs = [log for name in names if (log := groups.get(name, {}).get(protocol))]
             budgets = {log.budget for log in logs}
             if len(logs) == len(names) and len(budgets) == 1:
                 values = {metric.name: value(names, protocol, metric) for metric in metrics}
-                score = scorecard.SuiteScore(budgets.pop(), tuple(names), values)
+                score = SuiteScore(budgets.pop(), tuple(names), values)
                 suites.setdefault(suite, {})[protocol] = score
     return suites
 
 
-def suite_expert_errors(
-    scores: Collection[scorecard.GroupScore], metric: Metric
-) -> list[tuple[float, float]]:
+def suite_expert_errors(scores: Collection[GroupScore], metric: Metric) -> list[tuple[float, float]]:
     """The squared errors of the experts of all tasks in the mean over these groups, and their df."""
     errors, df = defaultdict[str, float](float), {}
     for score in scores:

@@ -11,9 +11,10 @@ import msgspec
 from gym_extensions.catalog.protocol import REPORTS
 from gym_extensions.documents import DIALECT, JsonDocument, about, filled, json_schema
 from gym_extensions.metrics.values import Estimate
+from gym_extensions.scoring.group_score import ReferenceValue
 from gym_extensions.scoring.output.board_frames import board_frame, to_csv
 from gym_extensions.scoring.ranking.boards import BoardsDocument
-from gym_extensions.scoring.scorecard import ReferencesInfo, ReferenceValue, Scorecard, ScorecardDocument
+from gym_extensions.scoring.scorecard import ReferencesInfo, Scorecard, ScorecardDocument
 from gym_extensions.site import board_views, paths
 from gym_extensions.site.pages.page import File, Render
 from gym_extensions.submissions import layout, poses, review

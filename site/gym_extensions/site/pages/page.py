@@ -12,7 +12,8 @@ from markupsafe import Markup
 from gym_extensions.catalog.tasks import TASKS
 from gym_extensions.metrics.formulas import BY_NAME, COLUMNS, CORE_METRICS
 from gym_extensions.references import References
-from gym_extensions.scoring.scorecard import PAPER_COLUMNS, Scorecard
+from gym_extensions.scoring.group_score import PAPER_COLUMNS
+from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.site import FOLDER, paths, submission_results, text
 from gym_extensions.site.board_views import Leaderboard
 from gym_extensions.site.charts import line_charts, strips, task_pictures
