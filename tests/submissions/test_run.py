@@ -57,6 +57,7 @@ def test_a_number_that_is_not_finite_is_not_written() -> None:
         ('"format": 1', '"format": 2', r"\$.format"),
         ('"log": "a', '"log": "A', r"\$.log"),
         ('"date": null', '"date": "yesterday"', r"\$.date"),
+        ('"date": null', '"date": "2026-13-01"', r"\$.date"),
         ('"steps": 1000, ', "", "steps"),
     ],
 )

@@ -24,7 +24,7 @@ LONGEST = 200
 """Most characters of a name or version."""
 Text = Annotated[str, Meta(max_length=LONGEST)]
 Count = Annotated[int, Meta(ge=0, le=2**53 - 1)]
-Date = Annotated[str, Meta(pattern=r"^\d{4}-\d\d-\d\d$")]
+Date = Annotated[str, Meta(pattern=r"^\d{4}-(0[1-9]|1[0-2])-(0[1-9]|[12]\d|3[01])$")]
 Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 Measure = Annotated[float, Meta(ge=0)]
 
