@@ -223,6 +223,11 @@ def main() -> None:
         "pair_of": partial(tables.against, board),
         "hypotheses": verdicts(cards, is_early=bool(evidence.lacking)),
     }
+    facts = core_facts(evidence) | other_facts(evidence)
+    text = templates.get_template("page.md.jinja").render(facts, outcomes=editions.outcomes(before, stated))
+    known = {method.row["name"]: method for method in evidence.methods}
+    readme = templates.get_template("readme.md.jinja").render(known=known, other_ways=evidence.other_ways)
+
     if is_first:
         page = templates.get_template("first-edition.md.jinja").render(first_edition_facts(evidence))
         write_text(FIRST_EDITION.with_suffix(".md"), page + "\n")
@@ -232,10 +237,5 @@ def main() -> None:
     draw_groups(list(evidence.finals.items()), [group.name for group in CORE], FOLDER / "groups.svg")
     scores = tables.scores_by_stage(evidence.reference)
     draw_retention(scores, tables.most_forgotten(evidence.learned), FOLDER / "retention.svg")
-
-    known = {method.row["name"]: method for method in evidence.methods}
-    readme = templates.get_template("readme.md.jinja").render(known=known, other_ways=evidence.other_ways)
     write_text(README, RESULTS.sub(lambda _: readme + "\n", README.read_text("utf-8")))
-    facts = core_facts(evidence) | other_facts(evidence)
-    text = templates.get_template("page.md.jinja").render(facts, outcomes=editions.outcomes(before, stated))
     write_text(PAGE, text + "\n")
