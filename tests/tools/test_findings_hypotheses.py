@@ -1,20 +1,23 @@
 """The hypotheses of the second edition: one direction each, and open unless the test of the core decides."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from gym_extensions.catalog.groups import CORES
+from gym_extensions.metrics.formulas import BY_NAME
 from gym_extensions.metrics.values import MetricValue
+from gym_extensions.scoring.group_score import GroupScore
 from gym_extensions.scoring.pipeline import score_folder
 from gym_extensions.scoring.ranking.boards import CoreBoard, CorePair
-from gym_extensions.scoring.ranking.core_board import PLANNED
+from gym_extensions.scoring.ranking.core_board import PLANNED, core_board
 from gym_extensions.scoring.scorecard import Scorecard
 from gym_extensions.scoring.submission.core_score import core_score
 from tools.findings import hypotheses
-from tools.findings.tables import FINAL, LOST
+from tools.findings.tables import FINAL, LOST, Value
 
 from ..conftest import MANIFEST, Write
 
@@ -95,28 +98,56 @@ def test_forgetting_is_tested_group_by_group_over_all_groups() -> None:
     assert lacking.verdict == "open"
 
 
-@pytest.mark.usefixtures("known")
-def test_runs_after_the_first_ten_change_no_verdict(make_submission: Write) -> None:
-    """The hypotheses are tested once."""
+Trained = Callable[..., Scorecard]
+
+
+@pytest.fixture
+def trained(make_submission: Write, known: object) -> Trained:
+    """Makes a submission that was trained here: every metric has these values in runs 0, 1, … of a group."""
     folder = make_submission(runs=tuple(range(5)), manifest=MANIFEST.replace("smoke", "300k"))
     card = score_folder(folder)
     log = card.groups["hopper-gravity-v0"]["sequential"]
-    none, clear = (0.1, -0.1, 0.12, -0.12, 0.0) * 2, (0.5, 0.52, 0.48, 0.51, 0.5) * 2
 
-    def trained(name: str, first: tuple[float, ...], later: tuple[float, ...]) -> Scorecard:
-        values = MetricValue(mean=0.0, runs=first + later)
-        made = replace(log, runs=tuple(range(20)), metrics=dict.fromkeys(log.metrics, values))
-        made = replace(made, return_matrix=log.return_matrix * 4, level="trained here")
-        made_here = replace(card, name=name, groups={group: {"sequential": made} for group in GROUPS})
-        return replace(made_here, core=core_score(made_here))
+    def make(name: str, values: tuple[float, ...], alone: tuple[float, ...] = ()) -> Scorecard:
+        def of(log: GroupScore, values: tuple[float, ...]) -> GroupScore:
+            metrics = dict.fromkeys(BY_NAME, MetricValue(mean=0.0, runs=values))
+            made = replace(log, metrics=metrics, level="trained here", episode_sketches=())
+            matrix = log.return_matrix[:1] * len(values)
+            return replace(made, runs=tuple(range(len(values))), return_matrix=matrix)
+
+        logs = {"sequential": of(log, values)} | ({"single": of(log, alone)} if alone else {})
+        made = replace(card, name=name, groups=dict.fromkeys(GROUPS, logs))
+        return replace(made, core=core_score(made))
+
+    return make
+
+
+NONE, CLEAR = (0.1, -0.1, 0.12, -0.12, 0.0) * 2, (0.5, 0.52, 0.48, 0.51, 0.5) * 2
+
+
+def test_runs_after_the_first_ten_change_no_verdict(trained: Trained) -> None:
+    """The hypotheses are tested once."""
 
     def found(later: tuple[float, ...]) -> list[hypotheses.Verdict]:
-        cards = trained("trpo", none, later), trained("reset", none, none)
+        cards = trained("trpo", NONE + later), trained("reset", NONE + NONE)
         return hypotheses.tested({each.name: each for each in cards})
 
-    h3, *h7 = (each for each in found(clear) if each.name in ("H3", "H7"))
+    h3, *h7 = (each for each in found(CLEAR) if each.name in ("H3", "H7"))
     assert (h3.verdict, len(h7), {each.verdict for each in h7}) == ("open", 6, {"open"})
-    assert found(clear) == found(none)
+    assert found(CLEAR) == found(NONE)
+
+
+def test_a_pair_is_tested_as_on_the_board_where_a_method_learned_little(trained: Trained) -> None:
+    """Such a method is not in the family of forgetting. It takes each task alone to know it."""
+    wide = (0.0, 1.0, 0.4, 0.7, 0.4) * 2
+    low = tuple(value - 0.3 for value in wide)
+    cards = [trained("trpo", wide, alone=wide), trained("cloning-tuned", wide[::-1]), trained("reset", low)]
+    board = core_board(cards)
+    assert board is not None
+    (pair,) = board.pairs[LOST]
+    assert len(board.pairs[FINAL]) == 3, "its interval is that of three pairs, and wider"
+    (h2,) = (each for each in hypotheses.tested({each.name: each for each in cards}) if each.name == "H2")
+    assert str(Value(pair.mean, pair.low, pair.high)) in h2.found
 
 
 def test_every_hypothesis_of_the_plan_has_a_verdict_on_the_pairs_that_it_names() -> None:

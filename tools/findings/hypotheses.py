@@ -91,9 +91,10 @@ def tested(cards: Mapping[str, Scorecard], commit: str = "") -> list[Verdict]:
     """All verdicts, over runs 0 to 9, by the scorecards by name. Later runs test nothing again."""
 
     def of_plan(card: Scorecard) -> Scorecard:
-        logs = core_logs(card).items()
-        first = {name: {"sequential": replace(log, runs=log.runs[:PLANNED_RUNS])} for name, log in logs}
-        card = replace(card, groups=first)
+        groups = dict(card.groups)  # with other protocols: the board needs each task alone
+        for name, log in core_logs(card).items():
+            groups[name] = groups[name] | {"sequential": replace(log, runs=log.runs[:PLANNED_RUNS])}
+        card = replace(card, groups=groups)
         return replace(card, core=core_score(card))
 
     planned = {name: of_plan(card) for name, card in cards.items()}
