@@ -1,4 +1,4 @@
-"""The score of one submission on one group under one protocol, as a part of its scorecard.
+"""The scores in a scorecard: those of a submission on a group under a protocol, and on a suite.
 
 docs/scorecard.md describes every key.
 """
